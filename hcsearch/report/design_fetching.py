@@ -96,12 +96,12 @@ class _Known:
 
 
 def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Known:
-    result = select(database, f"id={number}", scene=scene)
+    (design,) = select(database, f"id={number}", scene=scene).records()
     return _Known(
         number,
         scene,
         database_option(database),
-        design=dict(zip(result.columns, result.rows[0], strict=True)),
+        design=design,
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
         motions=motions_of(database, [number], scene),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -19,30 +19,18 @@ from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import (
     Database,
-    Result,
+    Summary,
     best_creases,
-    literal,
-    parse_query,
-    parts_of,
+    rows_of_designs,
     scene_names,
     select,
-    select_sql,
-    source_in,
+    summarize,
 )
-from hcsearch.store.columns import VIEWS
 
 PLAYED = 2000
 """Designs of a page whose motions it holds, the first of them: each takes some 5 kB a folding."""
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 """Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
-
-_COUNTS = """
-    count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
-    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted,
-    sum(CASE WHEN status IN ('deploys', 'movable') THEN 1 ELSE 0 END) AS movable,
-    sum(CASE WHEN status = 'deploys' THEN 1 ELSE 0 END) AS deploys,
-    sum(CASE WHEN status = 'locked' THEN 1 ELSE 0 END) AS locked
-"""
 
 
 def fetch(
@@ -53,63 +41,36 @@ def fetch(
     limit : designs on the page, None for all; counts are of all the selected designs in any case. scene : whose
     verdicts are shown.
     """
-    where, designs = _where(database, query), source_in("designs", scene)
-    selected = _rows(select(database, query, sort=sort, limit=limit, scene=scene))
-    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}", ("integer",) * 8))[0]
-    here = f"= {literal(scene)} AND design_id IN (SELECT id FROM {designs} WHERE {where})"
-    planned = _has_rows(database, f"motions WHERE scene {here}")
-    tried = _has_rows(database, f"deployments WHERE base {here}")
-    distinct = f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n"
-    kinds = select_sql(database, distinct, ("text", "integer")).rows
-    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2', ("text",)).rows
-    census = f"SELECT n_foldings, min_twist, count(*) FROM {designs}"
-    runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
-    total = _number(counts["circuits"])
-    ids = [_number(design["id"]) for design in selected]
+    selected = select(database, query, sort=sort, limit=limit, scene=scene).records()
+    counts = summarize(database, query, scene)
+    runs = [run for run in select(database, view="runs").records() if (run["grid"], run["n"]) in counts.sizes]
+    ids = [design["id"] for design in selected]
     return ReportData(
-        title=_title(kinds, arrays),
+        title=_title(counts),
         meta=[
-            ("grid", _listed(grid for grid, _ in kinds)),
-            ("n", _listed(sorted({_number(n) for _, n in kinds}))),
-            *([("array", arrays[0][0])] if len(arrays) == 1 else []),
+            ("grid", _listed(grid for grid, _ in counts.sizes)),
+            ("n", _listed(sorted({n for _, n in counts.sizes}))),
+            *([("array", counts.array)] if counts.array is not None else []),
             ("query", query.strip() or "all designs"),
             ("kept", _listed(run["keep"] for run in runs)),
             ("scene", scene),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
-        funnel=_funnel(counts, total, planned=planned, tried=tried),
-        census=list(select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2", ("integer",) * 3).rows),
+        funnel=_funnel(counts),
+        census=list(counts.census),
         designs=selected,
         foldings=foldings_of(database, ids, scene),
         best=best_creases(database, ids, scene),
         motions=motions_of(database, ids, scene),
         tried=tried_of(database, ids, scene),
         players=_players_of(database, selected, scene),
-        total=total,
-        notes=[*([] if planned or tried else _elsewhere(database, scene)), *_notes(runs)],
+        total=counts.circuits,
+        notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
         size=_size(database, runs, scene),
         scene=scene,
         where=database_option(database),
     )
-
-
-def _where(database: Database, query: str) -> str:
-    """Write the condition of a query as SQL, with its values escaped: `select_sql` takes no parameters."""
-    dialect = database.engine.dialect
-    return str(parse_query(query).compile(dialect=dialect, compile_kwargs={"literal_binds": True}))
-
-
-def _rows(result: Result) -> list[Row]:
-    return [dict(zip(result.columns, row, strict=True)) for row in result.rows]
-
-
-def _number(value: object) -> int:
-    return int(str(value or 0))
-
-
-def _has_rows(database: Database, source: str) -> bool:
-    return bool(select_sql(database, f"SELECT 1 FROM {source} LIMIT 1").rows)
 
 
 def _elsewhere(database: Database, scene: str) -> list[str]:
@@ -120,25 +81,23 @@ def _elsewhere(database: Database, scene: str) -> list[str]:
     return [f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(others)})."]
 
 
-def _funnel(counts: Row, total: int, *, planned: bool, tried: bool) -> list[FunnelStage]:
-    """List the numbers of the funnel; None for a stage that ran on none of the designs.
+def _funnel(counts: Summary) -> list[FunnelStage]:
+    """List the numbers of the funnel; None for a stage that ran on none of the designs."""
+    total = counts.circuits
 
-    planned, tried : whether motions and deployments of some of the designs are recorded.
-    """
+    def known(count: int | None) -> int | None:
+        return count if total else 0
 
-    def count(name: str) -> int | None:
-        return 0 if not total else None if counts[name] is None else _number(counts[name])
-
-    untwisted, movable, deploys = count("untwisted"), count("movable"), count("deploys")
+    untwisted, movable, deploys = known(counts.untwisted), known(counts.movable), known(counts.deploys)
     # Twisted and locked designs are known not to move before any motion was looked for.
-    if untwisted is None or untwisted > _number(counts["locked"]):
-        movable = movable if movable or planned else None
-        deploys = deploys if deploys or tried else None
+    if untwisted is None or untwisted > (counts.locked or 0):
+        movable = movable if movable or counts.planned else None
+        deploys = deploys if deploys or counts.tried else None
     return [
-        FunnelStage("fixed circuits", _number(counts["fixed"])),
-        FunnelStage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
+        FunnelStage("fixed circuits", counts.fixed),
+        FunnelStage("array" if counts.arrays == 1 else "arrays", counts.arrays),
         FunnelStage("non-isomorphic circuits", total, total),
-        FunnelStage("two-stack", count("two_stack"), total),
+        FunnelStage("two-stack", known(counts.two_stack), total),
         FunnelStage("untwisted", untwisted, total),
         FunnelStage("movable", movable, total),
         FunnelStage("deployable by springs", deploys, total),
@@ -148,44 +107,34 @@ def _funnel(counts: Row, total: int, *, planned: bool, tried: bool) -> list[Funn
 def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
     """Rows of `foldings` in a scene, by the id of their design."""
     by_design: dict[int, list[Row]] = defaultdict(list)
-    for row in _of_designs(database, "foldings", source_in("foldings", scene), ids, "crease"):
-        by_design[_number(row["design_id"])].append(row)
+    for row in rows_of_designs(database, "foldings", ids, scene):
+        by_design[row["design_id"]].append(row)
     return dict(by_design)
 
 
 def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, str]:
     """The sentence behind each motion that was planned in a scene."""
     return {
-        (_number(row["design_id"]), _number(row["crease"])): str(row["reason"])
-        for row in _of_designs(database, "motions", "motions", ids, "crease")
-        if row["scene"] == scene
+        (row["design_id"], row["crease"]): row["reason"] for row in rows_of_designs(database, "motions", ids, scene)
     }
 
 
 def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
     """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
     by_folding: dict[FoldingKey, list[Row]] = defaultdict(list)
-    for row in _of_designs(database, "deployments", "deployments", ids, "crease, scene"):
-        if row["base"] == scene:
-            by_folding[_number(row["design_id"]), _number(row["crease"])].append(row)
+    for row in rows_of_designs(database, "deployments", ids, scene):
+        by_folding[row["design_id"], row["crease"]].append(row)
     return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
 
 
-def _of_designs(database: Database, view: str, source: str, ids: Sequence[int], order: str) -> Iterator[Row]:
-    for part in parts_of(ids):
-        listed = ", ".join(map(str, part))
-        sql = f"SELECT * FROM {source} WHERE design_id IN ({listed}) ORDER BY design_id, {order}"
-        yield from _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS[view]]))
-
-
-def _title(kinds: Sequence[Sequence[object]], arrays: Sequence[Sequence[object]]) -> str:
-    if not kinds:
+def _title(counts: Summary) -> str:
+    if not counts.sizes:
         return "No designs"
-    if len(arrays) == 1:
-        return f"Designs of array {arrays[0][0]}"
-    sizes = sorted({_number(n) for _, n in kinds})
+    if counts.array is not None:
+        return f"Designs of array {counts.array}"
+    sizes = sorted({n for _, n in counts.sizes})
     span = f"n = {sizes[0]}" if len(sizes) == 1 else f"n = {sizes[0]} to {sizes[-1]}"
-    return f"Designs: {_listed(grid for grid, _ in kinds)}, {span}"
+    return f"Designs: {_listed(grid for grid, _ in counts.sizes)}, {span}"
 
 
 def _listed(values: Iterable[object]) -> str:
@@ -212,7 +161,7 @@ def _notes(runs: Sequence[Row]) -> list[str]:
 
 def size_of(database: Database, scene: str) -> tuple[float, float] | None:
     """Length and width of the panels in a scene, where all runs agree on them."""
-    return _size(database, _rows(select(database, view="runs")), scene)
+    return _size(database, select(database, view="runs").records(), scene)
 
 
 def _size(database: Database, runs: Sequence[Row], scene: str) -> tuple[float, float] | None:

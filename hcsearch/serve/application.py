@@ -30,7 +30,7 @@ from hcsearch.serve.addresses import LONGEST, check_query, parameters, read_aske
 from hcsearch.serve.computing import BusyError, Computing
 from hcsearch.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
 from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
-from hcsearch.serve.listing import Counts, render_list, stamp_of
+from hcsearch.serve.listing import Counts, render_list
 from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render, static_files
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
@@ -132,7 +132,7 @@ class Application:
     def _design(self, request: Request, number: int) -> Response:
         scene = self._scene_of(request)
         circuit = self._circuit(number)
-        key = ("design", number, scene, stamp_of(self.database))
+        key = ("design", number, scene, self.database.fingerprint())
         named = "" if scene == self.scene else scene
         text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
@@ -142,7 +142,7 @@ class Application:
         circuit = self._circuit(number)
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
-        key = ("motion", number, crease, scene, stamp_of(self.database))
+        key = ("motion", number, crease, scene, self.database.fingerprint())
         text = self.computing(key, jobs.motion, self.db, circuit, number, crease, scene)
         return Response(text, mimetype="application/json")
 
@@ -158,7 +158,7 @@ class Application:
             raise QueryError(f"{form.name} is of one folding: ask for {below}")
         stem += f"-{form.name}" if form.by_name else ""  # another format has this ending, too
         said = tuple(sorted(settings.items()))
-        key = (form.name, subject, stem, scene, motion, said, stamp_of(self.database))
+        key = (form.name, subject, stem, scene, motion, said, self.database.fingerprint())
         made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
         headers = {"Content-Disposition": f"attachment; filename={made.name}"}
         return Response(made.content, mimetype="application/octet-stream", headers=headers)

@@ -12,9 +12,7 @@ from hcsearch.export.settings import NAMES, Settings
 from hcsearch.serve.addresses import LONGEST, AddressError, Asked, parameters
 from hcsearch.serve.computing import BusyError
 from hcsearch.serve.listing import rows_of_a_page
-from hcsearch.store import Database, Rows, format_rows, select_page, stream
-from hcsearch.store.columns import column_names
-from hcsearch.store.conditions import find_quantity, split_names
+from hcsearch.store import Database, format_rows, select_page, stream
 
 STREAMS = 3
 """Files of all rows that are sent at once: each keeps a thread."""
@@ -87,12 +85,12 @@ def is_few(asked: Asked) -> bool:
 def few_rows(database: Database, asked: Asked, style: str, seconds: float) -> bytes:
     """The text of the rows of one page, or of the first few; SlowQueryError after some seconds."""
     size = FEW if asked.page is None else rows_of_a_page(asked)
-    names = [find_quantity(asked.view, name).name for name in split_names(asked.columns) or column_names(asked.view)]
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
     selected = select_page(
         database,
         asked.query,
+        columns=asked.columns,
         sort=asked.sort,
         skip=skip,
         count=count,
@@ -100,10 +98,7 @@ def few_rows(database: Database, asked: Asked, style: str, seconds: float) -> by
         scene=asked.scene,
         seconds=seconds,
     )
-    places = [selected.columns.index(name) for name in names]
-    kinds = tuple(find_quantity(asked.view, name).kind for name in names)
-    rows = Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in selected.rows]]))
-    return "".join(format_rows(rows, style)).encode(errors="replace")
+    return "".join(format_rows(selected.stream(), style)).encode(errors="replace")
 
 
 def _number(text: str) -> float:

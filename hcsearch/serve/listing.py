@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,7 +13,7 @@ from markupsafe import Markup
 from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.player.scripts import as_script
 from hcsearch.report.commands import database_option
-from hcsearch.report.data import ReportData, Row
+from hcsearch.report.data import ReportData
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
 from hcsearch.report.payload import page_data
 from hcsearch.scenes import DEFAULT
@@ -41,24 +41,12 @@ class Counts:
 
     def of(self, database: Database, asked: Asked, seconds: float) -> int | None:
         """The number of rows of a query, counted within some seconds."""
-        key = (asked.view, asked.query, asked.scene, stamp_of(database))
+        key = (asked.view, asked.query, asked.scene, database.fingerprint())
         with suppress(KeyError):
             return self._kept[key]
         count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene, seconds=seconds)
         self._kept[key] = None if count > MOST else count
         return None if count > MOST else count
-
-
-def stamp_of(database: Database) -> tuple[int, ...]:
-    """What changes when a file is written to; of a server, whose changes nobody sees from here, the minute."""
-    if database.path is None:
-        return (int(time.monotonic() // 60.0),)
-    stamp: list[int] = []
-    for path in (database.path, database.path.with_name(database.path.name + "-wal")):
-        if path.exists():
-            status = path.stat()
-            stamp += [status.st_mtime_ns, status.st_size]
-    return tuple(stamp)
 
 
 @dataclass(frozen=True)
@@ -68,7 +56,7 @@ class Page:
     first : number of the first row, from 1. total : of all rows; None for more than `MOST`. last : page, where known.
     """
 
-    rows: Sequence[Row]
+    rows: Sequence[Mapping[str, Any]]
     first: int
     total: int | None
     last: int | None
@@ -89,7 +77,7 @@ def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) ->
         scene=asked.scene,
         seconds=seconds,
     )
-    rows = [dict(zip(selected.columns, row, strict=True)) for row in selected.rows]
+    rows = selected.records()
     # the end of the list says how long it is, and nothing is counted
     ended = len(rows) < size and (rows or not skip)
     total = skip + len(rows) if ended else counts.of(database, asked, end - time.monotonic())
@@ -142,7 +130,7 @@ def _orders(asked: Asked) -> list[tuple[str, str]]:
 
 def _payload(database: Database, asked: Asked, page: Page) -> Markup:
     """The data of the designs of a page, for the script that draws them."""
-    ids = [int(str(row["id"])) for row in page.rows]
+    ids = [row["id"] for row in page.rows]
     known: dict[str, Any] = {}
     if ids:
         known = {

@@ -33,7 +33,9 @@ from hcsearch.store.results import record_units as record_units
 from hcsearch.store.results import save_scores as save_scores
 from hcsearch.store.rows import Result as Result
 from hcsearch.store.rows import Rows as Rows
-from hcsearch.store.rows import parts_of as parts_of
+from hcsearch.store.summaries import Summary as Summary
+from hcsearch.store.summaries import rows_of_designs as rows_of_designs
+from hcsearch.store.summaries import summarize as summarize
 from hcsearch.store.verdicts import find_scene as find_scene
 from hcsearch.store.verdicts import record_scene as record_scene
 from hcsearch.store.verdicts import record_settled as record_settled
@@ -42,8 +44,6 @@ from hcsearch.store.verdicts import scene_names as scene_names
 from hcsearch.store.verdicts import undecided as undecided
 from hcsearch.store.views import SCENIC as SCENIC
 from hcsearch.store.views import asks_for as asks_for
-from hcsearch.store.views import literal as literal
-from hcsearch.store.views import source_in as source_in
 from hcsearch.store.writing import count_arrays as count_arrays
 from hcsearch.store.writing import finish_run as finish_run
 from hcsearch.store.writing import finished_batches as finished_batches

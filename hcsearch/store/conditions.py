@@ -33,7 +33,7 @@ from hcsearch.errors import ArrayError, NotationError, QueryError
 from hcsearch.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import grammar
-from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_in
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -65,6 +65,11 @@ def find_quantity(view: str, name: str) -> Quantity:
     if name not in names:
         raise QueryError(f"no column {name!r} in {view}{nearest(name, names)}: choose from {', '.join(names)}")
     return VIEWS[view][names.index(name)]
+
+
+def quantities_named(view: str, columns: str | Sequence[str]) -> list[Quantity]:
+    """Return the columns of a view that are named, by commas or as a sequence; all of them where none is."""
+    return [find_quantity(view, name) for name in _split_names(columns) or column_names(view)]
 
 
 def parse_query(query: str, view: str = "designs", scene: str = DEFAULT) -> ColumnElement[bool]:
@@ -167,13 +172,13 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
 
 def sort_terms(view: str, sort: str) -> list[tuple[str, bool]]:
     """Read a sort specification as `-score,n` into (column, descending) pairs."""
-    terms = [(term.removeprefix("-"), term.startswith("-")) for term in split_names(sort)]
+    terms = [(term.removeprefix("-"), term.startswith("-")) for term in _split_names(sort)]
     for name, _ in terms:
         find_quantity(view, name)
     return terms
 
 
-def split_names(names: str | Sequence[str]) -> list[str]:
+def _split_names(names: str | Sequence[str]) -> list[str]:
     """Read names separated by commas, or take them as they are."""
     parts = names.split(",") if isinstance(names, str) else names
     return [part.strip() for part in parts if part.strip()]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -109,6 +110,10 @@ class Database:
                 f"database {self.location} was removed, renamed or replaced by another program while it was in use: "
                 "put it back with its -wal file, or give the same command again, from the start"
             )
+
+    def fingerprint(self) -> tuple[int, ...]:
+        """Return what changes when a file is written to; the minute for a server, whose changes are not seen here."""
+        return (int(time.monotonic() // 60.0),) if self.path is None else sqlite.sizes_and_times(self.path)
 
     def watched(self) -> Database:
         """The same database, which refuses to go on when its name leads to another file by then."""

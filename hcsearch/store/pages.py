@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,12 +13,11 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.errors import DatabaseError, QueryError
 from hcsearch.scenes import DEFAULT
-from hcsearch.store.columns import column_names
-from hcsearch.store.conditions import find_quantity, parse_query, view_table
+from hcsearch.store.conditions import find_quantity, parse_query, quantities_named, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.queries import IDENTITY, check_scene, order_of
-from hcsearch.store.rows import Result, check_values, chunks_of, refusing
+from hcsearch.store.rows import Result, checked_rows, refusing
 from hcsearch.store.sqlite import STEPS
 
 SECONDS = 10.0
@@ -37,6 +36,7 @@ def select_page(
     database: Database,
     query: str = "",
     *,
+    columns: str | Sequence[str] = "",
     sort: str = "",
     skip: int = 0,
     count: int = 50,
@@ -44,29 +44,29 @@ def select_page(
     scene: str = DEFAULT,
     seconds: float = SECONDS,
 ) -> Result:
-    """Return `count` rows of a view, all columns, after the first `skip` of those that `select` returns.
+    """Return `count` rows of a view after the first `skip` of those that `select` returns.
 
     Two statements: the first passes over the rows before in the columns of query and order alone, of which SQLite
     reads no others and makes no other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.
     """
     view_table(view)
+    quantities = quantities_named(view, columns)
     check_scene(database, scene, view)
     source, identity = view_table(view, scene), IDENTITY[view]
-    order = order_of(source, view, sort)
-    keys = sql_select(*(source.c[name] for name in identity)).where(parse_query(query, view, scene)).order_by(*order)
-    names = column_names(view)
-    kinds = [find_quantity(view, name).kind for name in names]
-    with _limited(database, seconds) as connection, refusing():
-        found = connection.execute(keys.offset(min(skip, 2**62)).limit(count)).all()
-        if not found:
+    key = [source.c[name] for name in identity]
+    found = sql_select(*key).where(parse_query(query, view, scene)).order_by(*order_of(source, view, sort))
+    names = tuple(quantity.name for quantity in quantities)
+    kinds = [find_quantity(view, name).kind for name in identity] + [quantity.kind for quantity in quantities]
+    with _limited(database, seconds) as connection:
+        with refusing():
+            keys = [tuple(row) for row in connection.execute(found.offset(min(skip, 2**62)).limit(count))]
+        if not keys:
             return Result(names, ())
-        wanted = [and_(*(source.c[name] == value for name, value in zip(identity, key, strict=True))) for key in found]
-        statement = sql_select(*(source.c[name] for name in names)).where(or_(*wanted))
-        rows = [row for chunk in chunks_of(connection.execute(statement)) for row in chunk]
-    check_values(database.location, names, kinds, rows)
-    places = [names.index(name) for name in identity]
-    at = {tuple(row[place] for place in places): row for row in rows}
-    return Result(names, tuple(at[tuple(key)] for key in found if tuple(key) in at))
+        wanted = or_(*(and_(*(own == value for own, value in zip(key, row, strict=True))) for row in keys))
+        statement = sql_select(*key, *(source.c[name] for name in names)).where(wanted)
+        rows = checked_rows(connection, database.location, statement, kinds)
+    at = {row[: len(key)]: row[len(key) :] for row in rows}
+    return Result(names, tuple(at[row] for row in keys if row in at))
 
 
 @again

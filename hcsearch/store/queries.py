@@ -15,8 +15,8 @@ from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
 from hcsearch.panel_sizes import is_panel
 from hcsearch.scenes import DEFAULT, SCENES
-from hcsearch.store.columns import Kind, column_names
-from hcsearch.store.conditions import find_quantity, named_grids, parse_query, sort_terms, split_names, view_table
+from hcsearch.store.columns import Kind
+from hcsearch.store.conditions import named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
@@ -58,7 +58,7 @@ def stream(
     sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
     """
     view_table(view)  # refuses an unknown view before its columns are looked up
-    quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
+    quantities = quantities_named(view, columns)
     names = tuple(quantity.name for quantity in quantities)
     check_scene(database, scene, view)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)

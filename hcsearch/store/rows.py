@@ -11,7 +11,7 @@ from decimal import Decimal
 from itertools import chain
 from typing import Any
 
-from sqlalchemy import Column, Connection, CursorResult, func, select
+from sqlalchemy import Column, Connection, CursorResult, Select, func, select
 from sqlalchemy.exc import DBAPIError
 
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
@@ -40,6 +40,14 @@ class Result:
 
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return each row as its values by the names of their columns."""
+        return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+
+    def stream(self) -> Rows:
+        """Return the same as a result that is read in one chunk."""
+        return Rows(self.columns, (None,) * len(self.columns), iter([self.rows]))
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,18 @@ def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequen
             yield [tuple(row) for row in fetched]
         else:
             yield [tuple(map(_plain, row)) for row in fetched]
+
+
+def checked_rows(
+    connection: Connection, location: str, statement: Select[Any], kinds: Sequence[Kind | None]
+) -> list[Row]:
+    """Run a SELECT of this program, and return its rows; the errors are those of `refusing` and `check_values`."""
+    with refusing():
+        cursor = connection.execute(statement)
+    names = tuple(cursor.keys())
+    rows = [row for chunk in chunks_of(cursor) for row in chunk]
+    check_values(location, names, kinds, rows)
+    return rows
 
 
 def check_values(

@@ -76,6 +76,16 @@ def _status(path: Path) -> tuple[int, int, int]:
     return status.st_ino, status.st_size, status.st_mtime_ns
 
 
+def sizes_and_times(path: Path) -> tuple[int, ...]:
+    """Time and size of a file and of its log, none of which is opened."""
+    stamps: list[int] = []
+    for file in (path, path.with_name(path.name + "-wal")):
+        if file.exists():
+            status = file.stat()
+            stamps += [status.st_mtime_ns, status.st_size]
+    return tuple(stamps)
+
+
 def is_outdated(path: Path, opened: Stamp | None) -> bool:
     """Whether a file that was opened without locks, with this stamp, has been written to since; False for others."""
     return opened is not None and opened != stamp(path)

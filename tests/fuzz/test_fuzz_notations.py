@@ -7,7 +7,7 @@ import pytest
 from hcsearch.circuit import Circuit
 from hcsearch.folding import split_crease
 from hcsearch.grid import GRIDS, Array, grid_named, parse_array
-from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names
+from hcsearch.store.conditions import parse_query, quantities_named, sort_terms
 from tests.fuzz.mutations import judge, mutated
 
 SEEDS = [
@@ -30,7 +30,7 @@ def judge_all(text):
     taken.append(judge(text, split_crease))
     taken.append(judge(text, parse_query))
     taken.append(judge(text, lambda t: sort_terms("designs", t)))
-    taken.append(judge(text, lambda t: [find_quantity("designs", name) for name in split_names(t)]))
+    taken.append(judge(text, lambda t: quantities_named("designs", t)))
     taken.append(judge(text, grid_named))
     return sum(taken)
 

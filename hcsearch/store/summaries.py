@@ -1,0 +1,116 @@
+"""Counts over all the designs that a query selects, and what views have on some of them: what reports are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Select, case, distinct, func
+from sqlalchemy import select as sql_select
+
+from hcsearch.scenes import DEFAULT
+from hcsearch.store.columns import VIEWS, Kind, column_names
+from hcsearch.store.conditions import parse_query, view_table
+from hcsearch.store.database import Database
+from hcsearch.store.failures import again
+from hcsearch.store.queries import check_scene, order_of
+from hcsearch.store.rows import Result, checked_rows, parts_of
+from hcsearch.vocabulary import Status
+
+_SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
+"""The column of a view with rows of all scenes that names the scene whose verdict a row serves."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Counts over the designs that a query selects, in a scene.
+
+    circuits, fixed, arrays : designs, circuits up to translation, arrays. two_stack, untwisted, movable, deploys,
+    locked : designs that are so; None where that is not known of any. array : that of all of them, None for several.
+    sizes : grid and number of panels, each pair once. census : (foldings, least twist, designs); None where not known.
+    planned, tried : whether motions and deployments of some of them are recorded.
+    """
+
+    circuits: int
+    fixed: int
+    arrays: int
+    two_stack: int | None
+    untwisted: int | None
+    movable: int | None
+    deploys: int | None
+    locked: int | None
+    array: str | None
+    sizes: tuple[tuple[str, int], ...]
+    census: tuple[tuple[int | None, int | None, int], ...]
+    planned: bool
+    tried: bool
+
+
+@again
+def summarize(database: Database, query: str, scene: str = DEFAULT) -> Summary:
+    """Count the designs that a query selects, by what is known of them in a scene."""
+    check_scene(database, scene)
+    designs = view_table("designs", scene)
+    wanted = parse_query(query, "designs", scene)
+    grid, n, foldings, twist = (designs.c[name] for name in ("grid", "n", "n_foldings", "min_twist"))
+    of_each = sql_select(foldings, twist, func.count().label("designs")).where(wanted).group_by(foldings, twist)
+    counts = _counts(designs.c).where(wanted)
+    kinds: list[Kind] = [*("integer",) * 8, "text"]
+    ids = sql_select(designs.c.id).where(wanted)
+    with database.reading() as connection:
+        rows = partial(checked_rows, connection, database.location)
+        (row,) = rows(counts, kinds)
+        named: dict[str, Any] = dict(zip(counts.selected_columns.keys(), row, strict=True))
+        return Summary(
+            **named,
+            sizes=tuple(rows(sql_select(grid, n).distinct().where(wanted).order_by(grid, n), ("text", "integer"))),
+            census=tuple(rows(of_each, ("integer",) * 3)),
+            planned=_has_rows(connection, "motions", scene, ids),
+            tried=_has_rows(connection, "deployments", scene, ids),
+        )
+
+
+def _counts(designs: Any) -> Select[Any]:
+    """Return the SELECT of the first nine fields of a summary, under their names."""
+
+    def having(*statuses: Status) -> ColumnElement[Any]:
+        return func.sum(case((designs.status.in_(statuses), 1), else_=0))
+
+    arrays = func.count(distinct(designs.array))
+    return sql_select(
+        func.count().label("circuits"),
+        func.coalesce(func.sum(designs.n_fixed), 0).label("fixed"),
+        arrays.label("arrays"),
+        func.sum(designs.two_stack).label("two_stack"),
+        func.sum(designs.untwisted).label("untwisted"),
+        having("deploys", "movable").label("movable"),
+        having("deploys").label("deploys"),
+        having("locked").label("locked"),
+        case((arrays == 1, func.min(designs.array))).label("array"),
+    )
+
+
+def _has_rows(connection: Connection, view: str, scene: str, ids: Select[Any]) -> bool:
+    """Return whether a view has a row that serves a scene, of a design with one of some ids."""
+    columns = view_table(view).c
+    rows = sql_select(columns.design_id).where(columns[_SCENE_COLUMN[view]] == scene, columns.design_id.in_(ids))
+    return connection.execute(rows.limit(1)).first() is not None
+
+
+@again
+def rows_of_designs(database: Database, view: str, ids: Sequence[int], scene: str = DEFAULT) -> list[dict[str, Any]]:
+    """Return the rows of `foldings`, `motions` or `deployments` of some designs that serve a scene, as dicts."""
+    check_scene(database, scene)
+    source = view_table(view, scene)
+    kinds = [quantity.kind for quantity in VIEWS[view]]
+    statement = sql_select(source).order_by(*order_of(source, view, ""))
+    if view in _SCENE_COLUMN:
+        statement = statement.where(source.c[_SCENE_COLUMN[view]] == scene)
+    rows: list[tuple[Any, ...]] = []
+    with database.reading() as connection:
+        for part in parts_of(ids):
+            of_part = statement.where(source.c.design_id.in_(part))
+            rows += checked_rows(connection, database.location, of_part, kinds)
+    return Result(column_names(view), tuple(rows)).records()
