@@ -25,37 +25,37 @@ from hcsearch.cases.case import Case as Case
 from hcsearch.cases.resolve import resolve as resolve
 
 # Arrays and circuits
-from hcsearch.grid import GRIDS as GRIDS
-from hcsearch.grid import Grid as Grid
-from hcsearch.grid import Array as Array
-from hcsearch.grid import parse_array as parse_array
-from hcsearch.circuit import Circuit as Circuit
-from hcsearch.enumeration import enumerate_circuits as enumerate_circuits
-from hcsearch.enumeration import count_array as count_array
+from hcsearch.designs.grid import GRIDS as GRIDS
+from hcsearch.designs.grid import Grid as Grid
+from hcsearch.designs.grid import Array as Array
+from hcsearch.designs.grid import parse_array as parse_array
+from hcsearch.designs.circuit import Circuit as Circuit
+from hcsearch.search.enumeration import enumerate_circuits as enumerate_circuits
+from hcsearch.search.enumeration import count_array as count_array
 
 # Searches as batches
-from hcsearch.enumeration import PolygonSearch as PolygonSearch
-from hcsearch.enumeration import ArraySearch as ArraySearch
-from hcsearch.enumeration import ArrayCount as ArrayCount
+from hcsearch.search.enumeration import PolygonSearch as PolygonSearch
+from hcsearch.search.enumeration import ArraySearch as ArraySearch
+from hcsearch.search.enumeration import ArrayCount as ArrayCount
 
 # Foldings
-from hcsearch.folding import Folding as Folding
-from hcsearch.folding import foldings as foldings
-from hcsearch.twisting import twist as twist
-from hcsearch.twisting import gauss_linking as gauss_linking
+from hcsearch.designs.folding import Folding as Folding
+from hcsearch.designs.folding import foldings as foldings
+from hcsearch.designs.twisting import twist as twist
+from hcsearch.designs.twisting import gauss_linking as gauss_linking
 
 # Panels in space
-from hcsearch.pattern import Pattern as Pattern
-from hcsearch.linkage import Linkage as Linkage
+from hcsearch.shape.pattern import Pattern as Pattern
+from hcsearch.shape.linkage import Linkage as Linkage
 from hcsearch.scenes import Scene as Scene
 from hcsearch.scenes import SCENES as SCENES
 
 # Results
-from hcsearch.deployment.deployed import Deployed as Deployed
-from hcsearch.tuning.tuning import Tuning as Tuning
-from hcsearch.drive.driving import Drive as Drive
-from hcsearch.replays.replay import Replay as Replay
-from hcsearch.pipeline import Funnel as Funnel
+from hcsearch.springs.deployment.deployed import Deployed as Deployed
+from hcsearch.springs.tuning.tuning import Tuning as Tuning
+from hcsearch.springs.drive.driving import Drive as Drive
+from hcsearch.cases.replays.replay import Replay as Replay
+from hcsearch.search.pipeline import Funnel as Funnel
 
 # Databases
 from hcsearch.store import open_database as open_database
@@ -64,5 +64,5 @@ from hcsearch.store import select as select
 from hcsearch.store import select_sql as select_sql
 
 # Errors and version
-from hcsearch.errors import HcsearchError as HcsearchError
+from hcsearch.basics.errors import HcsearchError as HcsearchError
 from hcsearch.system.release import __version__ as __version__

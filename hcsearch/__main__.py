@@ -48,7 +48,7 @@ def _print_fault(error: Exception) -> None:
     """Print a fault as one line, or with its traceback, if anyone is there to read it."""
     import traceback  # noqa: PLC0415 - nothing else needs these here
 
-    from hcsearch.errors import one_line  # noqa: PLC0415
+    from hcsearch.basics.errors import one_line  # noqa: PLC0415
     from hcsearch.system.answering import place_of  # noqa: PLC0415
 
     lines = "".join(traceback.format_exception(error)) if os.environ.get("HCSEARCH_TRACEBACK") else ""

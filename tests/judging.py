@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, WorkKey
+from hcsearch.designs.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, WorkKey
 from hcsearch.store import Database, record_scene, record_verdicts, start_run
 
 WORK = WorkKey("hex", 12, "", "all")

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.assemblies.joining import placements
-from hcsearch.errors import PatternError
-from hcsearch.folding import Folding
-from hcsearch.linkage import Linkage
-from hcsearch.mesh import SAME_POINT
-from hcsearch.pattern import Pattern, overlay
+from hcsearch.basics.errors import PatternError
+from hcsearch.designs.folding import Folding
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.library.assemblies.joining import placements
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import SAME_POINT
+from hcsearch.shape.pattern import Pattern, overlay
 
 
 def linkage_named(name: str) -> Linkage:

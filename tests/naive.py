@@ -7,8 +7,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
-from hcsearch.grid import Array, Grid, Point
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import Array, Grid, Point
 
 Vector = tuple[Fraction, Fraction]
 

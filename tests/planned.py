@@ -6,19 +6,19 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.reaches import longest_way
-from hcsearch.folding import Folding
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import new_refutation
 from hcsearch.kernels.enclosure.wandering import climb, wander
-from hcsearch.linkage import Linkage
-from hcsearch.locks.boxes import whole
-from hcsearch.locks.enclosures import rings_of
-from hcsearch.locks.regions import Region
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import PLAYS, PathProof, Prover
-from hcsearch.vocabulary import Way
+from hcsearch.motion.collision.reaches import longest_way
+from hcsearch.motion.locks.boxes import whole
+from hcsearch.motion.locks.enclosures import rings_of
+from hcsearch.motion.locks.regions import Region
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import PLAYS, PathProof, Prover
+from hcsearch.shape.linkage import Linkage
 from tests.naive import around_the_loop
 
 Reals = NDArray[np.float64]

@@ -5,10 +5,10 @@ from functools import cache
 
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.grid import GRIDS, Array, Grid
-from hcsearch.grid.tilings import LatticeIsometry
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, Array, Grid
+from hcsearch.designs.grid.tilings import LatticeIsometry
+from hcsearch.search.enumeration import PolygonSearch
 
 SIZES = {"triangle": (6, 10, 12, 14, 18, 22), "square": (4, 8, 10, 12, 14), "hex": (3, 5, 6, 7, 9, 10)}
 SIZES["rectangle"] = SIZES["square"]

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.errors import NotationError, SizeError
+from hcsearch.basics.errors import NotationError, SizeError
+from hcsearch.designs.circuit import Circuit
 from hcsearch.kernels.circuits.words import array_rows, canonicalise, write_rows
 from tests import naive
 from tests.strategies import circuits, congruences

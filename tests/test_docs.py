@@ -12,10 +12,10 @@ import pytest
 from click.testing import CliRunner
 
 import hcsearch
-from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
-from hcsearch.folding import folding_of
-from hcsearch.grid import GRIDS
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import folding_of
+from hcsearch.designs.grid import GRIDS
 from hcsearch.store.columns_page import columns_page
 from tests.documents import (
     DOCUMENTS,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
-from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.cases.parameters import LENGTHS, parameters_of
-from hcsearch.errors import HcsearchWarning, SceneError
-from hcsearch.grid import GRIDS
-from hcsearch.panel_sizes import doubt_of, read_panel
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import doubt_of, read_panel
+from hcsearch.library.assemblies import ASSEMBLIES
 from tests import forking
 
 MOVING = "hex:0234550132:4"

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, PolygonSearch, count_array, enumerate_circuits
-from hcsearch.enumeration.arrays import array_sweep, frontier_layers
-from hcsearch.errors import HcsearchError, SizeError
-from hcsearch.grid import GRIDS, parse_array
+from hcsearch.basics.errors import HcsearchError, SizeError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, count_array, enumerate_circuits
+from hcsearch.search.enumeration.arrays import array_sweep, frontier_layers
 from tests import golden, naive
 from tests.strategies import arrays
 

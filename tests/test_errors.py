@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.errors import (
+from hcsearch.basics.errors import (
     LONGEST_LINE,
     LONGEST_WORD,
     HcsearchError,

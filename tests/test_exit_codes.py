@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.pipeline.processes import ProcessExecutor
+from hcsearch.search.pipeline.processes import ProcessExecutor
 from hcsearch.system.answering import place_of
 from hcsearch.system.interrupts import INTERRUPTED
 
@@ -45,7 +45,7 @@ def fault(done):
 
 
 def test_a_fault_is_one_line_that_says_where_and_how_to_see_more(run):
-    done = run("hcsearch.folding:foldings", *SHOW)
+    done = run("hcsearch.designs.folding:foldings", *SHOW)
     assert fault(done) == (
         "hcsearch: a fault of the program, RuntimeError at sitecustomize:16: broken on purpose; please report it with "
         "the command, which prints a traceback with HCSEARCH_TRACEBACK=1"
@@ -54,7 +54,7 @@ def test_a_fault_is_one_line_that_says_where_and_how_to_see_more(run):
 
 
 def test_the_traceback_is_printed_on_demand_with_the_same_code(run):
-    done = run("hcsearch.folding:foldings", *SHOW, traceback=True)
+    done = run("hcsearch.designs.folding:foldings", *SHOW, traceback=True)
     assert done.returncode == 3
     assert done.stderr.startswith("Traceback (most recent call last):\n")
     assert re.search(r"hcsearch/cli/show\.py\", line \d+, in show", done.stderr)
@@ -63,11 +63,11 @@ def test_the_traceback_is_printed_on_demand_with_the_same_code(run):
 
 def test_an_interrupt_that_comes_back_as_another_exception_is_no_fault(run, monkeypatch):
     monkeypatch.setenv("BROKEN_BY", "interrupt")
-    done = run("hcsearch.folding:foldings", *SHOW)
+    done = run("hcsearch.designs.folding:foldings", *SHOW)
     assert (done.returncode, done.stderr) == (130, f"{INTERRUPTED}\n")
 
 
-@pytest.mark.parametrize("module", ["numpy", "click", "hcsearch.cli", "hcsearch.cli.query", "hcsearch.folding"])
+@pytest.mark.parametrize("module", ["numpy", "click", "hcsearch.cli", "hcsearch.cli.query", "hcsearch.designs.folding"])
 def test_what_cannot_be_loaded_is_no_verdict(run, module):
     line = fault(run(module, *SHOW))
     if module.startswith("hcsearch"):
@@ -78,7 +78,9 @@ def test_what_cannot_be_loaded_is_no_verdict(run, module):
         )
 
 
-@pytest.mark.parametrize("broken", ["hcsearch.pipeline.shards:run_shard", "hcsearch.enumeration.arrays", "numpy"])
+@pytest.mark.parametrize(
+    "broken", ["hcsearch.search.pipeline.shards:run_shard", "hcsearch.search.enumeration.arrays", "numpy"]
+)
 def test_a_fault_in_a_worker_process_is_one_line_too(run, broken):
     done = run(broken, *IN_WORKERS, workers=True)
     line = fault(done)
@@ -87,21 +89,21 @@ def test_a_fault_in_a_worker_process_is_one_line_too(run, broken):
 
 
 def test_the_place_and_the_traceback_of_a_fault_are_those_in_the_worker(run):
-    broken = "hcsearch.pipeline.shards:run_shard"
+    broken = "hcsearch.search.pipeline.shards:run_shard"
     assert "RuntimeError at sitecustomize:16" in fault(run(broken, *IN_WORKERS, workers=True))
     done = run(broken, *IN_WORKERS, workers=True, traceback=True)
     assert done.returncode == 3
     assert "in a worker process:\nTraceback" in done.stderr
-    assert re.search(r"hcsearch/pipeline/shards\.py\", line \d+, in __call__", done.stderr)
+    assert re.search(r"hcsearch/search/pipeline/shards\.py\", line \d+, in __call__", done.stderr)
 
 
 def test_a_fault_is_none_of_the_verdicts(run, tmp_path):
     """The commands that end with 1 where nothing deploys."""
     words = {
-        "deploy": ("hcsearch.deployment.deploying:deploy", "hex:0234550132:4"),
-        "check": ("hcsearch.own_patterns.checking:check_circuit", "square:0123"),
-        "tune": ("hcsearch.tuning.tuning:tune", "hex:0234550132:4"),
-        "drive": ("hcsearch.drive.driving:drive", "hex:0234550132:4"),
+        "deploy": ("hcsearch.springs.deployment.deploying:deploy", "hex:0234550132:4"),
+        "check": ("hcsearch.search.own_patterns.checking:check_circuit", "square:0123"),
+        "tune": ("hcsearch.springs.tuning.tuning:tune", "hex:0234550132:4"),
+        "drive": ("hcsearch.springs.drive.driving:drive", "hex:0234550132:4"),
     }
     for command, (broken, name) in words.items():
         module, _, function = broken.partition(":")

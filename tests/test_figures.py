@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.system import figures
 from hcsearch_bench.run.figures import plot_work
 from tests.commands import run_here

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.enumeration import FoldedSearch, PolygonSearch
-from hcsearch.errors import SizeError
-from hcsearch.folding import fold, foldings
-from hcsearch.grid import GRIDS
-from hcsearch.twisting import twist_batch
+from hcsearch.basics.errors import SizeError
+from hcsearch.designs.folding import fold, foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.twisting import twist_batch
+from hcsearch.search.enumeration import FoldedSearch, PolygonSearch
 from tests.strategies import circuits
 
 NEAR = {"hex": range(3, 15), "square": range(4, 21, 2), "rectangle": range(4, 19, 2), "triangle": range(6, 31, 2)}
@@ -84,12 +84,12 @@ def test_batches_do_not_depend_on_their_size(batch_size):
 
 
 def test_units_split_keys_and_join_them(monkeypatch):
-    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 500)
+    monkeypatch.setattr("hcsearch.search.enumeration.folded._SHARD_PAIRS", 500)
     search = FoldedSearch(GRIDS["hex"], 14, untwisted=True)
     assert any(":" in prefix for prefix in search.prefixes)
     assert any(":" not in prefix for prefix in search.prefixes)
     assert joined(search) == filtered("hex", 14)["untwisted"]
-    monkeypatch.setattr("hcsearch.enumeration.folded._COUNTED_PAIRS", 800)
+    monkeypatch.setattr("hcsearch.search.enumeration.folded._COUNTED_PAIRS", 800)
     assert any(":" in shard for shard in search.counting_shards)
     assert counted(search)[0] == len(filtered("hex", 14)["untwisted"])
 

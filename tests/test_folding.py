@@ -3,12 +3,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
-from hcsearch.errors import NotationError
-from hcsearch.folding import Folding, fold, folding_of, foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.twisting import gauss_linking, twist, twist_batch
+from hcsearch.basics.errors import NotationError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, fold, folding_of, foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.twisting import gauss_linking, twist, twist_batch
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
 from tests import golden, naive
 from tests.strategies import circuits, congruences
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, PolygonSearch
-from hcsearch.folding import fold, foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.twisting import twist
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import fold, foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.twisting import twist
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from tests import naive
 from tests.strategies import circuits, congruences, words
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from hcsearch.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
-from hcsearch.grid import GRIDS, Array, grid_named, parse_array
-from hcsearch.grid.arrays import MAX_CELLS
+from hcsearch.basics.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
+from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
+from hcsearch.designs.grid.arrays import MAX_CELLS
 from tests.strategies import arrays
 
 

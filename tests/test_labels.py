@@ -7,16 +7,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding, foldings
-from hcsearch.labels import Labels, labels_of, plain, ranges
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Pattern
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import WAYS
+from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.scenes.scene_file import file_text, read_text, scene_in
 from hcsearch.scenes.setup import settle, written
-from hcsearch.vocabulary import WAYS
+from hcsearch.shape.labels import Labels, labels_of, plain, ranges
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
+from hcsearch.springs.deployment.compiling import compile_scene
 from tests.linkages import linkage_named
 from tests.strategies import circuits
 

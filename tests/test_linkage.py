@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.folding import Folding, foldings
-from hcsearch.linkage import Linkage
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.shape.linkage import Linkage
 from tests import naive
 from tests.strategies import circuits
 

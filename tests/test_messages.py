@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.enumeration import search_all
-from hcsearch.errors import SizeError
-from hcsearch.grid import GRIDS
+from hcsearch.basics.errors import SizeError
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import search_all
 from tests import forking
 
 MOVING = "hex:0234550132:4"

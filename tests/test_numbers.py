@@ -2,7 +2,7 @@
 
 import pytest
 
-from hcsearch.pipeline.amounts import duration, size
+from hcsearch.search.pipeline.amounts import duration, size
 from hcsearch.system.terminal import short
 
 

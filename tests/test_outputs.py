@@ -10,8 +10,8 @@ from contextlib import closing
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import OutputError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import OutputError
 from hcsearch.store import find_design, open_database
 from hcsearch.system import outputs
 from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing, write_output

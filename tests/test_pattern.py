@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.errors import PatternError
-from hcsearch.folding import foldings
-from hcsearch.linkage import Linkage
-from hcsearch.mesh import facet_area
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
+from hcsearch.basics.errors import PatternError
+from hcsearch.designs.folding import foldings
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import facet_area
+from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
 from tests.strategies import circuits
 
 

@@ -10,14 +10,14 @@ import time
 import numpy as np
 import pytest
 
-from hcsearch.enumeration import ArraySearch, FoldedSearch, PolygonSearch, search_all
-from hcsearch.enumeration.growth import expected_circuits
-from hcsearch.errors import ClusterError, SizeError
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
-from hcsearch.pipeline.estimate import RunEstimate, duration
-from hcsearch.pipeline.shards import ShardJob
-from hcsearch.stages.order import stages_until
+from hcsearch.basics.errors import ClusterError, SizeError
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch, search_all
+from hcsearch.search.enumeration.growth import expected_circuits
+from hcsearch.search.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
+from hcsearch.search.pipeline.estimate import RunEstimate, duration
+from hcsearch.search.pipeline.shards import ShardJob
+from hcsearch.search.stages.order import stages_until
 from tests import golden
 
 HEX = GRIDS["hex"]
@@ -111,7 +111,7 @@ def test_addresses_of_all_kinds_are_taken():
 
 
 def test_an_estimate_leaves_out_what_is_finished(monkeypatch):
-    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
     plan = Plan(PolygonSearch(HEX, 16), "twist")
     shards = plan.search.prefixes
     whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(shards[::2]))
@@ -128,8 +128,8 @@ def test_processes_find_what_one_process_finds(monkeypatch):
             (ArraySearch(parse_array(GRIDS["square"], "6x6")), "two-stack"),
         )
     ]
-    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
-    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 500)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.enumeration.folded._SHARD_PAIRS", 500)
     for plan in plans:
         alone = run_dry(plan)
         shared = run_dry(Plan(plan.search, plan.until, plan.keep, crew=Crew(2)))
@@ -193,7 +193,7 @@ def test_small_runs_are_not_estimated():
 
 
 def test_an_estimate_is_near_what_is_found(monkeypatch):
-    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
     expected = estimate(plan, stored=True)
     assert expected is not None
@@ -222,7 +222,7 @@ def test_durations_for_people(seconds, text):
 
 
 def test_units_hold_every_design_once(monkeypatch):
-    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 2000)
+    monkeypatch.setattr("hcsearch.search.enumeration.folded._SHARD_PAIRS", 2000)
     search = FoldedSearch(HEX, 16, untwisted=True)
     words = np.concatenate([batch.words for prefix in search.prefixes for batch in search.circuits(prefix)])
     assert len(np.unique(words, axis=0)) == len(words) == 13_144

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.vocabulary import STATUSES
 from hcsearch.cli import hcsearch
-from hcsearch.enumeration import search_all
-from hcsearch.grid import GRIDS
-from hcsearch.panel_sizes import read_panel
-from hcsearch.pipeline import Plan, run_dry, run_into
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import read_panel
 from hcsearch.scenes import SCENES, with_panel
+from hcsearch.search.enumeration import search_all
+from hcsearch.search.pipeline import Plan, run_dry, run_into
 from hcsearch.store import open_database, open_readonly, select, select_sql
-from hcsearch.vocabulary import STATUSES
 
 ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
 
@@ -224,7 +224,7 @@ def rows_of(path):
 
 
 def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcsearch.pipeline.judging.PIECE_SECONDS", 0.01)  # a piece for each design
+    monkeypatch.setattr("hcsearch.search.pipeline.judging.PIECE_SECONDS", 0.01)  # a piece for each design
     search = search_all(GRIDS["square"], 10, "untwisted")
     brief = replace(with_panel(SCENES["default"], read_panel("20x2"), "square"), flat_pairs="rigid", seconds=0.01)
     plan = Plan(search, "deployment", "untwisted", brief)
@@ -250,7 +250,7 @@ def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatc
 
 
 def test_progress_and_times_are_known_beforehand(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcsearch.pipeline.run.LONG", 0.0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.LONG", 0.0)
     seen, said = [], []
 
     def show(done, total, note, unit="batch"):

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.deploying import deploy
-from hcsearch.errors import HcsearchError, InputFileError, SceneError
-from hcsearch.folding import Folding, folding_of
-from hcsearch.grid import GRIDS
-from hcsearch.panel_sizes import default_panel, panel_text, read_panel
+from hcsearch.basics.errors import HcsearchError, InputFileError, SceneError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel, panel_text, read_panel
 from hcsearch.scenes import SCENES, Scene, check_verdicts, joined_name, panel_of, with_panel
 from hcsearch.scenes.looks import Look, first_look, look_parts, looks_at
 from hcsearch.scenes.scene import check_name
 from hcsearch.scenes.scene_file import file_text, read_file, read_text, scene_in, scene_with
 from hcsearch.scenes.setup import settle
+from hcsearch.springs.deployment.deploying import deploy
 
 DEFAULT = SCENES["default"]
 lengths = st.floats(1e-3, 1e7).map(lambda value: float(f"{value:.10g}"))  # mm

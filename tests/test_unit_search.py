@@ -9,27 +9,33 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.eight_r import eight_r
-from hcsearch.assemblies.joining import neighbours
-from hcsearch.assemblies.squares import array_6r, element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii, unit_iii
-from hcsearch.circuit import Circuit
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch as command_line
-from hcsearch.collision.penetration import penetration
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import foldings
-from hcsearch.isometries import Isometry
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import VALLEY, Pattern, overlay
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.eight_r import eight_r
+from hcsearch.library.assemblies.joining import neighbours
+from hcsearch.library.assemblies.squares import array_6r, element_6r
+from hcsearch.library.assemblies.units import unit_i, unit_ii, unit_iii
+from hcsearch.library.unit_search.copies import STILL, Placement, Sheet
+from hcsearch.library.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
+from hcsearch.library.unit_search.isosceles import (
+    KITE,
+    PARALLELOGRAM,
+    isosceles_elements,
+    isosceles_shapes,
+    with_triangles,
+)
+from hcsearch.library.unit_search.proofs import freedom, prove
+from hcsearch.library.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
+from hcsearch.library.unit_search.search import Limits, search_elements, search_units
+from hcsearch.motion.collision.penetration import penetration
+from hcsearch.shape.isometries import Isometry
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import VALLEY, Pattern, overlay
 from hcsearch.store import open_readonly, select
-from hcsearch.unit_search.copies import STILL, Placement, Sheet
-from hcsearch.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
-from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles
-from hcsearch.unit_search.proofs import freedom, prove
-from hcsearch.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
-from hcsearch.unit_search.search import Limits, search_elements, search_units
 from tests.linkages import congruent
 
 DEGREES = Parameters(alpha=math.radians(70))

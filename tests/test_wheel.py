@@ -65,6 +65,6 @@ def test_a_wheel_names_both_licences_and_holds_their_texts(site):
     metadata = (info / "METADATA").read_text(encoding="utf-8").splitlines()
     assert "License-Expression: MIT AND Unlicense" in metadata
     named = [line.partition(": ")[2] for line in metadata if line.startswith("License-File: ")]
-    assert named == ["LICENSE", "hcsearch/player/js/LICENSE-ogl.txt"]
+    assert named == ["LICENSE", "hcsearch/web/player/js/LICENSE-ogl.txt"]
     for name in named:
         assert (info / "licenses" / name).read_bytes() == (ROOT / name).read_bytes()

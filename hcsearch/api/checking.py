@@ -6,18 +6,18 @@ from collections.abc import Callable
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.names import design_named
 from hcsearch.cases.places import Place
 from hcsearch.cases.resolve import resolve_scene
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding, folding_of, split_crease
-from hcsearch.own_patterns.checking import CheckedCircuit, check_circuit
-from hcsearch.own_patterns.fold_reading import read_fold
-from hcsearch.own_patterns.recognition import recognise, sized
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
+from hcsearch.search.own_patterns.checking import CheckedCircuit, check_circuit
+from hcsearch.search.own_patterns.fold_reading import read_fold
+from hcsearch.search.own_patterns.recognition import recognise, sized
 from hcsearch.system.terminal import say
-from hcsearch.vocabulary import Way
 
 Progress = Callable[[int, int, str], None]
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from hcsearch.api.enumerating import crew_of, search_of
 from hcsearch.api.kinds import check_kinds
-from hcsearch.enumeration import ArraySearch, Search, count_array
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import Array, Grid
-from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
-from hcsearch.pipeline.run import Announce, Progress
-from hcsearch.vocabulary import Keep
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Keep
+from hcsearch.designs.grid import Array, Grid
+from hcsearch.search.enumeration import ArraySearch, Search, count_array
+from hcsearch.search.pipeline import Counted, count_designs, counting_seconds, duration
+from hcsearch.search.pipeline.run import Announce, Progress
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.case import Case, Named
 from hcsearch.cases.places import Place
 from hcsearch.cases.resolve import resolve
-from hcsearch.deployment.deployed import Deployed, deployed
 from hcsearch.scenes import Scene
+from hcsearch.springs.deployment.deployed import Deployed, deployed
 from hcsearch.system.terminal import say
-from hcsearch.vocabulary import Formulation, Way
 
 
 def deploy(

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.assemblies import ASSEMBLIES, Assembly, description
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.parameters import parameters_of
-from hcsearch.errors import HcsearchError
-from hcsearch.pattern_drawing import draw_pattern
+from hcsearch.library.assemblies import ASSEMBLIES, Assembly, description
+from hcsearch.shape.pattern_drawing import draw_pattern
 
 
 def describe(name: str, **parameters: Any) -> dict[str, Any]:

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Keep
 from hcsearch.cases.places import Place, located, snapshot, writing
 from hcsearch.cases.stored_scenes import read_scene, with_size
-from hcsearch.enumeration import ArraySearch, Search, search_all
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import Array, Grid, grid_of, parse_array
-from hcsearch.pipeline import Crew, Funnel, Plan, Summary, check_room, estimate, finished_shards, run_dry, run_into
-from hcsearch.pipeline.run import Announce, Progress
+from hcsearch.designs.grid import Array, Grid, grid_of, parse_array
 from hcsearch.scenes import Scene
-from hcsearch.stages.order import STAGES, check_keep
+from hcsearch.search.enumeration import ArraySearch, Search, search_all
+from hcsearch.search.pipeline import (
+    Crew,
+    Funnel,
+    Plan,
+    Summary,
+    check_room,
+    estimate,
+    finished_shards,
+    run_dry,
+    run_into,
+)
+from hcsearch.search.pipeline.run import Announce, Progress
+from hcsearch.search.stages.order import STAGES, check_keep
 from hcsearch.system.machine import usable_cores
-from hcsearch.vocabulary import Keep
 
 JOBS_PER_CORE = 4
 """Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""

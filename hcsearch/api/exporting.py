@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.places import Place
-from hcsearch.circuit import Circuit
+from hcsearch.cases.replays.sources import By
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
 from hcsearch.export.formats import format_of
 from hcsearch.export.writing import export_files, settings_of
-from hcsearch.folding import Folding
-from hcsearch.replays.sources import By
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, replacing
 from hcsearch.system.terminal import say
-from hcsearch.vocabulary import Way
 
 
 def save(

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.errors import HcsearchError, printable
-from hcsearch.identification.damping import HingeTest, hinge_damping, hinge_test
-from hcsearch.identification.springs import Spring
-from hcsearch.identification.springs import identify_spring as identified
-from hcsearch.identification.tables import read_accelerations, read_moments
-from hcsearch.identification.vibration import FreeVibration, identify_modes
+from hcsearch.basics.errors import HcsearchError, printable
+from hcsearch.springs.identification.damping import HingeTest, hinge_damping, hinge_test
+from hcsearch.springs.identification.springs import Spring
+from hcsearch.springs.identification.springs import identify_spring as identified
+from hcsearch.springs.identification.tables import read_accelerations, read_moments
+from hcsearch.springs.identification.vibration import FreeVibration, identify_modes
 from hcsearch.system.terminal import say
 
 

@@ -8,7 +8,7 @@ from numbers import Integral, Real
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from hcsearch.errors import HcsearchError, refusal
+from hcsearch.basics.errors import HcsearchError, refusal
 
 _NOT_LOADED = {"pd": SimpleNamespace(DataFrame=object)}
 """Names in annotations of results, whose modules are loaded only where they are needed."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from hcsearch.cases.replays.recording import replay_of_deployment
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.cases.replays.sources import replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.deployment.deployed import Deployed
-from hcsearch.folding import Folding
-from hcsearch.player import notebook_html
-from hcsearch.replays.recording import replay_of_deployment
-from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import replay_case
-from hcsearch.twisting import twist
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.twisting import twist
+from hcsearch.springs.deployment.deployed import Deployed
+from hcsearch.web.player import notebook_html
 
 MOST_PANELS = 12
 """Panels of a folding whose motion is planned for a notebook: of larger ones that takes long, and `replay` does it."""

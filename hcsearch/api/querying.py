@@ -7,11 +7,11 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import QueryError
 from hcsearch.cases.places import Place, reading, writing
 from hcsearch.cases.queries import Query
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.errors import QueryError
-from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
+from hcsearch.search.ranking import Ranked, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from typing import Any
 
 import hcsearch
 from hcsearch.api.kinds import described
+from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import Named
 from hcsearch.cases.places import Place
-from hcsearch.replays.sources import By
+from hcsearch.cases.replays.sources import By
 from hcsearch.system.lazy import names_of
-from hcsearch.vocabulary import Formulation, Keep, Way
 
 TITLE = """# Reference of the Python names
 

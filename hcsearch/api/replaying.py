@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.places import Place
+from hcsearch.cases.replays.recording import replay_of_deployment
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.cases.replays.sources import By, replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.deployed import Deployed
-from hcsearch.folding import Folding
-from hcsearch.replays.recording import replay_of_deployment
-from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import By, replay_case
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
+from hcsearch.springs.deployment.deployed import Deployed
 from hcsearch.system.terminal import say
-from hcsearch.vocabulary import Way
 
 
 def replay(

@@ -7,8 +7,8 @@ from pathlib import Path
 from hcsearch.api.kinds import check_kinds
 from hcsearch.cases.places import Place, reading
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.report.writing import LIMIT, write_report
 from hcsearch.system.outputs import check_output
+from hcsearch.web.report.writing import LIMIT, write_report
 
 
 def report(

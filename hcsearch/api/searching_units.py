@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.places import Place, writing
-from hcsearch.errors import HcsearchError
+from hcsearch.library.unit_search.elements import Element, elements
+from hcsearch.library.unit_search.isosceles import isosceles_elements
+from hcsearch.library.unit_search.search import Limits, Progress, Searched, search_elements
 from hcsearch.store import record_units
-from hcsearch.unit_search.elements import Element, elements
-from hcsearch.unit_search.isosceles import isosceles_elements
-from hcsearch.unit_search.search import Limits, Progress, Searched, search_elements
 
 COPIES = (2, 4)
 """How many copies of an element make a unit."""

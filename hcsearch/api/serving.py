@@ -6,9 +6,9 @@ from collections.abc import Callable
 from importlib.util import find_spec
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.places import located
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.errors import HcsearchError
 from hcsearch.store import check_scene, open_readonly
 from hcsearch.store.pages import SECONDS
 from hcsearch.system.terminal import say
@@ -34,8 +34,8 @@ def serve(
     for name in ("werkzeug", "waitress"):
         if find_spec(name) is None:
             raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
-    from hcsearch.serve.guards import is_local  # noqa: PLC0415 - needs the extra `serve`
-    from hcsearch.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
+    from hcsearch.web.serve.guards import is_local  # noqa: PLC0415 - needs the extra `serve`
+    from hcsearch.web.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
 
     place = located(db)
     with open_readonly(place, timeout=SECONDS) as database:

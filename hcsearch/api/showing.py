@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.names import stored_circuit
 from hcsearch.cases.places import Place, located, reading
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding, folding_of, foldings, split_crease
-from hcsearch.panel_sizes import PanelSize
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
+from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT, panel_of
 from hcsearch.store import Database, StoredVerdict, best_creases, find_circuit, find_design, find_verdict
 from hcsearch.system.outputs import check_output
@@ -90,7 +90,7 @@ def show_page(
     design, db, scene, panel : as in `show`; a circuit is shown in the scene `default`. path : of the file, by default
     reports/design-DESIGN.html.
     """
-    from hcsearch.report.writing import write_design  # noqa: PLC0415 - the engine, which texts do without
+    from hcsearch.web.report.writing import write_design  # noqa: PLC0415 - the engine, which texts do without
 
     check_kinds(show_page, locals())
     name, crease = _split(design)

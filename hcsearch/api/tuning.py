@@ -8,19 +8,19 @@ from contextlib import nullcontext
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.case import Case, Named
 from hcsearch.cases.places import Place, writing
 from hcsearch.cases.resolve import resolve
-from hcsearch.errors import HcsearchError
 from hcsearch.scenes import Scene
+from hcsearch.springs.tuning.catalogue import catalogue_levels
+from hcsearch.springs.tuning.ledger import Ledger
+from hcsearch.springs.tuning.robustness import Spread
+from hcsearch.springs.tuning.search import Progress
+from hcsearch.springs.tuning.tuning import EVALUATIONS, SAMPLES, Tuning
+from hcsearch.springs.tuning.tuning import tune as tuned
 from hcsearch.system.terminal import say
-from hcsearch.tuning.catalogue import catalogue_levels
-from hcsearch.tuning.ledger import Ledger
-from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import Progress
-from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning
-from hcsearch.tuning.tuning import tune as tuned
-from hcsearch.vocabulary import Formulation, Way
 
 
 def tune(
@@ -46,7 +46,7 @@ def tune(
     formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
     evaluations : how many sets of springs are tried at most. samples : how many simulations within the tolerances are
-    run for each set that may be chosen. spread : the tolerances, a `hcsearch.tuning.robustness.Spread`.
+    run for each set that may be chosen. spread : the tolerances, a `hcsearch.springs.tuning.robustness.Spread`.
     seed : of the random numbers; equal arguments give equal springs.
     keep_in : a database that keeps every evaluation, so that the same call continues an interrupted search.
     progress : called with the numbers of evaluations that are done and of all, and a note.

@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
-from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.basics.errors import HcsearchError, SceneError
+from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.parameters import parameters_of
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.driving import Drives, drives_in
-from hcsearch.deployment.spring_sets import springs_of
-from hcsearch.deployment.springs import with_springs
-from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.folding import Folding
-from hcsearch.labels import Labels, labels_of
-from hcsearch.linkage import Linkage
-from hcsearch.panel_sizes import PanelSize, panel_text
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import PanelSize, panel_text
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.looks import Look, setup_of
 from hcsearch.scenes.setup import Setup, settle
+from hcsearch.shape.labels import Labels, labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.driving import Drives, drives_in
+from hcsearch.springs.deployment.spring_sets import springs_of
+from hcsearch.springs.deployment.springs import with_springs
 from hcsearch.store import StoredPath, StoredVerdict
-from hcsearch.vocabulary import Formulation, Way
 
 Named = str | Folding | Circuit | Linkage
 """What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""

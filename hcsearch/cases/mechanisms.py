@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hcsearch.arrays import Reals
-from hcsearch.folding import Folding
-from hcsearch.kinematics.generic import generic_rank
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import lock_at
-from hcsearch.locks.tightness import tightness
-from hcsearch.panel_sizes import PanelSize
+from hcsearch.basics.arrays import Reals
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.motion.kinematics.generic import generic_rank
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.locks.tightness import tightness
+from hcsearch.shape.linkage import Linkage
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.cases.places import Place, reading
-from hcsearch.circuit import Circuit
-from hcsearch.errors import DatabaseError, HcsearchError
-from hcsearch.folding import Folding, foldings, why_none
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings, why_none
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.store import Database, find_circuit
 
 

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from hcsearch.assemblies.assembly import Assembly, Parameters
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.stored_scenes import warn_of
-from hcsearch.errors import HcsearchError
+from hcsearch.library.assemblies.assembly import Assembly, Parameters
 
 if TYPE_CHECKING:
-    from hcsearch.panel_sizes import PanelSize
+    from hcsearch.designs.panel_sizes import PanelSize
 
 LENGTHS = ("base", "thickness", "side", "width")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import Database, open_database, open_readonly
 from hcsearch.system.machine import default_database
 

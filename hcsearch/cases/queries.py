@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
+from hcsearch.basics.errors import QueryError
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.errors import QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, stream, stream_sql
 

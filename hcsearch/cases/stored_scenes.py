@@ -6,8 +6,8 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from hcsearch.errors import DatabaseError, HcsearchWarning, SceneError
-from hcsearch.panel_sizes import ACROSS, PanelSize, doubt_of, is_panel, panel_text, read_panel
+from hcsearch.basics.errors import DatabaseError, HcsearchWarning, SceneError
+from hcsearch.designs.panel_sizes import ACROSS, PanelSize, doubt_of, is_panel, panel_text, read_panel
 from hcsearch.scenes import DEFAULT, SCENES, Scene, joined_name, with_panel
 from hcsearch.scenes.looks import look_parts
 from hcsearch.scenes.scene import check_name

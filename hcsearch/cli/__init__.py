@@ -13,6 +13,7 @@ from typing import Any, TextIO
 
 import click
 
+from hcsearch.basics.errors import HcsearchError, HcsearchWarning, one_line
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.check import check
 from hcsearch.cli.compile import compile_
@@ -31,7 +32,6 @@ from hcsearch.cli.serve import serve
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
-from hcsearch.errors import HcsearchError, HcsearchWarning, one_line
 from hcsearch.system.interrupts import leave
 
 _ADDED = "hcsearch.commands"

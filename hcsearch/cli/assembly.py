@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.options import Number, examples
-from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import WAYS
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
-from hcsearch.errors import HcsearchError
-from hcsearch.vocabulary import WAYS
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.play import millimetres, play_sentence
 from hcsearch.cli.cases import case_options, circuit_options
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
-from hcsearch.play import millimetres, play_sentence
 from hcsearch.system.machine import default_database
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hcsearch.own_patterns.checking import CheckedCircuit
+    from hcsearch.search.own_patterns.checking import CheckedCircuit
 
 
 @click.command(
@@ -44,7 +44,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import checking
-    from hcsearch.folding import why_none
+    from hcsearch.designs.folding import why_none
 
     named = case_options(options)
     with Meter("folding") as meter:
@@ -87,7 +87,7 @@ def _facts(checked: CheckedCircuit) -> dict[str, Any]:
 
 
 def _panel(checked: CheckedCircuit) -> str:
-    from hcsearch.panel_sizes import panel_text
+    from hcsearch.designs.panel_sizes import panel_text
 
     assert checked.scene.panel is not None
     return panel_text(checked.scene.panel)

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
 
 _FOLDING = "hex:023350:1"
 _MOVABLE = "hex:0234550132:4"
@@ -41,12 +41,12 @@ def _one_array() -> None:
 
 
 def _check() -> None:
-    from hcsearch.deployment.checking import check
-    from hcsearch.deployment.compiling import compile_scene
-    from hcsearch.deployment.deploying import run
-    from hcsearch.deployment.play import play_of
-    from hcsearch.folding import Folding
+    from hcsearch.designs.folding import Folding
     from hcsearch.scenes import SCENES
+    from hcsearch.springs.deployment.checking import check
+    from hcsearch.springs.deployment.compiling import compile_scene
+    from hcsearch.springs.deployment.deploying import run
+    from hcsearch.springs.deployment.play import play_of
 
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
     check([compiled], whole=False)
@@ -54,18 +54,18 @@ def _check() -> None:
 
 
 def _plan() -> None:
-    from hcsearch.folding import Folding
-    from hcsearch.panel_sizes import default_panel
-    from hcsearch.planning.motions import motion_of
+    from hcsearch.designs.folding import Folding
+    from hcsearch.designs.panel_sizes import default_panel
+    from hcsearch.motion.planning.motions import motion_of
 
     motion_of(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 
 
 def _search_on() -> None:
-    from hcsearch.collision.plates import plates_of
-    from hcsearch.folding import Folding
-    from hcsearch.locks.enclosures import enclose
-    from hcsearch.planning.planner import Planner
+    from hcsearch.designs.folding import Folding
+    from hcsearch.motion.collision.plates import plates_of
+    from hcsearch.motion.locks.enclosures import enclose
+    from hcsearch.motion.planning.planner import Planner
 
     linkage = Folding.from_notation(_MOVABLE).linkage()
     Planner(linkage, 1e-4).plan(2, roots=2)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
+from hcsearch.basics.vocabulary import Keep
 from hcsearch.cli.options import crew_options, examples, target_options
 from hcsearch.cli.progress import Meter
-from hcsearch.vocabulary import Keep
 
 
 @click.command(
@@ -24,8 +24,8 @@ def count(
     all arrays of N cells, by joining half-chains; all others by listing them.
     """
     from hcsearch.api import counting
-    from hcsearch.enumeration import ArraySearch
-    from hcsearch.folding import why_none
+    from hcsearch.designs.folding import why_none
+    from hcsearch.search.enumeration import ArraySearch
 
     one = array_spec is not None and keep == "all"
     with Meter("edge" if one else "batch") as meter:

@@ -8,13 +8,13 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS
 from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option
-from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import TABLES, check_output, write_table
 from hcsearch.system.terminal import short
-from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
 @click.command(
@@ -78,7 +78,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import deploying
-    from hcsearch.deployment.deploying import savings
+    from hcsearch.springs.deployment.deploying import savings
 
     if options["output"]:
         check_output(options["output"], TABLES)
@@ -110,7 +110,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
 def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     """The springs of single hinges, as a scene has them."""
-    from hcsearch.labels import is_name
+    from hcsearch.shape.labels import is_name
 
     values: dict[str, Any] = {}
     if options["own_springs"]:

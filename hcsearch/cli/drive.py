@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import case_options, folding_options
 from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import check_output
 from hcsearch.system.terminal import short
@@ -87,8 +87,8 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     proved; 2 for wrong input.
     """
     from hcsearch.api import driving
-    from hcsearch.drive import facts, files, pictures
-    from hcsearch.drive.driving import NoPathError, released
+    from hcsearch.springs.drive import facts, files, pictures
+    from hcsearch.springs.drive.driving import NoPathError, released
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
@@ -118,8 +118,8 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
 
 
 def _drive_options(options: dict[str, Any]) -> Any:
-    from hcsearch.drive.driving import DriveOptions
-    from hcsearch.labels import is_name
+    from hcsearch.shape.labels import is_name
+    from hcsearch.springs.drive.driving import DriveOptions
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:

@@ -12,7 +12,7 @@ from hcsearch.cli.progress import Meter
 from hcsearch.cli.scenes import scene_options
 
 if TYPE_CHECKING:
-    from hcsearch.pipeline import Funnel, Plan, Summary
+    from hcsearch.search.pipeline import Funnel, Plan, Summary
 
 
 @click.command(
@@ -74,7 +74,7 @@ def _announce(sentence: str) -> None:
 
 def _announce_none(plan: Plan, funnel: Funnel) -> None:
     """Say why there are no circuits, or why none of them folds."""
-    from hcsearch.folding import why_none
+    from hcsearch.designs.folding import why_none
 
     if funnel.circuits == 0:
         _announce("no circuits: no closed walk from panel to panel goes through each of them once")
@@ -111,6 +111,6 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
 
 def _next_budget(plan: Plan) -> int:
     """The least budget by which more is done for a folding."""
-    from hcsearch.planning.schedule import FIRST
+    from hcsearch.motion.planning.schedule import FIRST
 
     return 1 + (FIRST if plan.budget is None else plan.budget)

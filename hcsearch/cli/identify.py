@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.basics.errors import printable
 from hcsearch.cli.options import Number, examples
-from hcsearch.errors import printable
 
 if TYPE_CHECKING:
-    from hcsearch.identification.damping import HingeTest
-    from hcsearch.identification.springs import Spring
-    from hcsearch.identification.vibration import FreeVibration
+    from hcsearch.springs.identification.damping import HingeTest
+    from hcsearch.springs.identification.springs import Spring
+    from hcsearch.springs.identification.vibration import FreeVibration
 
 _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hysteresis": "N m"}
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import click
 
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import GRIDS
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import KEEPS
+from hcsearch.designs.grid import GRIDS
 from hcsearch.system.machine import default_database
-from hcsearch.vocabulary import KEEPS
 
 Command = Callable[..., Any]
 

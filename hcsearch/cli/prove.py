@@ -32,7 +32,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     flat; that of a lock lists boxes of fold angles which no motion leaves, or none without a collision of panels.
     All are plain data. `hcsearch verify` checks them with arithmetic that shares nothing with the search, and so do
     programs of their own that need NumPy alone: path_checker.py, lock_checker.py and collision_checker.py in
-    hcsearch/certificates.
+    hcsearch/motion/certificates.
     """
     from hcsearch.api import proving
 
@@ -58,7 +58,7 @@ def verify(path: str) -> None:
     Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
     """
     from hcsearch.api import proving
-    from hcsearch.certificates.proving import CertificateError
+    from hcsearch.motion.certificates.proving import CertificateError
 
     try:
         sentences = proving.verify(path).sentences

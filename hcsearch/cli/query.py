@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from hcsearch.basics.errors import printable
 from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
-from hcsearch.errors import printable
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
 from hcsearch.system.outputs import check_output

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.basics.errors import QueryError
 from hcsearch.cli.options import database_option, examples, named_numbers, query_argument
 from hcsearch.cli.scenes import scene_options
-from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
 from hcsearch.store.formats import FORMATS
 
 if TYPE_CHECKING:
-    from hcsearch.ranking import Ranked
+    from hcsearch.search.ranking import Ranked
     from hcsearch.store import Rows
 
 _STYLES = tuple(style for style in FORMATS if style != "parquet")
@@ -63,7 +63,7 @@ def rank(
     deploy (without a folding, twisted or locked) are left out.
     """
     from hcsearch.api.querying import opened, rank_in
-    from hcsearch.ranking import complete_weights
+    from hcsearch.search.ranking import complete_weights
     from hcsearch.store import format_rows
 
     chosen = complete_weights(_read(weights))

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from hcsearch.errors import SceneError
+from hcsearch.basics.errors import SceneError
 
 Command = Callable[..., Any]
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError, printable
+from hcsearch.basics.play import play_sentence
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
-from hcsearch.errors import HcsearchError, printable
-from hcsearch.play import play_sentence
 from hcsearch.scenes import DEFAULT
 from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short
@@ -18,9 +18,9 @@ from hcsearch.system.terminal import short
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from hcsearch.circuit import Circuit
-    from hcsearch.folding import Folding
-    from hcsearch.panel_sizes import PanelSize
+    from hcsearch.designs.circuit import Circuit
+    from hcsearch.designs.folding import Folding
+    from hcsearch.designs.panel_sizes import PanelSize
 
 
 @click.command(
@@ -54,7 +54,7 @@ def show(
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
     from hcsearch.api import showing
-    from hcsearch.folding import why_none
+    from hcsearch.designs.folding import why_none
 
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
@@ -81,7 +81,7 @@ def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell:
 
 def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tuple[int, str], Any], db: str) -> None:
     """The paths and the deployments of a folding that a database holds, with the commands that repeat them."""
-    from hcsearch.report.reasons import asked_scene, way_option
+    from hcsearch.web.report.reasons import asked_scene, way_option
 
     deployed = {(one["crease"], one["base"]): one["pairs"] for one in row["deployments"] if one["status"] == "deploys"}
     for path in row["motions"]:
@@ -160,7 +160,7 @@ def _with_unit(name: str, value: object) -> str:
 
 
 def _print_folding(folding: Folding, panel: PanelSize) -> None:
-    from hcsearch.twisting import twist
+    from hcsearch.designs.twisting import twist
 
     n = folding.circuit.n
     lk = twist(folding)

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
-    from hcsearch.tuning.robustness import Spread
-    from hcsearch.tuning.tuning import Tuning
+    from hcsearch.springs.tuning.robustness import Spread
+    from hcsearch.springs.tuning.tuning import Tuning
 
 
 @click.command(
@@ -81,7 +81,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     springs; 2 for wrong input.
     """
     from hcsearch.api import tuning as tunings
-    from hcsearch.tuning import facts
+    from hcsearch.springs.tuning import facts
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -118,7 +118,7 @@ def _write(path: str, tuning: Tuning, case: Case) -> None:
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    from hcsearch.tuning import facts
+    from hcsearch.springs.tuning import facts
 
     setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
     scene = written(setup, case.joined_scene, tuning.labels)
@@ -136,7 +136,7 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.tuning.robustness import SPREADS, Spread
+    from hcsearch.springs.tuning.robustness import SPREADS, Spread
 
     shares: dict[str, float] = {}
     twice = "--spread {} is given twice: leave one out"
@@ -149,7 +149,7 @@ def _spread(texts: tuple[str, ...]) -> Spread:
 
 
 def _print(tuning: Tuning, case: Case) -> None:
-    from hcsearch.tuning import facts
+    from hcsearch.springs.tuning import facts
 
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range

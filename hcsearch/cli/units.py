@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.basics.errors import printable
 from hcsearch.cli.options import Number, examples
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import printable
-from hcsearch.grid import GRIDS
+from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
-    from hcsearch.unit_search.search import Searched
+    from hcsearch.library.unit_search.search import Searched
 
 _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
 

@@ -12,11 +12,11 @@ from html import escape
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.drawing import svg_path
+from hcsearch.basics.arrays import Reals
+from hcsearch.cases.replays.replay import Replay, turned
+from hcsearch.cases.replays.stacks import stacks_of
 from hcsearch.export.painting import painters_order
-from hcsearch.replays.replay import Replay, turned
-from hcsearch.replays.stacks import stacks_of
+from hcsearch.shape.drawing import svg_path
 
 FRAMES = 48
 SECONDS = 5.0

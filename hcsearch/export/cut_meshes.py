@@ -6,8 +6,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from hcsearch.mesh import Edge, Point, components
-from hcsearch.pattern import Pair, Pattern
+from hcsearch.shape.mesh import Edge, Point, components
+from hcsearch.shape.pattern import Pair, Pattern
 
 Corner = tuple[int, int]
 """A facet, and the place of a corner in it; also the side that begins there."""

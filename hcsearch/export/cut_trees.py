@@ -12,18 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.dynamics.bodies import Body
-from hcsearch.dynamics.laws import Law
-from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.dynamics.system import JointDrive
-from hcsearch.equality import ByValue
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
+from hcsearch.scenes.laws import Law
 from hcsearch.scenes.setup import Setup, settle
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.panels import panel_bodies
+from hcsearch.springs.dynamics.system import JointDrive
 
 
 @dataclass(frozen=True, eq=False)

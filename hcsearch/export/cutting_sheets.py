@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.digits import strokes
 from hcsearch.export.settings import Profile, SheetKind
-from hcsearch.labels import Labels
-from hcsearch.mesh import Point
-from hcsearch.pattern import Crease, Pair, Pattern
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.mesh import Point
+from hcsearch.shape.pattern import Crease, Pair, Pattern
 
 if TYPE_CHECKING:
     from shapely import Polygon

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.mesh import Point
+from hcsearch.shape.mesh import Point
 
 WIDE, APART, BELOW = 0.5, 0.3, 0.25
 """Width of a digit, the space after it, and that above a line below, over its height."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.cases.case import Case
-from hcsearch.circuit import Circuit
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
 from hcsearch.export.settings import State
-from hcsearch.folding import Folding
-from hcsearch.labels import Labels, labels_of
-from hcsearch.linkage import Linkage
-from hcsearch.replays.replay import Replay
+from hcsearch.shape.labels import Labels, labels_of
+from hcsearch.shape.linkage import Linkage
 
 
 @dataclass(frozen=True)

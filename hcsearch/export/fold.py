@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.circuit import Circuit
+from hcsearch.basics.arrays import Reals
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.designs.circuit import Circuit
 from hcsearch.export.cut_meshes import Mesh, mesh_of
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Fold, Pattern
-from hcsearch.replays.replay import Replay
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Fold, Pattern
 
 Frame = dict[str, Any]
 

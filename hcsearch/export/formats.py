@@ -12,7 +12,7 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from hcsearch.errors import HcsearchError, OutputError
+from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.export import writers
 
 if TYPE_CHECKING:

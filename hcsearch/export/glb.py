@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
+from hcsearch.cases.replays.replay import Replay
 from hcsearch.export.panel_solids import Side, Solid, fan, solid_of
-from hcsearch.replays.replay import Replay
 
 SECONDS = 4.0
 """How long the animation takes: paths have no time of their own, and deployments are over too soon to be seen."""

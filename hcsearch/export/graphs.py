@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding
-from hcsearch.pattern import Pair, Pattern
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
+from hcsearch.shape.pattern import Pair, Pattern
 
 Array = Folding | Circuit | Pattern
 """What graphs are of: a folding, a circuit without a choice of creases, or the pattern of an assembly."""

@@ -11,14 +11,14 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.collision.margins import check_margin
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
+from hcsearch.motion.collision.margins import check_margin
+from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, natural_seconds, settle
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
 
 STEPS = 50_000
 """In the natural time of a scene; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-from hcsearch.collision.distances import nearest_panels
-from hcsearch.replays.replay import Replay
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.motion.collision.distances import nearest_panels
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 
 FLAT = 1e-9
 """Directions are along a face of a solid where their dot product with its unit normal is below this."""

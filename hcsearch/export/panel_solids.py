@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
-from hcsearch.equality import ByValue
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import Labels, is_name, ranges
-from hcsearch.linkage import Linkage
-from hcsearch.mesh import sides_of
-from hcsearch.pattern import Pattern
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.shape.labels import Labels, is_name, ranges
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import sides_of
+from hcsearch.shape.pattern import Pattern
 
 Side = Literal["top", "bottom", "side", "valley", "mountain"]
 """What a face is: top or bottom of the panel, a wall without a hinge, or one with a hinge on its top or bottom edge."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 
 End = Literal["flat", "folded"]
 State = End | float

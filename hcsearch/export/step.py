@@ -10,10 +10,10 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
 
 _HEAD = """ISO-10303-21;
 HEADER;

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.export.panel_solids import MILLIMETRES, placed, solid_of
-from hcsearch.linkage import Linkage
+from hcsearch.shape.linkage import Linkage
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 

@@ -9,10 +9,10 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
 
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"

@@ -13,10 +13,10 @@ from xml.etree import ElementTree as Xml
 
 from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers
 from hcsearch.export.stl import stl_of
-from hcsearch.labels import Labels
-from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
 
 FREE = 1e6
 """Greatest effort and rate of a joint (N m, rad/s), which URDF wants: ours have none."""

@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 
 if TYPE_CHECKING:
-    from hcsearch.circuit import Circuit
+    from hcsearch.designs.circuit import Circuit
+    from hcsearch.designs.folding import Folding
     from hcsearch.export.cutting_sheets import Sheet
     from hcsearch.export.exported import Exported
     from hcsearch.export.settings import Profile, SheetKind, State
-    from hcsearch.folding import Folding
-    from hcsearch.pattern import Pattern
+    from hcsearch.shape.pattern import Pattern
 
 
 def write_fold(exported: Exported) -> str:

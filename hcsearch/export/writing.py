@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, get_args
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.case import Case
 from hcsearch.cases.names import design_named
 from hcsearch.cases.places import Place
+from hcsearch.cases.replays.sources import By, replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, split_crease
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS, Content, Format
 from hcsearch.export.settings import NAMES, Settings, State
-from hcsearch.folding import Folding, split_crease
-from hcsearch.replays.sources import By, replay_case
 
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:

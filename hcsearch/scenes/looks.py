@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.scenes.scene import Scene, joined_name
-from hcsearch.vocabulary import WAYS, Way
 
 if TYPE_CHECKING:
     from hcsearch.scenes.setup import Setup

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields, replace
 
-from hcsearch.errors import SceneError
-from hcsearch.panel_sizes import PanelSize, default_panel, panel_text
-from hcsearch.vocabulary import WAYS, Way
+from hcsearch.basics.errors import SceneError
+from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_text
 
 Vector = tuple[float, float, float]
 

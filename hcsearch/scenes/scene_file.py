@@ -7,12 +7,12 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from hcsearch.errors import SceneError
-from hcsearch.panel_sizes import panel_text, read_panel
+from hcsearch.basics.errors import SceneError
+from hcsearch.basics.vocabulary import FORMULATIONS
+from hcsearch.designs.panel_sizes import panel_text, read_panel
 from hcsearch.scenes.scene import DEFAULT, SCENES, Scene
 from hcsearch.scenes.values import MOST, read_value, shown, with_points
 from hcsearch.system.reading import parse_toml, read_toml
-from hcsearch.vocabulary import FORMULATIONS
 
 _IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
 _ON_TOP = ("flat_pairs", "held", "springs")

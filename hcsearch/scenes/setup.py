@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.collision.margins import EDGE, margin_of, scale_of
-from hcsearch.dynamics.laws import Law, law_named, linear
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import Labels, labels_of
-from hcsearch.linkage import Linkage
-from hcsearch.mesh import facet_area
-from hcsearch.panel_sizes import default_panel
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.motion.collision.margins import EDGE, margin_of, scale_of
+from hcsearch.scenes.laws import Law, law_named, linear
 from hcsearch.scenes.scene import DEFAULT, SCENES, Scene, Vector
+from hcsearch.shape.labels import Labels, labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import facet_area
 
 SECONDS = 1.0
 """How long the scene `default` is given, s."""

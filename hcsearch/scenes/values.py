@@ -7,9 +7,9 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hcsearch.errors import SceneError, refusal
-from hcsearch.panel_sizes import LARGEST, SMALLEST, read_panel
-from hcsearch.vocabulary import WAYS, Way
+from hcsearch.basics.errors import SceneError, refusal
+from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.designs.panel_sizes import LARGEST, SMALLEST, read_panel
 
 Reader = Callable[[str, Any], Any]
 
@@ -133,7 +133,7 @@ def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
 
 def _name(text: str) -> str:
     """Read the name of a panel or hinge, without needless zeros."""
-    from hcsearch.labels import is_name  # noqa: PLC0415 - loads kernels, which scenes of the program do without
+    from hcsearch.shape.labels import is_name  # noqa: PLC0415 - loads kernels, which scenes of the program do without
 
     if not is_name(text):
         raise ValueError
@@ -211,7 +211,7 @@ def _springs_with_points(springs: Any, folder: Path) -> Any:
 
 
 def _law_with_points(law: str, folder: Path) -> str:
-    from hcsearch.dynamics.laws import law_named, spring_law  # noqa: PLC0415 - as above
+    from hcsearch.scenes.laws import law_named, spring_law  # noqa: PLC0415 - as above
 
     text = spring_law(law, folder)
     law_named(text)  # refuses what is no law

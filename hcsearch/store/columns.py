@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from hcsearch.grid import GRIDS
-from hcsearch.vocabulary import (
+from hcsearch.basics.vocabulary import (
     DESIGN_STATUSES,
     ENDS,
     FOLDING_STATUSES,
@@ -19,6 +18,7 @@ from hcsearch.vocabulary import (
     VERDICTS,
     WAYS,
 )
+from hcsearch.designs.grid import GRIDS
 
 Kind = Literal["integer", "boolean", "real", "text"]
 Better = Literal["higher", "lower", ""]

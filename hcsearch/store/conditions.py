@@ -28,9 +28,9 @@ from sqlalchemy import (
     true,
 )
 
-from hcsearch.circuit import Circuit
-from hcsearch.errors import ArrayError, NotationError, QueryError
-from hcsearch.grid import GRIDS, grid_named, parse_array
+from hcsearch.basics.errors import ArrayError, NotationError, QueryError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import grammar
 from hcsearch.store.columns import VIEWS, Quantity, column_names

@@ -12,7 +12,7 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import ChangedError, detail_of, explained
 from hcsearch.store.location import (

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, Select, bindparam, delete, select, update
 
-from hcsearch.records import NONE, DesignBatch, MobilityBatch
+from hcsearch.designs.records import NONE, DesignBatch, MobilityBatch
 from hcsearch.store.rows import next_id
 from hcsearch.store.schema import design, folding
 from hcsearch.store.upsert import insert_rows

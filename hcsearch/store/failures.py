@@ -13,7 +13,7 @@ from typing import ParamSpec, TypeVar
 
 from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.system.disks import locks_files
 
 # A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;

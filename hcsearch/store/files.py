@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any
 
-from hcsearch.errors import QueryError
+from hcsearch.basics.errors import QueryError
 from hcsearch.store.formats import check_names, format_rows, plain
 from hcsearch.store.rows import Row, Rows
 from hcsearch.system.outputs import replacing

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from hcsearch.errors import QueryError, printable
+from hcsearch.basics.errors import QueryError, printable
 from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hcsearch.errors import QueryError
+from hcsearch.basics.errors import QueryError
 
 MOST_CONDITIONS = 500
 """In one query: databases allow about twice as many."""

@@ -12,16 +12,16 @@ import numpy as np
 from sqlalchemy import Row, Select, and_, func
 from sqlalchemy import select as sql_select
 
-from hcsearch.arrays import Reals
-from hcsearch.equality import ByValue
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import DatabaseError
+from hcsearch.basics.vocabulary import Status, Way
 from hcsearch.scenes import DEFAULT
 from hcsearch.scenes.looks import Look
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
 from hcsearch.store.schema import deployment, design, motion, outcome, verdict
-from hcsearch.vocabulary import Status, Way
 
 LARGEST_PATH = 8 << 20
 """Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""

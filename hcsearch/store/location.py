@@ -14,7 +14,7 @@ from urllib.parse import unquote
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
-from hcsearch.errors import DatabaseError, printable
+from hcsearch.basics.errors import DatabaseError, printable
 from hcsearch.store.failures import NO_LOCKS
 from hcsearch.system.disks import locks_files
 

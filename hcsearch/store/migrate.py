@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, inspect, text
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store.columns import VIEWS
 from hcsearch.store.schema import APPLICATION_ID, REVISION, VERSION_TABLE
 from hcsearch.store.views import create_view

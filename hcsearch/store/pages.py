@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, and_, func, literal_column, or_
 from sqlalchemy import select as sql_select
 
-from hcsearch.errors import DatabaseError, QueryError
+from hcsearch.basics.errors import DatabaseError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.conditions import find_quantity, parse_query, quantities_named, view_table
 from hcsearch.store.database import Database

@@ -11,9 +11,9 @@ from typing import Any
 from sqlalchemy import ColumnElement, FromClause, Select
 from sqlalchemy import select as sql_select
 
-from hcsearch.circuit import Circuit
-from hcsearch.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
-from hcsearch.panel_sizes import is_panel
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.panel_sizes import is_panel
 from hcsearch.scenes import DEFAULT, SCENES
 from hcsearch.store.columns import Kind
 from hcsearch.store.conditions import named_grids, parse_query, quantities_named, sort_terms, view_table

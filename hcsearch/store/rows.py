@@ -14,7 +14,7 @@ from typing import Any
 from sqlalchemy import Column, Connection, CursorResult, Select, func, select
 from sqlalchemy.exc import DBAPIError
 
-from hcsearch.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.store.columns import Kind, view_names
 from hcsearch.store.failures import is_of_database, is_of_values, is_refusal
 

@@ -25,7 +25,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-from hcsearch.vocabulary import DESIGN_STATUSES, FOLDING_STATUSES, OUTCOMES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
+from hcsearch.basics.vocabulary import DESIGN_STATUSES, FOLDING_STATUSES, OUTCOMES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 
 REVISION = "0001"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""

@@ -15,7 +15,7 @@ from urllib.parse import quote
 from sqlalchemy import Connection, Engine, Pool, QueuePool, create_engine, event
 from sqlalchemy.exc import DisconnectionError
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store.failures import LOCKED, primary_code
 from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 

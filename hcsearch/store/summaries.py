@@ -10,6 +10,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Select, case, distinct, func
 from sqlalchemy import select as sql_select
 
+from hcsearch.basics.vocabulary import Status
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS, Kind, column_names
 from hcsearch.store.conditions import parse_query, view_table
@@ -17,7 +18,6 @@ from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.queries import check_scene, order_of
 from hcsearch.store.rows import Result, checked_rows, parts_of
-from hcsearch.vocabulary import Status
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
 """The column of a view with rows of all scenes that names the scene whose verdict a row serves."""

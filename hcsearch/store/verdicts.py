@@ -10,9 +10,10 @@ from typing import Any
 
 from sqlalchemy import Connection, and_, case, delete, func, select
 
-from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.play import millimetres
-from hcsearch.records import (
+from hcsearch.basics.errors import DatabaseError, SceneError
+from hcsearch.basics.play import millimetres
+from hcsearch.basics.vocabulary import STATUSES
+from hcsearch.designs.records import (
     DeploymentBatch,
     Evidence,
     MotionBatch,
@@ -29,7 +30,6 @@ from hcsearch.store.rows import parts_of
 from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
-from hcsearch.vocabulary import STATUSES
 
 Columns = dict[str, list[Any]]
 

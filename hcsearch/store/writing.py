@@ -9,8 +9,8 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, and_, distinct, func, select, update
 
-from hcsearch.errors import DatabaseError
-from hcsearch.records import DesignBatch, StageResult, WorkKey
+from hcsearch.basics.errors import DatabaseError
+from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
 from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.designs import insert_designs

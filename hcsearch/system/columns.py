@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.reading import MOST_BYTES, read_text
 
 TINY, HUGE = 1e-30, 1e30

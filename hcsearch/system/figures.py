@@ -11,7 +11,7 @@ from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output, replacing
 
 if TYPE_CHECKING:

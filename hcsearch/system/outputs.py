@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcsearch.errors import HcsearchError, OutputError
+from hcsearch.basics.errors import HcsearchError, OutputError
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from hcsearch.errors import InputFileError
+from hcsearch.basics.errors import InputFileError
 
 MOST_BYTES = 4 * 2**20
 """Size of a file unless its reader allows more: ten times what the largest array takes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from contextlib import suppress
 
-from hcsearch.errors import one_line
+from hcsearch.basics.errors import one_line
 
 PLAIN = 1e7
 """Below this a number is written out: 160, not 1.6e+02."""

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.collision.distances import closest_of_pairs
 from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, ProximityRow, proximity_row
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample

@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
-from hcsearch.collision.distances import Proximity, proximal_distances
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import run
-from hcsearch.linkage import Linkage
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.motion.collision.distances import Proximity, proximal_distances
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import run
 from hcsearch_bench.collision.proofs import search, settle
 from hcsearch_bench.peers import coal_distances as coal
 from hcsearch_bench.run.timing import Stopwatch, median_time

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 
 Random = np.random.Generator
 

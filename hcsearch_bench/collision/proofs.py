@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.collision.distances import BITS, MASK, closest_of_pairs
 
 Exact = list[Fraction]

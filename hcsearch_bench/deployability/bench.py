@@ -11,17 +11,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.deployment.verdicts import verdicts
-from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.folding import folding_at
-from hcsearch.grid import grid_named, parse_array
-from hcsearch.planning.proofs import PLAYS
-from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
+from hcsearch.designs.folding import folding_at
+from hcsearch.designs.grid import grid_named, parse_array
+from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
+from hcsearch.motion.planning.proofs import PLAYS
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import PATIENT, SPREAD, looks_at
 from hcsearch.scenes.setup import SOFTEST, STIFFEST
-from hcsearch.stages.mobility import mobility
-from hcsearch.stages.motion_batches import motions
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.search.stages.mobility import mobility
+from hcsearch.search.stages.motion_batches import motions
+from hcsearch.springs.deployment.verdicts import verdicts
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table

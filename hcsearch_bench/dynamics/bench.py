@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from hcsearch.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted
 from hcsearch_bench.dynamics.case_rows import LEVELS, OUTPUTS, CaseRow, ReferenceRow, seconds_at, subject_rows
 from hcsearch_bench.dynamics.deployments import (
     BOUNCE,

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.deployment.arrivals import Arrival, arrivals
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import Deployment, deploy, run
-from hcsearch.labels import labels_of
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.arrivals import Arrival, arrivals
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import Deployment, deploy, run
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hcsearch.folding import Folding
+    from hcsearch.designs.folding import Folding
     from hcsearch.scenes import Scene
 
 ORDER, COMPARED = 6, 3

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.dynamics.bodies import Body, prism
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.system import JointDrive, System
-from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.scenes.laws import linear
+from hcsearch.springs.dynamics.bodies import Body, prism
+from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
 
 EVALUATED = 100_000
 """Panels times evaluations that are timed together."""
@@ -95,7 +95,7 @@ def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
 
 
 def _step_us(system: System, repeats: int) -> float:
-    from hcsearch.dynamics.simulation import simulate
+    from hcsearch.springs.dynamics.simulation import simulate
 
     v = np.zeros(system.n_joints)
 

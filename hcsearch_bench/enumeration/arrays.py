@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.peers.engines import ENGINES, Engine
 from hcsearch_bench.run.job import OWN_LIMIT, JobResult, run_job
 from hcsearch_bench.run.machine import MISSING

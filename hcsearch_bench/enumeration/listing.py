@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
 from hcsearch_bench.run.report import Say
 from hcsearch_bench.subjects.polygons import list_polygons

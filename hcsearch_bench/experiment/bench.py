@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.deployment.deploying import Deployment, deploy
-from hcsearch.linkage import Linkage
+from hcsearch.basics.vocabulary import Formulation
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import Vector
-from hcsearch.tuning.choice import SpringSet
-from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
-from hcsearch.vocabulary import Formulation
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.deploying import Deployment, deploy
+from hcsearch.springs.tuning.choice import SpringSet
+from hcsearch.springs.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.figures import figure_for
 from hcsearch_bench.run.job import JobResult, run_job
 from hcsearch_bench.run.machine import this_machine

@@ -15,10 +15,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.dynamics.laws import law_named
-from hcsearch.identification.damping import HingeTest, hinge_test
-from hcsearch.identification.springs import identify_spring
-from hcsearch.identification.vibration import identify_modes
+from hcsearch.scenes.laws import law_named
+from hcsearch.springs.identification.damping import HingeTest, hinge_test
+from hcsearch.springs.identification.springs import identify_spring
+from hcsearch.springs.identification.vibration import identify_modes
 from hcsearch.system.figures import figure_for
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.machine import this_machine

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.dynamics.laws import Law
+from hcsearch.basics.arrays import Reals
+from hcsearch.scenes.laws import Law
 
 MOST_ANGLE = 13.0 * math.pi / 15.0
 """Where the thesis's rig for springs ends, rad."""

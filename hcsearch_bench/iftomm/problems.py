@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.dynamics.bodies import Body, joined
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.system import JointDrive, Strut, System
-from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.basics.arrays import Reals
+from hcsearch.scenes.laws import linear
+from hcsearch.springs.dynamics.bodies import Body, joined
+from hcsearch.springs.dynamics.system import JointDrive, Strut, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import references
 
 GRAVITY = 9.81

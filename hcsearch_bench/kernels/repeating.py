@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work

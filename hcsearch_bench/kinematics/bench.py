@@ -158,7 +158,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Kinem
 
 def measure_branches(*, say: Say) -> list[BranchRow]:
     """One row a unit, end and kind of hinge."""
-    from hcsearch.paths.branches import branches
+    from hcsearch.motion.paths.branches import branches
 
     rows = []
     for name in UNITS:
@@ -190,11 +190,11 @@ def measure_branches(*, say: Say) -> list[BranchRow]:
 
 def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[DescentRow]:
     """Two rows a grid and n: flat pairs rigid, and hinged."""
-    from hcsearch.enumeration import enumerate_circuits
-    from hcsearch.folding import foldings
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.descent import descend, find_motion
-    from hcsearch.twisting import twist
+    from hcsearch.designs.folding import foldings
+    from hcsearch.designs.twisting import twist
+    from hcsearch.motion.paths.descent import descend, find_motion
+    from hcsearch.search.enumeration import enumerate_circuits
+    from hcsearch.shape.linkage import Linkage
 
     rows = []
     for grid, n in designs:

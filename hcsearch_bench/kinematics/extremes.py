@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
 from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.motions import Path
-    from hcsearch.pattern import Pattern
+    from hcsearch.motion.paths.motions import Path
+    from hcsearch.shape.linkage import Linkage
+    from hcsearch.shape.pattern import Pattern
 
 
 BASE = 0.030
@@ -84,7 +84,7 @@ def measure_extremes(*, quick: bool, say: Say) -> list[ExtremeRow]:
 
 def judge(scene: ExtremeScene) -> ExtremeRow:
     """Follow a scene's path and give the verdict; HcsearchError when it claims more than is true."""
-    from hcsearch.kinematics.rank import rank_at
+    from hcsearch.motion.kinematics.rank import rank_at
 
     begin = time.perf_counter()
     path = scene.run()
@@ -153,7 +153,7 @@ def _shapes(quick: bool) -> Iterator[ExtremeScene]:
 
 def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
     """A unit that opens from its folded state."""
-    from hcsearch.paths.following import follow
+    from hcsearch.motion.paths.following import follow
 
     return ExtremeScene(
         group, name, unit.linkage, partial(follow, unit.linkage, unit.linkage.folded, unit.opening()), unit.path_error
@@ -161,7 +161,7 @@ def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
 
 
 def _sizes(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.paths.following import follow
+    from hcsearch.motion.paths.following import follow
 
     for panels in (2, 200) if quick else (2, 20, 200, 2000):
         chain = _chain(panels)
@@ -174,8 +174,8 @@ def _sizes(quick: bool) -> Iterator[ExtremeScene]:
 
 def _chain(panels: int) -> Linkage:
     """Squares in a row that fold like a map, on alternating faces."""
-    from hcsearch.linkage import Linkage
-    from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
+    from hcsearch.shape.linkage import Linkage
+    from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
 
     side = 0.05
     facets = tuple(
@@ -193,8 +193,8 @@ def _straight(path: Path) -> float:
 
 def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
-    from hcsearch.kinematics.closing import close
-    from hcsearch.paths.following import Limits, Stepping, follow
+    from hcsearch.motion.kinematics.closing import close
+    from hcsearch.motion.paths.following import Limits, Stepping, follow
 
     rng = np.random.default_rng(linkage.n_hinges)
     start = close(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
@@ -212,11 +212,11 @@ def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
 
 
 def _starts() -> Iterator[ExtremeScene]:
-    from hcsearch.assemblies.assembly import Parameters
-    from hcsearch.assemblies.eight_r import eight_r
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.branches import branches
-    from hcsearch.paths.following import Limits, follow
+    from hcsearch.library.assemblies.assembly import Parameters
+    from hcsearch.library.assemblies.eight_r import eight_r
+    from hcsearch.motion.paths.branches import branches
+    from hcsearch.motion.paths.following import Limits, follow
+    from hcsearch.shape.linkage import Linkage
 
     element = Linkage(eight_r(Parameters()))
     subjects: list[tuple[str, Linkage, Callable[[Path], float] | None]] = [("8R", element, None)]
@@ -239,10 +239,10 @@ def _starts() -> Iterator[ExtremeScene]:
 
 
 def _nearly(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.assemblies.assembly import Parameters
-    from hcsearch.assemblies.eight_r import eight_r
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.following import follow
+    from hcsearch.library.assemblies.assembly import Parameters
+    from hcsearch.library.assemblies.eight_r import eight_r
+    from hcsearch.motion.paths.following import follow
+    from hcsearch.shape.linkage import Linkage
 
     unit = KnownUnit("II")
     element = eight_r(Parameters())
@@ -260,7 +260,7 @@ def _nearly(quick: bool) -> Iterator[ExtremeScene]:
 
 def _folding(element: Linkage) -> Reals:
     """Velocity of the skew-symmetric motion at the flat state of an 8R element."""
-    from hcsearch.assemblies.assembly import Parameters
+    from hcsearch.library.assemblies.assembly import Parameters
 
     parts = np.arange(element.n_hinges) % 2
     velocity: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)

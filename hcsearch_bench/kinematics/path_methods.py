@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.following import Stepping
-    from hcsearch.paths.motions import Path
+    from hcsearch.motion.paths.following import Stepping
+    from hcsearch.motion.paths.motions import Path
+    from hcsearch.shape.linkage import Linkage
 
 UNITS = ("I", "II")
 METHODS = ("euler", "taylor", "adams", "runge-kutta", "hermite")
@@ -78,10 +78,10 @@ class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
-        from hcsearch.assemblies.assembly import Parameters
-        from hcsearch.assemblies.eight_r import joint_parts, skew_symmetric
-        from hcsearch.assemblies.units import unit_i, unit_ii
-        from hcsearch.linkage import Linkage
+        from hcsearch.library.assemblies.assembly import Parameters
+        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric
+        from hcsearch.library.assemblies.units import unit_i, unit_ii
+        from hcsearch.shape.linkage import Linkage
 
         self.parameters = Parameters(**parameters)  # type: ignore[arg-type]
         self.pattern = {"I": unit_i, "II": unit_ii}[unit](self.parameters)
@@ -142,7 +142,7 @@ def measure_paths(units: Sequence[str], *, quick: bool, repeats: int, say: Say) 
 
 
 def _steppings(quick: bool) -> Iterator[Stepping]:
-    from hcsearch.paths.following import Stepping
+    from hcsearch.motion.paths.following import Stepping
 
     for method in METHODS:
         for step in QUICK_STEPS if quick else STEPS:
@@ -156,7 +156,7 @@ def _steppings(quick: bool) -> Iterator[Stepping]:
 
 
 def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> PathRow:
-    from hcsearch.paths.following import Limits, follow
+    from hcsearch.motion.paths.following import Limits, follow
 
     adaptive = stepping.adapts
     start = unit.linkage.folded if adaptive else unit.at(MARGIN)
@@ -199,10 +199,10 @@ def _timed(run: Callable[[], Path], repeats: int) -> tuple[Path, float, int]:
 
 def ring(columns: int) -> Linkage:
     """A ring of 2 x `columns` squares of 50 mm, 6 mm thick, in two stacks when folded."""
-    from hcsearch.circuit import Circuit
-    from hcsearch.folding import foldings
-    from hcsearch.grid import grid_named
-    from hcsearch.linkage import Linkage
+    from hcsearch.designs.circuit import Circuit
+    from hcsearch.designs.folding import foldings
+    from hcsearch.designs.grid import grid_named
+    from hcsearch.shape.linkage import Linkage
 
     word = (0,) * (columns - 1) + (1,) + (2,) * (columns - 1) + (3,)
     folding = foldings(Circuit(grid_named("square"), word))[-1]

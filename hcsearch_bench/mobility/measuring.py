@@ -9,17 +9,17 @@ from statistics import median
 
 import numpy as np
 
-from hcsearch.enumeration import FoldedSearch
-from hcsearch.folding import Folding, fold, folding_at
-from hcsearch.grid import grid_named
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import Lock, lock_at
-from hcsearch.locks.tightness import Tightness, tightness
-from hcsearch.panel_sizes import PanelSize, default_panel
-from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.stages.mobility import mobility
-from hcsearch.twisting import twist_batch
-from hcsearch.vocabulary import Way
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding, fold, folding_at
+from hcsearch.designs.grid import grid_named
+from hcsearch.designs.panel_sizes import PanelSize, default_panel
+from hcsearch.designs.records import CircuitBatch, FoldingBatch
+from hcsearch.designs.twisting import twist_batch
+from hcsearch.motion.locks.proofs import Lock, lock_at
+from hcsearch.motion.locks.tightness import Tightness, tightness
+from hcsearch.search.enumeration import FoldedSearch
+from hcsearch.search.stages.mobility import mobility
+from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.run.report import Say
 
 SIZES: dict[str, tuple[int, ...]] = {

@@ -37,8 +37,8 @@ class Engine:
 
 def ours_count(grid: str, spec: str, repeats: int) -> Row:
     """Exact numbers by frontier states, and by Burnside up to symmetry."""
-    from hcsearch.enumeration import count_array
-    from hcsearch.grid import grid_named, parse_array
+    from hcsearch.designs.grid import grid_named, parse_array
+    from hcsearch.search.enumeration import count_array
 
     def run(spec: str = spec) -> Row:
         build, answer = Stopwatch(), Stopwatch()
@@ -63,8 +63,8 @@ def ours_words(grid: str, spec: str, repeats: int) -> Row:
 
 
 def _ours(grid: str, spec: str, repeats: int, *, words: bool) -> Row:
-    from hcsearch.enumeration import ArraySearch
-    from hcsearch.grid import grid_named, parse_array
+    from hcsearch.designs.grid import grid_named, parse_array
+    from hcsearch.search.enumeration import ArraySearch
 
     def run(spec: str = spec) -> Row:
         build, answer = Stopwatch(), Stopwatch()
@@ -148,7 +148,7 @@ def backtracker_list(grid: str, spec: str, repeats: int) -> Row:
 
 
 def _graph(grid: str, spec: str) -> tuple[int, list[tuple[int, int]]]:
-    from hcsearch.grid import grid_named, parse_array
+    from hcsearch.designs.grid import grid_named, parse_array
 
     array = parse_array(grid_named(grid), spec)
     return array.n, [(u, v) for u, v, _ in array.edges()]

@@ -8,13 +8,13 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.dynamics.trees import GROUND
+from hcsearch.basics.arrays import Reals
+from hcsearch.springs.dynamics.trees import GROUND
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
-    from hcsearch.dynamics.system import System
+    from hcsearch.springs.dynamics.system import System
 
 
 LEAST = 1e-12

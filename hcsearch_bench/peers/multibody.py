@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-from hcsearch.arrays import Reals
-from hcsearch.dynamics.system import System
+from hcsearch.basics.arrays import Reals
+from hcsearch.springs.dynamics.system import System
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import Trajectory
 from hcsearch_bench.run.timing import median_time

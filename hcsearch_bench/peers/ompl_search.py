@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.planning.closing import close, new_closing, open_by
 from hcsearch.kernels.planning.search import PIECE, fan_out
 from hcsearch.kernels.planning.space import pick, place
 from hcsearch.kernels.planning.trees import StateTree, new_tree
-from hcsearch.planning.forests import CAPACITY, STARTS, TRIES
-from hcsearch.planning.planner import Planner
+from hcsearch.motion.planning.forests import CAPACITY, STARTS, TRIES
+from hcsearch.motion.planning.planner import Planner
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import UnableError
 

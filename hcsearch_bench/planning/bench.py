@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.system.figures import figure_for
 from hcsearch.system.outputs import write_output
 from hcsearch_bench.planning.beside_ompl import JoinedFolding, PeerRow, peer_rows

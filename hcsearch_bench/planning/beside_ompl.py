@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.collision.margins import margin_of
-from hcsearch.folding import Folding
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import Prover
-from hcsearch.vocabulary import Way
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.motion.collision.margins import margin_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import Prover
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.run.work_precision import OURS, UnableError

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.folding import folding_at
-from hcsearch.planning.motions import motion_of
+from hcsearch.designs.folding import folding_at
+from hcsearch.motion.planning.motions import motion_of
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch_bench.planning.foldings import Group
 from hcsearch_bench.run.timing import Stopwatch

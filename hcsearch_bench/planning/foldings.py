@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.folding import folding_at
-from hcsearch.grid import grid_named, parse_array
-from hcsearch.planning.proofs import PLAYS
-from hcsearch.records import CircuitBatch, FoldingBatch
+from hcsearch.designs.folding import folding_at
+from hcsearch.designs.grid import grid_named, parse_array
+from hcsearch.designs.records import CircuitBatch, FoldingBatch
+from hcsearch.motion.planning.proofs import PLAYS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
-from hcsearch.stages.mobility import locked_with, locks_of, mobility
-from hcsearch.stages.motion_batches import motions
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.search.stages.mobility import locked_with, locks_of, mobility
+from hcsearch.search.stages.motion_batches import motions
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.subjects.foldings import untwisted
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import ClassVar
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT
 from hcsearch_bench.run.machine import MISSING, this_machine
 from hcsearch_bench.run.process import Finished, run_measured

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 
 PACKAGE = "distributed"
 

@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from urllib.parse import SplitResult, unquote, urlsplit
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 
 Variables = dict[str, str]
 Maker = Callable[[], AbstractContextManager[Variables]]

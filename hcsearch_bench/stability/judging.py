@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.stability.sweeps import FEW, SweepCase
 from hcsearch_bench.stability.truths import largest_energy, states
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.deploying import Deployment
+    from hcsearch.springs.deployment.deploying import Deployment
 
 
 VERDICTS = ("accurate", "degraded", "refused", "wrong")
@@ -103,9 +103,9 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
 
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
-    from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.deployment.deploying import judged, run
-    from hcsearch.dynamics.simulation import simulate
+    from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+    from hcsearch.springs.deployment.deploying import judged, run
+    from hcsearch.springs.dynamics.simulation import simulate
 
     keep = frozenset(OMISSIONS if case.whole else ())
     compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.run.process import Finished, run_measured
 from hcsearch_bench.run.report import Say
 
@@ -171,9 +171,9 @@ def branches_of_assemblies() -> Answer:
 
     Of families, of which a search shows some members, their dimensions.
     """
-    from hcsearch.assemblies import ASSEMBLIES
-    from hcsearch.linkage import Linkage
-    from hcsearch.paths.branches import branches
+    from hcsearch.library.assemblies import ASSEMBLIES
+    from hcsearch.motion.paths.branches import branches
+    from hcsearch.shape.linkage import Linkage
 
     answer: Answer = []
     for name in SUBJECTS:

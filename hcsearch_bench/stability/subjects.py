@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.compiling import Compiled
-    from hcsearch.linkage import Linkage
+    from hcsearch.shape.linkage import Linkage
+    from hcsearch.springs.deployment.compiling import Compiled
 
 
 SIDE = 0.050
@@ -51,11 +51,11 @@ class StabilitySubject:
 
 @cache
 def _linkage(name: str, panels: int, ratio: float) -> Linkage:
-    from hcsearch.assemblies import ASSEMBLIES
-    from hcsearch.circuit import Circuit
-    from hcsearch.folding import Folding, foldings
-    from hcsearch.grid import grid_named
-    from hcsearch.linkage import Linkage
+    from hcsearch.designs.circuit import Circuit
+    from hcsearch.designs.folding import Folding, foldings
+    from hcsearch.designs.grid import grid_named
+    from hcsearch.library.assemblies import ASSEMBLIES
+    from hcsearch.shape.linkage import Linkage
 
     size = (SIDE, SIDE, ratio * SIDE)
     if name == "strip":
@@ -74,8 +74,8 @@ def _linkage(name: str, panels: int, ratio: float) -> Linkage:
 
 def _strip(panels: int, thickness: float) -> Linkage:
     """Squares in a row that fold like a map, on alternating faces; the first one is held."""
-    from hcsearch.linkage import Linkage
-    from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
+    from hcsearch.shape.linkage import Linkage
+    from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
 
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((SIDE * (k + x), SIDE * y) for x, y in corners) for k in range(panels))

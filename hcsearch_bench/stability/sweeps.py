@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.vocabulary import INTEGRATORS
 from hcsearch.scenes import Scene
-from hcsearch.vocabulary import INTEGRATORS
 from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
 
 if TYPE_CHECKING:
-    from hcsearch.vocabulary import Formulation
+    from hcsearch.basics.vocabulary import Formulation
 
 
 STIFFNESS = 0.1

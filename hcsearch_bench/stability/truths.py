@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.arrays import Reals
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.compiling import Compiled
-    from hcsearch.deployment.deploying import Deployment
-    from hcsearch.dynamics.simulation import Motion
+    from hcsearch.basics.vocabulary import Formulation
     from hcsearch.scenes import Scene
-    from hcsearch.vocabulary import Formulation
+    from hcsearch.springs.deployment.compiling import Compiled
+    from hcsearch.springs.deployment.deploying import Deployment
+    from hcsearch.springs.dynamics.simulation import Motion
     from hcsearch_bench.stability.subjects import StabilitySubject
 
 
@@ -225,9 +225,9 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 @cache
 def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
-    from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.deployment.outcomes import FLAT
-    from hcsearch.dynamics.simulation import simulate
+    from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+    from hcsearch.springs.deployment.outcomes import FLAT
+    from hcsearch.springs.dynamics.simulation import simulate
 
     compiled = compile_scene(subject.linkage, scene, formulation, keep=frozenset(OMISSIONS))
     motion = simulate(

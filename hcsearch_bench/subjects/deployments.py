@@ -9,15 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from hcsearch.arrays import Reals
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
-from hcsearch.deployment.deploying import run
-from hcsearch.dynamics.system import System
-from hcsearch.folding import Folding
-from hcsearch.linkage import Linkage
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.vocabulary import Formulation, Way
+from hcsearch.designs.folding import Folding
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES, Scene
-from hcsearch.vocabulary import Formulation, Way
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import OMISSIONS, Compiled, compile_scene
+from hcsearch.springs.deployment.deploying import run
+from hcsearch.springs.dynamics.system import System
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)
 """Uniform springs and dampers, no gravity: those of the measured 14-panel loop that the goals come from."""

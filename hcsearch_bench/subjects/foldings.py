@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from hcsearch.enumeration import Search
-from hcsearch.folding import fold
-from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.twisting import twist_batch
+from hcsearch.designs.folding import fold
+from hcsearch.designs.records import CircuitBatch, FoldingBatch
+from hcsearch.designs.twisting import twist_batch
+from hcsearch.search.enumeration import Search
 
 Batches = Iterable[tuple[CircuitBatch, FoldingBatch]]
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 from hcsearch_bench.run.timing import Row, Stopwatch, repeated, timed
 
 if TYPE_CHECKING:
-    from hcsearch.enumeration import FoldedSearch
-    from hcsearch.records import Integers
+    from hcsearch.designs.records import Integers
+    from hcsearch.search.enumeration import FoldedSearch
 
 
 def list_polygons(grid: str, n: int, repeats: int) -> Row:
     """List, fold and twist all circuits of n panels; only the making of each is timed."""
-    from hcsearch.enumeration import PolygonSearch
-    from hcsearch.folding import fold
-    from hcsearch.grid import grid_named
-    from hcsearch.twisting import twist_batch
+    from hcsearch.designs.folding import fold
+    from hcsearch.designs.grid import grid_named
+    from hcsearch.designs.twisting import twist_batch
+    from hcsearch.search.enumeration import PolygonSearch
 
     def run(n: int = n) -> Row:
         search = PolygonSearch(grid_named(grid), n)
@@ -46,8 +46,8 @@ def _distinct(rows: Integers) -> int:
 
 def join_polygons(grid: str, n: int, keep: str, repeats: int) -> Row:
     """Join half-chains to all designs, then fold and twist these; only the making of each is timed."""
-    from hcsearch.folding import fold
-    from hcsearch.twisting import twist_batch
+    from hcsearch.designs.folding import fold
+    from hcsearch.designs.twisting import twist_batch
 
     def run(n: int = n) -> Row:
         watch = Stopwatch()
@@ -79,7 +79,7 @@ def count_polygons(grid: str, n: int, keep: str, repeats: int) -> Row:
 
 
 def _search(grid: str, n: int, keep: str) -> FoldedSearch:
-    from hcsearch.enumeration import FoldedSearch
-    from hcsearch.grid import grid_named
+    from hcsearch.designs.grid import grid_named
+    from hcsearch.search.enumeration import FoldedSearch
 
     return FoldedSearch(grid_named(grid), n, untwisted=keep == "untwisted")

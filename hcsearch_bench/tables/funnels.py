@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
-from hcsearch.enumeration import PolygonSearch, Search, search_all
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import divisible
-from hcsearch.grid import Grid, grid_named
-from hcsearch.pipeline import Crew, Funnel, Plan, count_designs, run_dry
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.folding import divisible
+from hcsearch.designs.grid import Grid, grid_named
+from hcsearch.search.enumeration import PolygonSearch, Search, search_all
+from hcsearch.search.pipeline import Crew, Funnel, Plan, count_designs, run_dry
 from hcsearch_bench.run.report import Say
 
 T = TypeVar("T")

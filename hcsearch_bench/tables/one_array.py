@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from hcsearch.enumeration import ArraySearch, count_array
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import divisible, fold
-from hcsearch.grid import GRIDS, Array, parse_array
-from hcsearch.twisting import twist_batch
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.folding import divisible, fold
+from hcsearch.designs.grid import GRIDS, Array, parse_array
+from hcsearch.designs.twisting import twist_batch
+from hcsearch.search.enumeration import ArraySearch, count_array
 from hcsearch_bench.run.report import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 

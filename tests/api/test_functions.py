@@ -19,10 +19,10 @@ from hcsearch import (
     replay,
     tune,
 )
+from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.cli import hcsearch as command_line
-from hcsearch.errors import HcsearchError, QueryError
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.tuning.facts import facts
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.springs.tuning.facts import facts
 
 SMALL = "hex:023350:1"
 

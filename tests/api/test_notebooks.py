@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from hcsearch import Folding, deploy
-from hcsearch.player import notebook_html
+from hcsearch.web.player import notebook_html
 from tests.player.motions import replay_of
 
 
@@ -37,6 +37,7 @@ def test_a_replay_plays():
 def test_what_a_notebook_shows_is_loaded_when_it_is_shown():
     code = (
         "import sys; from hcsearch import Folding; folding = Folding.from_notation('hex:02334051:0'); "
-        "assert 'hcsearch.player' not in sys.modules; folding._repr_html_(); assert 'hcsearch.player' in sys.modules"
+        "assert 'hcsearch.web.player' not in sys.modules; folding._repr_html_(); "
+        "assert 'hcsearch.web.player' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

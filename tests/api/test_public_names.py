@@ -13,12 +13,17 @@ import pytest
 import hcsearch
 import hcsearch.api
 
-DOCUMENTED = ["hcsearch.circuit", "hcsearch.enumeration", "hcsearch.folding", "hcsearch.labels"]
+DOCUMENTED = [
+    "hcsearch.designs.circuit",
+    "hcsearch.search.enumeration",
+    "hcsearch.designs.folding",
+    "hcsearch.shape.labels",
+]
 DOCUMENTED += [f"hcsearch.api.{module.name}" for module in iter_modules(hcsearch.api.__path__)]
 
 
 def test_dir_lists_the_public_names_and_nothing_else():
-    import hcsearch.grid
+    import hcsearch.designs.grid
     import hcsearch.store
 
     assert dir(hcsearch) == sorted(hcsearch.__all__)

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 import hcsearch
 from hcsearch import GRIDS, SCENES, Circuit, Folding, Linkage, Scene, enumerate_circuits, foldings
-from hcsearch.enumeration import ArraySearch
-from hcsearch.errors import ArrayError
-from hcsearch.pattern import VALLEY, Pattern
-from hcsearch.twisting import twist
+from hcsearch.basics.errors import ArrayError
+from hcsearch.designs.twisting import twist
+from hcsearch.search.enumeration import ArraySearch
+from hcsearch.shape.pattern import VALLEY, Pattern
 from tests.strategies import circuits, congruences
 
 NAMES = {name: getattr(hcsearch, name) for name in hcsearch.__all__}

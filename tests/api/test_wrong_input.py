@@ -28,7 +28,7 @@ from hcsearch import (
     tune,
     twist,
 )
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 
 FOLDING = Folding.from_notation("hex:0234550132:4")
 CIRCUIT, LINKAGE = FOLDING.circuit, FOLDING.linkage()

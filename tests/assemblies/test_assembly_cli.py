@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.assembly import assembly
-from hcsearch.errors import HcsearchError
+from hcsearch.library.assemblies import ASSEMBLIES
 
 SVG = "{http://www.w3.org/2000/svg}"
 

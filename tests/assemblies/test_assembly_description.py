@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcsearch.assemblies import ASSEMBLIES, Assembly, Parameters
-from hcsearch.assemblies.description import compare, describe, stated_parameters
-from hcsearch.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
+from hcsearch.library.assemblies import ASSEMBLIES, Assembly, Parameters
+from hcsearch.library.assemblies.description import compare, describe, stated_parameters
+from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
+from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]
 

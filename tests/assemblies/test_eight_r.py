@@ -9,8 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sectors import ISOSCELES, PRINTED, TRIANGLE, follows, round_slit_end
 
-from hcsearch.assemblies import Parameters
-from hcsearch.assemblies.eight_r import (
+from hcsearch.basics.errors import PatternError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.library.assemblies import Parameters
+from hcsearch.library.assemblies.eight_r import (
     SLIT,
     eight_r,
     equal_side,
@@ -22,16 +26,12 @@ from hcsearch.assemblies.eight_r import (
     slit_distance,
     ten_triangles,
 )
-from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.assemblies.units import unit_i
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import PatternError
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS
-from hcsearch.kinematics.dh import dh_loop
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
+from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.units import unit_i
+from hcsearch.motion.kinematics.dh import dh_loop
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.shape.linkage import Linkage
 from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))

@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES, Parameters
-from hcsearch.assemblies import modules as m
-from hcsearch.assemblies.packages import package
-from hcsearch.assemblies.sheets import doubled, folded_to, joined, mirrored, sheet
-from hcsearch.errors import PatternError
-from hcsearch.kinematics.closing import CLOSED
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.paths.branches import branches
-from hcsearch.pattern import MOUNTAIN, VALLEY, overlay
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies import ASSEMBLIES, Parameters
+from hcsearch.library.assemblies import modules as m
+from hcsearch.library.assemblies.packages import package
+from hcsearch.library.assemblies.sheets import doubled, folded_to, joined, mirrored, sheet
+from hcsearch.motion.kinematics.closing import CLOSED
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.paths.branches import branches
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import MOUNTAIN, VALLEY, overlay
 
 _FILE = json.loads((Path(__file__).parents[1] / "golden" / "thesis_chapter6.json").read_text("utf-8"))
 GOLDEN, DEPARTURES = _FILE["assemblies"], _FILE["departures"]

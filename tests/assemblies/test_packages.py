@@ -7,14 +7,14 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import Parameters
-from hcsearch.assemblies.eight_r import ten_triangles
-from hcsearch.assemblies.packages import Column, Package, flat_overlap, package
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.errors import PatternError
-from hcsearch.folding import foldings
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
+from hcsearch.basics.errors import PatternError
+from hcsearch.designs.folding import foldings
+from hcsearch.library.assemblies import Parameters
+from hcsearch.library.assemblies.eight_r import ten_triangles
+from hcsearch.library.assemblies.packages import Column, Package, flat_overlap, package
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
 from tests.strategies import circuits
 
 SQUARES = tuple(((x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)) for x in map(float, range(8)))

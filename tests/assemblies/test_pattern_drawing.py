@@ -2,10 +2,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.drawing import STYLES
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
-from hcsearch.pattern_drawing import draw_pattern
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.shape.drawing import STYLES
+from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
+from hcsearch.shape.pattern_drawing import draw_pattern
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES, Parameters
-from hcsearch.assemblies.packages import package
-from hcsearch.assemblies.squares import CIRCUIT, CREASE, RING, array_6r, element_6r, stepwise, thesis_4x4
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.kinematics.closing import CLOSED, close
-from hcsearch.kinematics.rank import decide_rank, rank_at
-from hcsearch.linkage import Linkage
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.library.assemblies import ASSEMBLIES, Parameters
+from hcsearch.library.assemblies.packages import package
+from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, RING, array_6r, element_6r, stepwise, thesis_4x4
+from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.rank import decide_rank, rank_at
+from hcsearch.search.enumeration import ArraySearch
+from hcsearch.shape.linkage import Linkage
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_chapter6.json").read_text("utf-8"))["assemblies"]
 ARRAY = ASSEMBLIES["thesis-4x4"].defaults

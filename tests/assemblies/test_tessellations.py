@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES, Parameters
-from hcsearch.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.assemblies.joining import neighbours
-from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
-from hcsearch.assemblies.tessellations import ways
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.errors import PatternError
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import overlay
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies import ASSEMBLIES, Parameters
+from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
+from hcsearch.library.assemblies.joining import neighbours
+from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
+from hcsearch.library.assemblies.tessellations import ways
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import overlay
 from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import Parameters
-from hcsearch.assemblies.eight_r import eight_r, second_angle, skew_symmetric
-from hcsearch.assemblies.joining import join, joinings, placements
-from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.assemblies.units import UNIT_I, UNIT_II, UNIT_III, assemble, matches, unit_i, unit_ii, unit_iii
-from hcsearch.errors import PatternError
-from hcsearch.kinematics.dh import dh_closure_jacobian
-from hcsearch.kinematics.rank import decide_rank, rank_at
-from hcsearch.linkage import Linkage
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies import Parameters
+from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric
+from hcsearch.library.assemblies.joining import join, joinings, placements
+from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.units import UNIT_I, UNIT_II, UNIT_III, assemble, matches, unit_i, unit_ii, unit_iii
+from hcsearch.motion.kinematics.dh import dh_closure_jacobian
+from hcsearch.motion.kinematics.rank import decide_rank, rank_at
+from hcsearch.shape.linkage import Linkage
 from tests.linkages import congruent
 
 A16 = json.loads((Path(__file__).parents[1] / "golden" / "thesis_a16.json").read_text("utf-8"))["singular_values"]

@@ -2,9 +2,9 @@
 
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.folding import folding_at
-from hcsearch.grid import GRIDS
+from hcsearch.designs.folding import folding_at
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
 from hcsearch_bench.deployability.bench import measure
 from hcsearch_bench.subjects.foldings import packed, untwisted
 

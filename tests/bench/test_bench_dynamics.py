@@ -8,10 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.deployment.arrivals import Arrival
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.simulation import simulate
-from hcsearch.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.scenes.laws import linear
+from hcsearch.springs.deployment.arrivals import Arrival
+from hcsearch.springs.dynamics.simulation import simulate
 from hcsearch_bench.dynamics import bench as dynamics
 from hcsearch_bench.dynamics.bench import best_of, goals_of
 from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from hcsearch.deployment.outcomes import Check
-from hcsearch.tuning.choice import SpringSet
-from hcsearch.tuning.robustness import Robustness
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.tuning.choice import SpringSet
+from hcsearch.springs.tuning.robustness import Robustness
 from hcsearch_bench.experiment.bench import TunedRow, UniformRow, _row, claims
 
 HIT = UniformRow("none", 0, "constrained", "moving", 1.0, "collides", 0.166, "0 and 7")

@@ -3,8 +3,8 @@ import json
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
 from hcsearch_bench.folding import bench as folding
 from hcsearch_bench.run.job import JobResult
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons

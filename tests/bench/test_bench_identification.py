@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 from hcsearch.cli import hcsearch
-from hcsearch.identification.vibration import identify_modes
+from hcsearch.springs.identification.vibration import identify_modes
 from hcsearch_bench.identification import bench as identification
 from hcsearch_bench.identification.bench import measure_damping, measure_springs
 from hcsearch_bench.identification.rig import Rig

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.dynamics.laws import Law, LawBranch, linear
-from hcsearch.dynamics.system import JointDrive, System
-from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.scenes.laws import Law, LawBranch, linear
+from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import bench as iftomm
 from hcsearch_bench.iftomm import problem_rows
 from hcsearch_bench.iftomm.bench import best_of, goals_of

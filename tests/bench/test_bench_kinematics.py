@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
-from hcsearch.linkage import Linkage
-from hcsearch.paths.following import TO_THE_END, Limits, follow
+from hcsearch.motion.paths.following import TO_THE_END, Limits, follow
+from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.kinematics import extremes, path_methods
 from hcsearch_bench.kinematics.path_methods import CostRow, KnownUnit, fit_costs, measure_costs, ring
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from hcsearch.folding import Folding
-from hcsearch.linkage import Linkage
-from hcsearch.panel_sizes import default_panel
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.mobility.measuring import _ends, _play, measure_mobility
 
 

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import GRIDS, parse_array
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch_bench.enumeration import arrays
 from hcsearch_bench.enumeration.listing import CONNECTIVE, growth_factor
 from hcsearch_bench.peers import engines

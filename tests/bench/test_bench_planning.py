@@ -8,14 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.folding import Folding
-from hcsearch.grid import grid_named
-from hcsearch.locks.proofs import lock_at
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.motions import motion_of
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import PLAYS, Prover
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.grid import grid_named
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.search.enumeration import PolygonSearch
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, PlanningReport, curve, measure, plot_planning
 from hcsearch_bench.planning.beside_ompl import peer_rows

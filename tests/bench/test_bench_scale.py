@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.process import Finished
 from hcsearch_bench.scale import bench as scale
 from hcsearch_bench.scale.cluster import running_cluster

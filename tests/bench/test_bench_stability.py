@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.errors import HcsearchError
+from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch_bench.run.process import Finished
 from hcsearch_bench.stability import bench as stability
 from hcsearch_bench.stability import judging

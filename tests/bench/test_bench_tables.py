@@ -3,10 +3,10 @@ import csv
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.circuit import Circuit
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import GRIDS
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS
 from hcsearch_bench.tables.funnels import FunnelRow, Patience, check_laws
 from hcsearch_bench.tables.one_array import measure_hexagon_rows, measure_rectangles, row_lengths
 from tests import golden

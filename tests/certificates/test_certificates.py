@@ -14,18 +14,18 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.certificates import collision_checker, lock_checker, path_checker
-from hcsearch.certificates.proving import CertificateError, prove, verify
-from hcsearch.certificates.writing import array_data, checksum, lock_claim
-from hcsearch.circuit import Circuit
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import WAYS
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding, foldings
-from hcsearch.locks.enclosures import Enclosure
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.motions import motion_of
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
+from hcsearch.motion.certificates.proving import CertificateError, prove, verify
+from hcsearch.motion.certificates.writing import array_data, checksum, lock_claim
+from hcsearch.motion.locks.enclosures import Enclosure
+from hcsearch.motion.planning.motions import motion_of
 from hcsearch.scenes import SCENES
-from hcsearch.vocabulary import WAYS
 from tests.planned import joined, region_of
 from tests.strategies import writings
 

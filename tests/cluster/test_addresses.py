@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from hcsearch.errors import ClusterError
-from hcsearch.pipeline import Crew
-from hcsearch.pipeline.addresses import greets_as_dask, host_and_port
+from hcsearch.basics.errors import ClusterError
+from hcsearch.search.pipeline import Crew
+from hcsearch.search.pipeline.addresses import greets_as_dask, host_and_port
 
 
 @contextmanager

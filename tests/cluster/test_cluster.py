@@ -14,8 +14,8 @@ from shutil import ignore_patterns
 import pytest
 
 import hcsearch
-from hcsearch.errors import ClusterError
-from hcsearch.pipeline import Crew
+from hcsearch.basics.errors import ClusterError
+from hcsearch.search.pipeline import Crew
 from hcsearch.store import open_readonly, select_sql
 from tests.cluster.conftest import until
 from tests.postgresql import PASSWORD, running_server
@@ -146,7 +146,7 @@ def test_a_scheduler_without_workers_is_one_line(tmp_path, lonely):
 
 def test_workers_of_another_version_are_refused(tmp_path, cluster, monkeypatch):
     until(cluster.working)
-    monkeypatch.setattr("hcsearch.pipeline.workers._VERSION", "0.0.0")
+    monkeypatch.setattr("hcsearch.search.pipeline.workers._VERSION", "0.0.0")
     with pytest.raises(ClusterError, match=r"install 0\.0\.0 there"):
         Crew(scheduler=cluster.address).check()
 

@@ -8,15 +8,15 @@ from shutil import copytree, ignore_patterns
 import pytest
 
 import hcsearch
-from hcsearch.errors import ClusterError
-from hcsearch.pipeline import Crew, sameness
-from hcsearch.pipeline.sameness import Refusal, difference, packed, program, sources_digest, work_on
+from hcsearch.basics.errors import ClusterError
+from hcsearch.search.pipeline import Crew, sameness
+from hcsearch.search.pipeline.sameness import Refusal, difference, packed, program, sources_digest, work_on
 
 SCRIPT = """
 from pathlib import Path
 import hcsearch
-from hcsearch.errors import ClusterError
-from hcsearch.pipeline import Crew
+from hcsearch.basics.errors import ClusterError
+from hcsearch.search.pipeline import Crew
 
 crew = Crew({jobs})
 work = crew.work(len, ["a", "bb"] * 20)
@@ -24,7 +24,7 @@ assert next(work) == ("a", 1)
 with (Path(hcsearch.__file__).parent / "circuit.py").open("a") as file:
     file.write("# changed")
 if {jobs} == 1:
-    import hcsearch.tuning.search  # which is loaded from other files than the rest
+    import hcsearch.springs.tuning.search  # which is loaded from other files than the rest
     rest = work
 else:
     rest = crew.work(len, ["a", "bb"])  # by processes that start now

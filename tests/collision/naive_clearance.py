@@ -10,8 +10,8 @@ from scipy.interpolate import BPoly
 
 from hcsearch.kernels.collision.distances import proximity
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Crease, Pattern
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 
 
 def chain(lengths, faces, width=0.03, thickness=0.004):

@@ -23,22 +23,22 @@ from naive_clearance import (
 )
 from scipy.optimize import brentq, minimize_scalar
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.collision.clearance import certify
-from hcsearch.collision.margins import MARGIN, RESOLUTION
-from hcsearch.collision.penetration import first_cut
-from hcsearch.collision.prisms import deepest_margin, prisms_of
-from hcsearch.collision.reaches import longest_way, slack_of
-from hcsearch.collision.solids import kept_apart, pairs_of
-from hcsearch.deployment.deploying import deploy
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.overlaps import first_overlap
 from hcsearch.kernels.multibody.between import opening
 from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import RIGID, VALLEY, Pattern
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.motion.collision.clearance import certify
+from hcsearch.motion.collision.margins import MARGIN, RESOLUTION
+from hcsearch.motion.collision.penetration import first_cut
+from hcsearch.motion.collision.prisms import deepest_margin, prisms_of
+from hcsearch.motion.collision.reaches import longest_way, slack_of
+from hcsearch.motion.collision.solids import kept_apart, pairs_of
 from hcsearch.scenes import SCENES
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import RIGID, VALLEY, Pattern
+from hcsearch.springs.deployment.deploying import deploy
 from tests.linkages import linkage_named
 
 LINKAGES = [

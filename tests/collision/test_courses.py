@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.collision.solids import pairs_of
 from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
 from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.solids import pairs_of
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),

@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
-from hcsearch.collision.distances import CONTACT, Proximity, approach_speeds, nearest_panels, proximal_distances
-from hcsearch.collision.penetration import penetration
-from hcsearch.deployment.deploying import deploy
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import RIGID, Crease, Pattern
+from hcsearch.motion.collision.distances import CONTACT, Proximity, approach_speeds, nearest_panels, proximal_distances
+from hcsearch.motion.collision.penetration import penetration
 from hcsearch.scenes import SCENES
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import RIGID, Crease, Pattern
+from hcsearch.springs.deployment.deploying import deploy
 from tests.linkages import linkage_named
 
 NOWHERE = (-1, -1, -1, -1)

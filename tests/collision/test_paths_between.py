@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from naive_clearance import chain, fan, hinged, pairs_looked_at
 
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.collision.solids import pairs_of
-from hcsearch.linkage import Linkage
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.solids import pairs_of
+from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 
 LINKAGES = {

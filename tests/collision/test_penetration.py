@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.collision.penetration import cuts_through, first_cut, penetration
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Crease, Pattern
+from hcsearch.motion.collision.penetration import cuts_through, first_cut, penetration
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 from tests.linkages import linkage_named
 
 NAMES = ("thesis-4x4", "unit-i", "element-8r")

@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, gaps, hinged, moments, pairs_looked_at, random_course, shrunk_solids
 from naive_distances import overlap_along_all
 
+from hcsearch.basics.play import millimetres, play_sentence
 from hcsearch.cases.resolve import resolve
-from hcsearch.collision.clearance import certify, least_gap
-from hcsearch.collision.margins import LEAST_PLAY, TOUCHING
-from hcsearch.collision.penetration import deepest_cut, first_cut
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.deployment.agreement import confirmed
-from hcsearch.deployment.courses import path_of
-from hcsearch.deployment.deployed import deployed
-from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.play import needed_margin_of
 from hcsearch.kernels.collision.overlaps import first_overlap
-from hcsearch.play import millimetres, play_sentence
+from hcsearch.motion.collision.clearance import certify, least_gap
+from hcsearch.motion.collision.margins import LEAST_PLAY, TOUCHING
+from hcsearch.motion.collision.penetration import deepest_cut, first_cut
+from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.agreement import confirmed
+from hcsearch.springs.deployment.courses import path_of
+from hcsearch.springs.deployment.deployed import deployed
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.play import needed_margin_of
 from tests.linkages import linkage_named
 
 LINKAGES = [

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
-from hcsearch.deployment.deploying import deploy
-from hcsearch.folding import Folding, folding_of
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
+from hcsearch.springs.deployment.deploying import deploy
 
 TIMES = st.floats(1e-6, 1e6)
 

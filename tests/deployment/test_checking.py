@@ -4,11 +4,11 @@ from dataclasses import fields, replace
 
 import pytest
 
-from hcsearch.deployment.checking import check
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import deploy, run
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.checking import check
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import deploy, run
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

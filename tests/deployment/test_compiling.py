@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.deployment.deploying import deploy
-from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import labels_of
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene_file import scene_named
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.linkages import linkage_named
 from tests.naive import rotation
 

@@ -15,8 +15,8 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.deploy import deploy
-from hcsearch.errors import HcsearchError
 
 SMALL = ("hex:023350:1", "--seconds", "0.02")
 KEYS = [

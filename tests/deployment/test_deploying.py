@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.arrivals import arrivals
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import STEEP, deploy, run
-from hcsearch.deployment.outcomes import FLAT, STILL
-from hcsearch.deployment.spring_sets import springs_of
-from hcsearch.deployment.springs import with_springs
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import folding_of
-from hcsearch.linkage import Linkage
-from hcsearch.panel_sizes import default_panel
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import folding_of
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.arrivals import arrivals
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import STEEP, deploy, run
+from hcsearch.springs.deployment.outcomes import FLAT, STILL
+from hcsearch.springs.deployment.spring_sets import springs_of
+from hcsearch.springs.deployment.springs import with_springs
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

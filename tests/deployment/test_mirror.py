@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.dynamics.mirror import mirror_of
-from hcsearch.folding import Folding, foldings
-from hcsearch.linkage import Linkage
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.dynamics.mirror import mirror_of
 from tests.strategies import circuits
 
 NAMES = sorted(set(ASSEMBLIES) - {"modules-ii-five", "modules-i-four-b", "modules-i-four-c", "modules-i-four-d"})

@@ -8,9 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from hcsearch import Folding
-from hcsearch.deployment.deployed import deployed
-from hcsearch.deployment.pictures import head, legend, look, mark_collision
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.deployed import deployed
+from hcsearch.springs.deployment.pictures import head, legend, look, mark_collision
 
 
 def test_lines_of_many_hinges_differ_in_colour_style_or_width():

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.tune import tune
-from hcsearch.drive.timing import timed
-from hcsearch.errors import HcsearchError
+from hcsearch.springs.drive.timing import timed
 
 QUICK = ("hex:0234435011:1", "--rate", "4", "--acceleration", "40", "--period", "0.005")
 

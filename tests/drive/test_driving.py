@@ -10,25 +10,25 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hcsearch.deployment.deploying import compile_driven, deploy
-from hcsearch.deployment.driving import drives_in, drives_text
-from hcsearch.drive import driving
-from hcsearch.drive.choosing import choose, frames_at, least_values, monotone_hinges
-from hcsearch.drive.following import following
-from hcsearch.drive.gains import stability
-from hcsearch.drive.pictures import envelope
-from hcsearch.drive.smoothing import smooth_path
-from hcsearch.drive.timing import timed
-from hcsearch.drive.torques import torques_along
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.simulation import simulate
-from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.folding import Folding
+from hcsearch.basics.errors import HcsearchError, SceneError
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import read_panel
 from hcsearch.kernels.multibody.targets import ask
 from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.labels import labels_of
-from hcsearch.panel_sizes import read_panel
 from hcsearch.scenes import SCENES, with_panel
+from hcsearch.scenes.laws import linear
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.deploying import compile_driven, deploy
+from hcsearch.springs.deployment.driving import drives_in, drives_text
+from hcsearch.springs.drive import driving
+from hcsearch.springs.drive.choosing import choose, frames_at, least_values, monotone_hinges
+from hcsearch.springs.drive.following import following
+from hcsearch.springs.drive.gains import stability
+from hcsearch.springs.drive.pictures import envelope
+from hcsearch.springs.drive.smoothing import smooth_path
+from hcsearch.springs.drive.timing import timed
+from hcsearch.springs.drive.torques import torques_along
+from hcsearch.springs.dynamics.simulation import simulate
 
 QUICK = driving.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (
@@ -307,7 +307,7 @@ def test_drives_of_other_panels_are_refused(machine):
 def test_moments_of_joints_are_those_of_pinocchio(on_earth):
     import pinocchio as pin
 
-    from hcsearch.dynamics.inverse import joint_forces
+    from hcsearch.springs.dynamics.inverse import joint_forces
     from hcsearch_bench.peers.pinocchio_system import _Forces
 
     system = on_earth[0].system

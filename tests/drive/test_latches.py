@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.deployment.deploying import compile_driven
-from hcsearch.drive.latches import Latch, latches_on, release
-from hcsearch.folding import Folding
-from hcsearch.panel_sizes import default_panel
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import settle
+from hcsearch.springs.deployment.deploying import compile_driven
+from hcsearch.springs.drive.latches import Latch, latches_on, release
 from tests.linkages import linkage_named
 
 

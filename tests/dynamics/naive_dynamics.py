@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hcsearch.dynamics.bodies import Body
-from hcsearch.dynamics.laws import linear, quadratic
-from hcsearch.dynamics.system import JointDrive, Strut, System
-from hcsearch.dynamics.trees import Joint, Weld
+from hcsearch.scenes.laws import linear, quadratic
+from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.system import JointDrive, Strut, System
+from hcsearch.springs.dynamics.trees import Joint, Weld
 from tests.naive import rotation
 
 ALL = (0, 1, 2, 3, 4, 5)

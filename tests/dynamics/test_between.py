@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hcsearch.deployment.deploying import deploy
-from hcsearch.dynamics.simulation import closed_between
 from hcsearch.kernels.multibody.between import OPEN, opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.dynamics.simulation import closed_between
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.dynamics.bodies import joined, prism
+from hcsearch.springs.dynamics.bodies import joined, prism
 
 
 @st.composite

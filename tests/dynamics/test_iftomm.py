@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.simulation import simulate
-from hcsearch.dynamics.system import JointDrive, Strut, System
-from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.scenes.laws import linear
+from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.springs.dynamics.system import JointDrive, Strut, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import references as iftomm_references
 from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod

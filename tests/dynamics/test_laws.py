@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from hcsearch.dynamics.bodies import Body
-from hcsearch.dynamics.laws import (
+from hcsearch.basics.errors import HcsearchError, NotationError
+from hcsearch.kernels.multibody.hinges import moment, steepness
+from hcsearch.scenes.laws import (
     FREE,
     Law,
     LawBranch,
@@ -24,10 +25,9 @@ from hcsearch.dynamics.laws import (
     tabulated,
     tape_spring,
 )
-from hcsearch.dynamics.system import JointDrive, System
-from hcsearch.dynamics.trees import Joint
-from hcsearch.errors import HcsearchError, NotationError
-from hcsearch.kernels.multibody.hinges import moment, steepness
+from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.trees import Joint
 
 Z = np.array([0.0, 0.0, 1.0])
 

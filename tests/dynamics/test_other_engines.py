@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.dynamics.simulation import simulate
 from hcsearch.scenes import SCENES
+from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.dynamics.simulation import simulate
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from tests.linkages import linkage_named
 

@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch import enumerate_circuits
-from hcsearch.dynamics.bodies import joined
-from hcsearch.dynamics.panels import panel_bodies, panel_tree
-from hcsearch.dynamics.system import JointDrive, System
-from hcsearch.dynamics.trees import GROUND
-from hcsearch.folding import foldings
+from hcsearch.designs.folding import foldings
 from hcsearch.kernels.multibody import sweeps, welds
 from hcsearch.kernels.multibody.tree import PLACE, TURN, work_for
-from hcsearch.kinematics.closing import close
-from hcsearch.linkage import Linkage
+from hcsearch.motion.kinematics.closing import close
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.dynamics.bodies import joined
+from hcsearch.springs.dynamics.panels import panel_bodies, panel_tree
+from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.trees import GROUND
 
 SIZE = (0.05, 0.05, 0.006)
 DENSITY = 1200.0

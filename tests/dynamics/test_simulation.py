@@ -11,15 +11,15 @@ from naive_dynamics import Twin, random_body, random_system
 from scipy.integrate import RK45, solve_ivp
 from scipy.special import ellipj, ellipk
 
-from hcsearch.dynamics.bodies import Body
-from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
-from hcsearch.dynamics.methods import SOLVERS, method_named
-from hcsearch.dynamics.panels import panel_tree
-from hcsearch.dynamics.simulation import simulate
-from hcsearch.dynamics.system import JointDrive, System
-from hcsearch.dynamics.trees import GROUND, Joint, Weld
-from hcsearch.folding import Folding
-from hcsearch.linkage import Linkage
+from hcsearch.designs.folding import Folding
+from hcsearch.scenes.laws import FREE, law_named, linear, quadratic
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.methods import SOLVERS, method_named
+from hcsearch.springs.dynamics.panels import panel_tree
+from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
 
 Y = np.array([0.0, 1.0, 0.0])
 GRAVITY = (0.0, 0.0, -9.81)

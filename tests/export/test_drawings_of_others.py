@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import foldings
-from hcsearch.outlines import without_spurs, without_straight_corners
-from hcsearch.own_patterns.fold_reading import parse_fold, read_fold
-from hcsearch.own_patterns.lines import split_lines
-from hcsearch.own_patterns.places import in_plane, place_text
-from hcsearch.own_patterns.recognition import recognise, sized
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
+from hcsearch.search.own_patterns.lines import split_lines
+from hcsearch.search.own_patterns.places import in_plane, place_text
+from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.shape.outlines import without_spurs, without_straight_corners
 from tests.export.test_fold_reading import drawn, letters_of
 from tests.strategies import circuits
 

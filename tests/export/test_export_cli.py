@@ -11,19 +11,19 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.api.exporting import save
-from hcsearch.circuit import Circuit
+from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.cli import hcsearch
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import HcsearchError, OutputError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.grid import GRIDS
 from hcsearch.export.formats import FORMATS, Format, format_of
 from hcsearch.export.settings import Settings, read_state
-from hcsearch.folding import Folding
-from hcsearch.grid import GRIDS
-from hcsearch.own_patterns.checking import check_circuit
-from hcsearch.own_patterns.fold_reading import read_fold
-from hcsearch.own_patterns.recognition import recognise
-from hcsearch.pipeline import Plan, run_into
 from hcsearch.scenes import SCENES
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.own_patterns.checking import check_circuit
+from hcsearch.search.own_patterns.fold_reading import read_fold
+from hcsearch.search.own_patterns.recognition import recognise
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_design, open_database
 from tests.export.exports import DESIGN, MOVING, exported
 from tests.judging import judge

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import foldings
-from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
-from hcsearch.own_patterns.recognition import recognise, sized
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
+from hcsearch.search.own_patterns.recognition import recognise, sized
 from tests.export.exports import DESIGN, exported, folded, written
 from tests.strategies import circuits, congruences
 

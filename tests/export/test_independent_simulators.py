@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.collision.margins import margin_of
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.deployment.deploying import deploy
-from hcsearch.dynamics.panels import panel_bodies
+from hcsearch.designs.folding import Folding
 from hcsearch.export.mjcf import mjcf_of
 from hcsearch.export.urdf import urdf_of
-from hcsearch.folding import Folding
-from hcsearch.labels import labels_of
+from hcsearch.motion.collision.margins import margin_of
+from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import SCENES
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case
 
 pytestmark = pytest.mark.extra

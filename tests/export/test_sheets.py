@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import settings as profile
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.errors import HcsearchError, HcsearchWarning
+from hcsearch.basics.errors import HcsearchError, HcsearchWarning
 from hcsearch.export.cutting_sheets import LAYERS, MARGIN, chains
 from hcsearch.export.digits import strokes
 from hcsearch.export.settings import Settings
+from hcsearch.library.assemblies import ASSEMBLIES
 from tests.export.exports import DESIGN, MOVING, RING, SLITTED, exported, folded, sheet_for, written
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -8,16 +8,16 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import pytest
 
-from hcsearch.dynamics.laws import law_named
-from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.errors import HcsearchError, HcsearchWarning
+from hcsearch.basics.errors import HcsearchError, HcsearchWarning
+from hcsearch.designs.folding import Folding
 from hcsearch.export.cut_trees import cut_tree, line_of
 from hcsearch.export.mjcf import mjcf_of
 from hcsearch.export.settings import Settings
 from hcsearch.export.urdf import urdf_of
-from hcsearch.folding import Folding
-from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.laws import law_named
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case, merged
 from tests.export.exports import exported, written
 

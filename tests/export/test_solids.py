@@ -11,16 +11,16 @@ import pytest
 from hypothesis import given
 from scipy.spatial.transform import Rotation, Slerp
 
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.replays.recording import replay_of_path
+from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import SECONDS, glb_of
 from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels
 from hcsearch.export.step import step_of
 from hcsearch.export.stl import stl_of
 from hcsearch.export.threemf import threemf_of
-from hcsearch.folding import Folding, foldings
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import RIGID, VALLEY, Pattern
-from hcsearch.replays.recording import replay_of_path
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import RIGID, VALLEY, Pattern
 from tests.export.cases import NAMES, case, merged, replay, volumes
 from tests.export.gltf import Scene
 from tests.strategies import circuits

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import pytest
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import open_readonly, select_sql
 from tests.faults.fault_tools import (
     DEPLOYED,

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import open_database
 from tests.faults.fault_tools import (
     MANY,

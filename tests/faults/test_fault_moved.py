@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import DatabaseError
-from hcsearch.records import WorkKey
+from hcsearch.designs.records import WorkKey
 from hcsearch.store import open_database, open_readonly, select, start_run
 from tests.faults.fault_tools import LONG, MANY, Running, assert_one_line, assert_refused, wait_for
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import HcsearchError
-from hcsearch.records import Trial
+from hcsearch.designs.records import Trial
 from hcsearch.store import find_design, open_database
 from tests.faults.fault_tools import seeded
 from tests.judging import judge

@@ -7,7 +7,7 @@ from contextlib import closing
 
 import pytest
 
-from hcsearch.records import WorkKey
+from hcsearch.designs.records import WorkKey
 from hcsearch.store import find_circuit, open_database, select
 from hcsearch.store.schema import REVISION
 from tests.faults.fault_tools import (

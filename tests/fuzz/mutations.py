@@ -8,8 +8,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from hcsearch.basics.errors import LONGEST_LINE, HcsearchError
 from hcsearch.cli import main
-from hcsearch.errors import LONGEST_LINE, HcsearchError
 
 ENDS = {0, 1, 2, 130}
 LONGEST = 130_000

@@ -10,9 +10,9 @@ import resource
 
 import pytest
 
-from hcsearch.enumeration import search_all
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import search_all
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database
 from tests.fuzz.mutations import check_command, mutated
 

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of
-from hcsearch.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
+from hcsearch.search.own_patterns.recognition import recognise, sized
 from tests.export.exports import DESIGN, RING, exported, written
 from tests.fuzz.mutations import judge, mutated
 

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from hcsearch.dynamics.laws import law_named
-from hcsearch.identification.tables import read_accelerations, read_moments
+from hcsearch.scenes.laws import law_named
+from hcsearch.springs.identification.tables import read_accelerations, read_moments
 from hcsearch.system.reading import read_toml
 from tests.fuzz.mutations import judge, mutated
 

@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import split_crease
-from hcsearch.grid import GRIDS, Array, grid_named, parse_array
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import split_crease
+from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
 from hcsearch.store.conditions import parse_query, quantities_named, sort_terms
 from tests.fuzz.mutations import judge, mutated
 

@@ -7,9 +7,9 @@ from statistics import mean, stdev
 
 import pytest
 
-from hcsearch.errors import HcsearchError
-from hcsearch.identification.damping import hinge_damping, hinge_test
-from hcsearch.identification.vibration import Mode
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.identification.damping import hinge_damping, hinge_test
+from hcsearch.springs.identification.vibration import Mode
 
 GOLDEN = json.loads((Path(__file__).parent.parent / "golden" / "thesis_table_4_2.json").read_text(encoding="utf-8"))
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.dynamics.laws import law_named
-from hcsearch.errors import HcsearchError
-from hcsearch.identification.tables import read_accelerations, read_moments
+from hcsearch.scenes.laws import law_named
+from hcsearch.springs.identification.tables import read_accelerations, read_moments
 from hcsearch_bench.identification.rig import Rig, pairs
 
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import linregress
 
-from hcsearch.dynamics.laws import law_named
-from hcsearch.errors import HcsearchError
-from hcsearch.identification.springs import identify_spring
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.scenes.laws import law_named
+from hcsearch.springs.identification.springs import identify_spring
 from hcsearch_bench.identification.rig import pairs
 
 ANGLES = np.linspace(0.0, 2.7, 60)

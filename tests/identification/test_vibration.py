@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import curve_fit
 
-from hcsearch.errors import HcsearchError
-from hcsearch.identification.vibration import identify_modes
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.identification.vibration import identify_modes
 from hcsearch_bench.identification.rig import Rig
 
 RATE = 200.0

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.squares import element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.folding import Folding
-from hcsearch.kinematics.closing import Closed
-from hcsearch.kinematics.local import Local, local_at
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import lock_at
-from hcsearch.paths import branches as branching
-from hcsearch.paths.branches import branches
-from hcsearch.paths.covering import FINE, cover
-from hcsearch.paths.quadrics import solve_quadrics
-from hcsearch.pattern import Pattern
+from hcsearch.designs.folding import Folding
+from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.squares import element_6r
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.motion.kinematics.closing import Closed
+from hcsearch.motion.kinematics.local import Local, local_at
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.paths import branches as branching
+from hcsearch.motion.paths.branches import branches
+from hcsearch.motion.paths.covering import FINE, cover
+from hcsearch.motion.paths.quadrics import solve_quadrics
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
 
 BUILD = {"I": unit_i, "II": unit_ii, "6R": element_6r}
 ENDS = [(name, state, stops) for name in BUILD for state in ("folded", "flat") for stops in (False, True)]

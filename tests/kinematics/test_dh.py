@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from hcsearch.kinematics.closing import close
-from hcsearch.kinematics.dh import (
+from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.dh import (
     DHLoop,
     Lines,
     closure_matrix,
@@ -28,9 +28,9 @@ from hcsearch.kinematics.dh import (
     stacked_jacobian,
     transforms,
 )
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Crease, Pattern
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 from tests import golden
 from tests.strategies import circuits
 

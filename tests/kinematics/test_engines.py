@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.linalg import null_space
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, PolygonSearch
-from hcsearch.folding import fold, foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.kinematics.closing import close
-from hcsearch.kinematics.dh import dh_closure_jacobian
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
-from hcsearch.twisting import twist
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import fold, foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.dh import dh_closure_jacobian
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
 
 pytestmark = pytest.mark.extra
 

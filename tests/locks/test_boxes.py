@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.locks.boxes import TOP, Face, faces_of, outside, states_in
-from hcsearch.locks.layouts import LEAST, region_around
+from hcsearch.motion.locks.boxes import TOP, Face, faces_of, outside, states_in
+from hcsearch.motion.locks.layouts import LEAST, region_around
 
 SIZE = 4
 """Boxes of these tests have corners with whole numbers up to this one."""

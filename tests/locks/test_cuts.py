@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.locks.boxes import TOP, states_in, whole
-from hcsearch.locks.cuts import ANEW, LEAST, Cuts, Leaf, divided, leaves_around
+from hcsearch.motion.locks.boxes import TOP, states_in, whole
+from hcsearch.motion.locks.cuts import ANEW, LEAST, Cuts, Leaf, divided, leaves_around
 
 
 def rooms(boxes):

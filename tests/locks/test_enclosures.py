@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.collision.margins import margin_of
-from hcsearch.collision.plates import plates_of
-from hcsearch.folding import Folding, foldings
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
 from hcsearch.kernels.enclosure.flooding import BOXES, ENCLOSED, GOING, HEAD, LIMITS, TAIL, new_flood, spread
@@ -18,15 +17,16 @@ from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, UNFINISHED, begin, go_on, new_refutation, refute
 from hcsearch.kernels.enclosure.third_order import third_order
 from hcsearch.kernels.enclosure.wandering import STRIDE, wander
-from hcsearch.linkage import Linkage
-from hcsearch.locks import enclosures, floods
-from hcsearch.locks.enclosures import Enclosure, enclose, rings_of
-from hcsearch.locks.floods import cubes_expected, grid_at
-from hcsearch.locks.proofs import lock_at
-from hcsearch.panel_sizes import default_panel
-from hcsearch.pattern import Crease, Pattern
-from hcsearch.planning.planner import Planner
-from hcsearch.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.motion.collision.margins import margin_of
+from hcsearch.motion.collision.plates import plates_of
+from hcsearch.motion.locks import enclosures, floods
+from hcsearch.motion.locks.enclosures import Enclosure, enclose, rings_of
+from hcsearch.motion.locks.floods import cubes_expected, grid_at
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, open_by, planned, walks_of
 from tests.strategies import writings

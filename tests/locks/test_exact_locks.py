@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.folding import Folding
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.linkage.cones import cone_rays
-from hcsearch.kinematics.products import products
-from hcsearch.linkage import Linkage
-from hcsearch.locks import certificates
-from hcsearch.locks import proofs as locks
-from hcsearch.locks.lattice import frame_of, whole_end
-from hcsearch.locks.proofs import lock_at
-from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.stages.mobility import locked_with, mobility
-from hcsearch.unit_search.elements import untwisted
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.motion.kinematics.products import products
+from hcsearch.motion.locks import certificates
+from hcsearch.motion.locks import proofs as locks
+from hcsearch.motion.locks.lattice import frame_of, whole_end
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.search.stages.mobility import locked_with, mobility
+from hcsearch.shape.linkage import Linkage
 from tests.locks.test_layers import clamp, contact_rows
 
 SIZE = (0.05, 0.05, 0.006)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, linprog
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.linkage import Linkage
-from hcsearch.locks.layers import Contact, contact_rows, contacts, parting
-from hcsearch.locks.proofs import MARGIN, lock_at
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
-from hcsearch.unit_search.elements import elements
-from hcsearch.unit_search.proofs import locked
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.unit_search.elements import elements
+from hcsearch.library.unit_search.proofs import locked
+from hcsearch.motion.locks.layers import Contact, contact_rows, contacts, parting
+from hcsearch.motion.locks.proofs import MARGIN, lock_at
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
 
 DOWN, UP = Crease("bottom", closes=False), Crease("top", closes=False)
 """Hinges that stay flat in the folded state, and turn one way only from there."""

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from hcsearch import enumerate_circuits, twist
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding, foldings
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import MARGIN, lock_at
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.motion.locks.proofs import MARGIN, lock_at
+from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)
 

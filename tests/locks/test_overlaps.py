@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from hcsearch.collision.plates import plates_of, two_ways
 from hcsearch.kernels.enclosure.contraction import contract
 from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.overlaps import (
@@ -31,9 +30,10 @@ from hcsearch.kernels.enclosure.overlaps import (
 )
 from hcsearch.kernels.enclosure.plates import new_sight, see
 from hcsearch.kernels.enclosure.refutation import EMPTY, refutation_with, refute
-from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import enclose, rings_of
-from hcsearch.pattern import Pattern
+from hcsearch.motion.collision.plates import plates_of, two_ways
+from hcsearch.motion.locks.enclosures import enclose, rings_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
 from tests.locks.test_enclosures import box_about, close
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned

@@ -5,8 +5,8 @@ import pytest
 
 from hcsearch.kernels.enclosure.refutation import meets, new_refutation
 from hcsearch.kernels.enclosure.wandering import NEARER, approach
-from hcsearch.locks.boxes import whole
-from hcsearch.locks.parts import ARRIVED, Parts
+from hcsearch.motion.locks.boxes import whole
+from hcsearch.motion.locks.parts import ARRIVED, Parts
 from tests.locks.test_regions import held, open_by_states
 from tests.planned import joined, region_of, walks_of
 

@@ -8,10 +8,10 @@ import pytest
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.kernels.enclosure.wandering import STRIDE, climb
-from hcsearch.locks import cuts, regions
-from hcsearch.locks.boxes import TOP, Face, faces_of, states_in
-from hcsearch.locks.enclosures import rings_of
-from hcsearch.locks.regions import Region
+from hcsearch.motion.locks import cuts, regions
+from hcsearch.motion.locks.boxes import TOP, Face, faces_of, states_in
+from hcsearch.motion.locks.enclosures import rings_of
+from hcsearch.motion.locks.regions import Region
 from tests.planned import SAMPLES, joined, open_by, planned, region_of, walks_of
 
 

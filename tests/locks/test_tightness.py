@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import folding_of
-from hcsearch.linkage import Linkage
-from hcsearch.locks.tightness import _Loops, _there, _within, tightness
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import folding_of
+from hcsearch.motion.locks.tightness import _Loops, _there, _within, tightness
+from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)
 

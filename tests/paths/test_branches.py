@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.eight_r import eight_r, joint_parts
-from hcsearch.assemblies.squares import element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.folding import foldings
-from hcsearch.kinematics.closing import close
-from hcsearch.kinematics.local import local_at
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import lock_at
-from hcsearch.paths.branches import branches
-from hcsearch.paths.following import Limits, follow
-from hcsearch.paths.quadrics import second_order_forms, solve_quadrics
+from hcsearch.designs.folding import foldings
+from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.eight_r import eight_r, joint_parts
+from hcsearch.library.assemblies.squares import element_6r
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.local import local_at
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.paths.branches import branches
+from hcsearch.motion.paths.following import Limits, follow
+from hcsearch.motion.paths.quadrics import second_order_forms, solve_quadrics
+from hcsearch.shape.linkage import Linkage
 from tests.strategies import circuits
 
 BUILD = {"8R": eight_r, "I": unit_i, "II": unit_ii, "6R": element_6r}

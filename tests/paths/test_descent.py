@@ -8,17 +8,17 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from hcsearch import enumerate_circuits
-from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.squares import element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.circuit import Circuit
-from hcsearch.folding import folding_of, foldings
-from hcsearch.kinematics.within import close_within, least_energy
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import lock_at
-from hcsearch.paths.descent import descend, find_motion, pulls
-from hcsearch.paths.motions import joined, reverse
-from hcsearch.twisting import twist
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import folding_of, foldings
+from hcsearch.designs.twisting import twist
+from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.squares import element_6r
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.motion.kinematics.within import close_within, least_energy
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.paths.descent import descend, find_motion, pulls
+from hcsearch.motion.paths.motions import joined, reverse
+from hcsearch.shape.linkage import Linkage
 from tests.strategies import circuits
 
 SIZE = (0.05, 0.05, 0.006)

@@ -8,19 +8,19 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.eight_r import joint_parts, second_angle, skew_symmetric
-from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import folding_of
-from hcsearch.kinematics.closing import CLOSED, close
-from hcsearch.kinematics.local import local_at
-from hcsearch.linkage import Linkage
-from hcsearch.paths.following import Limits, Stepping, follow
-from hcsearch.paths.predictors import PREDICTORS, Step
-from hcsearch.paths.walking import Walker
-from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import folding_of
+from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.eight_r import joint_parts, second_angle, skew_symmetric
+from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.local import local_at
+from hcsearch.motion.paths.following import Limits, Stepping, follow
+from hcsearch.motion.paths.predictors import PREDICTORS, Step
+from hcsearch.motion.paths.walking import Walker
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
 
 UNITS = {"I": unit_i, "II": unit_ii}
 few = settings(max_examples=8)

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import pytest
 
-from hcsearch.collision.prisms import deepest_margin
-from hcsearch.planning.critical import RATIO, CriticalMargin, Looking, critical_margin, margins_of
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import Prover
+from hcsearch.motion.collision.prisms import deepest_margin
+from hcsearch.motion.planning.critical import RATIO, CriticalMargin, Looking, critical_margin, margins_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import Prover
 from tests.planned import joined
 
 TRIALS = {

@@ -8,11 +8,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hcsearch.kernels.planning.series import ORDERS, write_series
-from hcsearch.linkage import Linkage
-from hcsearch.planning.ends import CLOSED, SLOWEST, End, _rest
-from hcsearch.planning.groups import group_of_all
-from hcsearch.planning.problems import loops_of
-from hcsearch.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.ends import CLOSED, SLOWEST, End, _rest
+from hcsearch.motion.planning.groups import group_of_all
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, planned

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.collision.prisms import prisms_of
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.kernels.planning.space import new_stack, new_work
 from hcsearch.kernels.planning.trees import add, new_tree
-from hcsearch.planning.forests import Forest, Joint, _between, several
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.problems import space_of
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.planning.forests import Forest, Joint, _between, several
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.problems import space_of
 from tests.planned import joined, open_by
 
 BY_JUNCTIONS = "square:012123230301:0"

@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding, foldings
-from hcsearch.grid import GRIDS
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.planning.space import new_stack, pick, place
-from hcsearch.linkage import Linkage
-from hcsearch.locks.lattice import whole_end
-from hcsearch.panel_sizes import default_panel
-from hcsearch.pattern import Crease, Pattern
-from hcsearch.planning import junctions
-from hcsearch.planning.junctions import clear_junctions, junctions_of
-from hcsearch.planning.problems import space_of
+from hcsearch.motion.locks.lattice import whole_end
+from hcsearch.motion.planning import junctions
+from hcsearch.motion.planning.junctions import clear_junctions, junctions_of
+from hcsearch.motion.planning.problems import space_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 from tests.linkages import linkage_named
 from tests.planned import joined, open_by
 from tests.strategies import words

@@ -2,12 +2,12 @@
 
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.motions import motion_of
-from hcsearch.twisting import twist
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.planning.motions import motion_of
 from tests.strategies import words, writings
 
 LISTS = [("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("rectangle", 10)]

@@ -10,19 +10,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.twisting import twist
 from hcsearch.kernels.collision.overlaps import deepest_overlap
-from hcsearch.locks.proofs import lock_at
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.motions import motion_of
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.problems import kept_apart, space_of
-from hcsearch.planning.reasons import reason_of
-from hcsearch.twisting import twist
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.problems import kept_apart, space_of
+from hcsearch.motion.planning.reasons import reason_of
 from tests.planned import SAMPLES, joined, open_by, planned
 from tests.strategies import words
 

@@ -8,19 +8,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.collision.prisms import prisms_of
-from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.kernels.planning.tubes import Track, enclose
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import Crease, Pattern
-from hcsearch.planning.groups import group_of_all
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.problems import loops_of
-from hcsearch.planning.proofs import PLAYS, Prover, _beyond
-from hcsearch.planning.stretches import HALVINGS
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.solids import kept_apart, pairs_of
+from hcsearch.motion.planning.groups import group_of_all
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.proofs import PLAYS, Prover, _beyond
+from hcsearch.motion.planning.stretches import HALVINGS
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Crease, Pattern
 from tests.planned import SAMPLES, Planned, along, cubic, joined, open_by, planned
 
 
@@ -170,7 +170,7 @@ def test_a_path_through_a_panel_is_not_clear():
 
 def planner_without_pairs(linkage):
     from hcsearch.kernels.planning.space import new_stack, new_work
-    from hcsearch.planning.planner import DEPTH
+    from hcsearch.motion.planning.planner import DEPTH
 
     planner = Planner(linkage, 1e-5)
     planner.space = planner.space._replace(pairs=planner.space.pairs[:0].copy())

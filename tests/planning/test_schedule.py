@@ -6,15 +6,15 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding
-from hcsearch.locks.enclosures import Enclosure
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning import motions
-from hcsearch.planning.motions import PlannedMotion, motion_of
-from hcsearch.planning.planner import Growth
-from hcsearch.planning.reasons import reason_of
-from hcsearch.planning.schedule import (
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.motion.locks.enclosures import Enclosure
+from hcsearch.motion.planning import motions
+from hcsearch.motion.planning.motions import PlannedMotion, motion_of
+from hcsearch.motion.planning.planner import Growth
+from hcsearch.motion.planning.reasons import reason_of
+from hcsearch.motion.planning.schedule import (
     FIRST,
     Bisection,
     Floods,
@@ -23,7 +23,7 @@ from hcsearch.planning.schedule import (
     efforts,
     planned_efforts,
 )
-from hcsearch.stages.motion_batches import _batch
+from hcsearch.search.stages.motion_batches import _batch
 
 GROWN = Growth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"

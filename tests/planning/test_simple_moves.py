@@ -6,15 +6,15 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from hcsearch.folding import Folding
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.planning.closing import close, new_closing
-from hcsearch.locks.lattice import whole_end
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.groups import group_of, group_of_all, turns_equally
-from hcsearch.planning.motions import motion_of
-from hcsearch.planning.problems import loops_of
-from hcsearch.planning.proofs import PLAYS, Prover
-from hcsearch.planning.simple_moves import simple_path
+from hcsearch.motion.locks.lattice import whole_end
+from hcsearch.motion.planning.groups import group_of, group_of_all, turns_equally
+from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.simple_moves import simple_path
 from tests.naive import around_the_loop
 from tests.planned import Planned, along, joined, open_by
 

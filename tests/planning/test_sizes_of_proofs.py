@@ -2,14 +2,14 @@
 
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.collision.margins import margin_of
-from hcsearch.folding import Folding, foldings
-from hcsearch.panel_sizes import default_panel
-from hcsearch.planning.motions import motion_of
-from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import PLAYS, Prover
-from hcsearch.twisting import twist
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.collision.margins import margin_of
+from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import PLAYS, Prover
 
 
 def comb(width, height):

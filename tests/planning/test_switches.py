@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from hcsearch.kernels.planning.closing import new_closing, open_by
-from hcsearch.planning import stretches
-from hcsearch.planning.problems import loops_of
-from hcsearch.planning.proofs import PLAYS, Prover
-from hcsearch.planning.switches import switch_between
+from hcsearch.motion.planning import stretches
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.switches import switch_between
 from tests.planned import planned
 
 SWITCHED = "square:012123230301:1"

@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
+from hcsearch.basics.vocabulary import WAYS
+from hcsearch.cases.replays.recording import replay_of_path
+from hcsearch.cases.replays.replay import Replay
+from hcsearch.cases.replays.sources import replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.folding import Folding, foldings
-from hcsearch.labels import labels_of
-from hcsearch.linkage import Linkage
-from hcsearch.panel_sizes import default_panel
-from hcsearch.replays.recording import replay_of_path
-from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import replay_case
-from hcsearch.vocabulary import WAYS
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.shape.labels import labels_of
+from hcsearch.shape.linkage import Linkage
 from tests.planned import planned
 from tests.strategies import circuits
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.player import motion_json, notebook_html, payload_of, player_html, player_script
+from hcsearch.web.player import motion_json, notebook_html, payload_of, player_html, player_script
 from tests.player.motions import replay_of
 
 JS = Path(__file__).parents[2] / "hcsearch" / "player" / "js"

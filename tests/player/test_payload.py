@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.collision.distances import nearest_panels
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding
-from hcsearch.linkage import Linkage
-from hcsearch.pattern import VALLEY, Pattern
-from hcsearch.player.payload import angles_in, payload_of, replay_in, stacks_of
-from hcsearch.replays.recording import replay_of_path
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.replays.recording import replay_of_path
+from hcsearch.designs.folding import Folding
+from hcsearch.motion.collision.distances import nearest_panels
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import VALLEY, Pattern
+from hcsearch.web.player.payload import angles_in, payload_of, replay_in, stacks_of
 from tests.player.motions import linkages_of, random_replays, replay_of, twin_poses
 
 MEASURED = ("error", "nearest", "gaps", "touching")

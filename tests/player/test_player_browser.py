@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from hcsearch.player import motion_json, payload_of, player_html, player_script
+from hcsearch.web.player import motion_json, payload_of, player_html, player_script
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of, twin_poses
 

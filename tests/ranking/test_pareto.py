@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_ranks import dominates, front
 
-from hcsearch.ranking import pareto_front
+from hcsearch.search.ranking import pareto_front
 
 # Few different values, so that rows tie and dominate each other; some missing.
 VALUES = st.one_of(st.none(), st.integers(-2, 3), st.sampled_from([0.1, -np.inf, np.inf, 1e300, 5e-324]))

@@ -6,14 +6,14 @@ from contextlib import closing
 import pytest
 from naive_ranks import front, score
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import DatabaseError, QueryError, SceneError
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.ranking import rank_designs, save_ranks
-from hcsearch.report.fetching import fetch
+from hcsearch.basics.errors import DatabaseError, QueryError, SceneError
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
+from hcsearch.search.ranking import rank_designs, save_ranks
 from hcsearch.store import open_database, open_readonly, schema, select
 from hcsearch.store.columns import CRITERIA
+from hcsearch.web.report.fetching import fetch
 
 NAMES = [quantity.name for quantity in CRITERIA]
 BETTER = [quantity.better for quantity in CRITERIA]

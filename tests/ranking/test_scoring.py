@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_ranks import dominates, score
 
-from hcsearch.errors import QueryError
-from hcsearch.ranking import complete_weights, weighted_score
+from hcsearch.basics.errors import QueryError
+from hcsearch.search.ranking import complete_weights, weighted_score
 from hcsearch.store.columns import CRITERIA, DESIGNS, VIEWS
 
 NAMES = [quantity.name for quantity in CRITERIA]

@@ -7,12 +7,12 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hcsearch.basics.vocabulary import WAYS
+from hcsearch.cases.replays.recording import NEAR, replay_of_deployment, replay_of_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
-from hcsearch.deployment.deploying import deploy
-from hcsearch.folding import Folding
-from hcsearch.replays.recording import NEAR, replay_of_deployment, replay_of_path
-from hcsearch.vocabulary import WAYS
+from hcsearch.designs.folding import Folding
+from hcsearch.springs.deployment.deploying import deploy
 from tests.planned import SAMPLES, joined, planned
 
 CLEAR, COLLIDES = "hex:0234550132:4", "thesis-4x4"

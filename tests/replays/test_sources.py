@@ -5,14 +5,14 @@ import zlib
 import numpy as np
 import pytest
 
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.replays import finding, sources
+from hcsearch.cases.replays.sources import replay_case, stored_replays
 from hcsearch.cases.resolve import resolve
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch
-from hcsearch.errors import HcsearchError
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.replays import finding, sources
-from hcsearch.replays.sources import replay_case, stored_replays
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.search.enumeration import ArraySearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, schema, select
 
 MOVES, STUCK, TWISTED, ASSEMBLY = "hex:0234550132:4", "hex:0234451512:0", "hex:02334051:0", "thesis-4x4"

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.replays.replay import thinned
+from hcsearch.cases.replays.replay import thinned
 
 TOLERANCES = st.sampled_from([0.0, 1e-3, 0.1, 3.0])
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.report.data import FunnelStage, ReportData
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.twisting import twist
 from hcsearch.scenes import Scene
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database
-from hcsearch.twisting import twist
+from hcsearch.web.report.data import FunnelStage, ReportData
 
 
 def design_row(number: int, circuit: Circuit) -> dict[str, object]:

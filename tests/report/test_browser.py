@@ -5,17 +5,17 @@ import re
 import pytest
 from matplotlib.image import imread
 
-from hcsearch.drawing import draw_circuit
-from hcsearch.enumeration import enumerate_circuits
-from hcsearch.errors import HcsearchError
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS
-from hcsearch.report.data import ReportData
-from hcsearch.report.fetching import fetch
-from hcsearch.report.page import render
-from hcsearch.report.payload import page_data
-from hcsearch.report.templating import joined_script
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import enumerate_circuits
+from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
+from hcsearch.web.report.data import ReportData
+from hcsearch.web.report.fetching import fetch
+from hcsearch.web.report.page import render
+from hcsearch.web.report.payload import page_data
+from hcsearch.web.report.templating import joined_script
 from tests.report.browser import chromium, complaints, driven
 
 pytestmark = pytest.mark.extra

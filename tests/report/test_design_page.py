@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hcsearch.basics.errors import OutputError, SceneError
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-from hcsearch.circuit import Circuit
-from hcsearch.errors import OutputError, SceneError
-from hcsearch.folding import Folding, foldings
-from hcsearch.records import Trial
-from hcsearch.report.design_fetching import design_data
-from hcsearch.report.design_page import render_design
-from hcsearch.report.writing import write_design
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.records import Trial
 from hcsearch.store import open_database, open_readonly, select
+from hcsearch.web.report.design_fetching import design_data
+from hcsearch.web.report.design_page import render_design
+from hcsearch.web.report.writing import write_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, data_of
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.drawing import STYLES, draw_array, draw_circuit, stylesheet
-from hcsearch.enumeration import enumerate_circuits
-from hcsearch.folding import foldings
-from hcsearch.grid import GRIDS, parse_array
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.search.enumeration import enumerate_circuits
+from hcsearch.shape.drawing import STYLES, draw_array, draw_circuit, stylesheet
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10, 12), "rectangle": (8, 10), "triangle": (10, 14, 18)}
 CIRCUITS = [

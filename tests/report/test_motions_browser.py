@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from hcsearch.folding import Folding
-from hcsearch.player import payload_of
-from hcsearch.report.design_fetching import design_data
-from hcsearch.report.design_page import render_design
-from hcsearch.report.page import render
+from hcsearch.designs.folding import Folding
+from hcsearch.web.player import payload_of
+from hcsearch.web.report.design_fetching import design_data
+from hcsearch.web.report.design_page import render_design
+from hcsearch.web.report.page import render
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
 

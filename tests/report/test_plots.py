@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.report.plots import HEIGHT, WIDTH, Curve, Mark, look, plot
+from hcsearch.web.report.plots import HEIGHT, WIDTH, Curve, Mark, look, plot
 
 numbers = st.floats(-1e6, 1e6).map(lambda x: round(x, 6))
 

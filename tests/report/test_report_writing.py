@@ -3,16 +3,16 @@ from dataclasses import asdict
 
 import pytest
 
-from hcsearch.enumeration import ArraySearch
-from hcsearch.errors import OutputError, QueryError, SceneError
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.records import Trial
-from hcsearch.report.commands import scene_option
-from hcsearch.report.fetching import fetch
-from hcsearch.report.writing import write_report
+from hcsearch.basics.errors import OutputError, QueryError, SceneError
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.records import Trial
 from hcsearch.scenes import Scene
+from hcsearch.search.enumeration import ArraySearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, select
+from hcsearch.web.report.commands import scene_option
+from hcsearch.web.report.fetching import fetch
+from hcsearch.web.report.writing import write_report
 from tests.judging import judge
 
 

@@ -4,13 +4,13 @@ import random
 
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.report.fetching import fetch
-from hcsearch.report.page import render
+from hcsearch.basics.vocabulary import STATUSES
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly
-from hcsearch.vocabulary import STATUSES
+from hcsearch.web.report.fetching import fetch
+from hcsearch.web.report.page import render
 from tests.judging import judge
 from tests.report.browser import driven
 

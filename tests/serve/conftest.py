@@ -2,9 +2,9 @@
 
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly
 from tests.judging import judge
 from tests.serve.asking import Asking
@@ -34,7 +34,7 @@ def number(database_file):
 
 @pytest.fixture(scope="module")
 def asking(database_file):
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     with open_readonly(str(database_file)) as database:
         application = Application(database, str(database_file))

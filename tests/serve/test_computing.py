@@ -4,9 +4,9 @@ import time
 
 import pytest
 
-from hcsearch.errors import HcsearchError
-from hcsearch.serve.computing import BusyError, Computing
-from hcsearch.serve.keeping import Kept
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.web.serve.computing import BusyError, Computing
+from hcsearch.web.serve.keeping import Kept
 
 
 def refused() -> None:

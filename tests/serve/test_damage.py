@@ -12,7 +12,7 @@ from contextlib import closing, contextmanager
 import numpy as np
 import pytest
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import open_readonly
 from tests.serve.asking import Asking
 
@@ -35,7 +35,7 @@ class Direct:
 @contextmanager
 def damaged(database_file, folder, statement, *values):
     """An application on a copy of the database after a statement."""
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     path = folder / "designs.sqlite"
     shutil.copy(database_file, path)
@@ -206,7 +206,7 @@ def test_a_file_of_rows_ends_at_a_damaged_one_and_gives_its_room_back(database_f
 
 
 def test_the_terminal_says_in_one_line_why_an_answer_was_cut_off(caplog):
-    from hcsearch.serve.server import in_one_line
+    from hcsearch.web.serve.server import in_one_line
 
     logger = logging.getLogger("waitress")
     logger.addFilter(in_one_line)

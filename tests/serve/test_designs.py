@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.player import replay_in
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_circuit, open_database, open_readonly
+from hcsearch.web.player import replay_in
 from tests.judging import judge
 from tests.report.pages import data_of
 from tests.serve.asking import Asking
@@ -45,7 +45,7 @@ def test_a_design_that_is_not_there_is_named(asking, missing, below):
 
 @pytest.mark.parametrize("scene", ["", "?scene=solar"])
 def test_a_database_with_verdicts_of_one_scene_alone_has_all_pages(tmp_path, scene):
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     file = str(tmp_path / "solar.sqlite")
     with open_database(file, create=True) as database:

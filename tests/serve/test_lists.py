@@ -58,7 +58,7 @@ def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
     assert shown(asking("/designs?page=4")) == "120"
     assert "ends before this page" in asking("/designs?page=4").text
     assert 'rel="next" href="/designs?q=n=10&amp;page=3"' in asking("/designs?q=n=10&page=2").text
-    monkeypatch.setattr("hcsearch.serve.listing.MOST", 50)
+    monkeypatch.setattr("hcsearch.web.serve.listing.MOST", 50)
     many = asking("/designs?q=n<11")
     assert shown(many) == "1 to 48 of more than 50"
     assert 'rel="next"' in many.text
@@ -160,11 +160,11 @@ def test_answers_keep_to_the_interface(asking):
 
 
 def test_counts_and_pages_follow_the_database(tmp_path):
-    from hcsearch.enumeration import PolygonSearch
-    from hcsearch.grid import GRIDS
-    from hcsearch.pipeline import Plan, run_into
-    from hcsearch.serve.application import Application
+    from hcsearch.designs.grid import GRIDS
+    from hcsearch.search.enumeration import PolygonSearch
+    from hcsearch.search.pipeline import Plan, run_into
     from hcsearch.store import open_database
+    from hcsearch.web.serve.application import Application
 
     path = str(tmp_path / "growing.sqlite")
     with open_database(path, create=True) as writing:
@@ -177,7 +177,7 @@ def test_counts_and_pages_follow_the_database(tmp_path):
 
 
 def test_another_file_in_place_of_the_database_is_refused(database_file, tmp_path, number):
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     path = tmp_path / "designs.sqlite"
     shutil.copy(database_file, path)
@@ -203,7 +203,7 @@ def test_streams_are_limited_and_given_back(asking):
 
 
 def rows():
-    from hcsearch.serve.addresses import Asked
+    from hcsearch.web.serve.addresses import Asked
 
     return Asked("designs"), "csv"
 
@@ -212,14 +212,14 @@ def test_a_fault_is_reported_in_the_terminal_and_not_on_the_page(asking, monkeyp
     def fails(*_: object) -> None:
         raise RuntimeError("<b>secret</b>")
 
-    monkeypatch.setattr("hcsearch.serve.application.read_asked", fails)
+    monkeypatch.setattr("hcsearch.web.serve.application.read_asked", fails)
     answer = asking("/designs")
     assert (answer.status, "secret" in answer.text) == (500, False)
     assert "RuntimeError: <b>secret</b>" in capsys.readouterr().err
 
 
 def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, database_file, number):
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     asking = Asking(Application(database, str(database_file), scene="solar"))
     usual, other = asking("/designs"), asking("/designs?scene=default")
@@ -230,7 +230,7 @@ def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, d
 
 
 def test_a_zero_is_a_zero_in_tables_and_an_error_what_it_is():
-    from hcsearch.serve.pages import _cell
+    from hcsearch.web.serve.pages import _cell
 
     assert [_cell(value, "least_gap") for value in (-9e-14, 1 / 3, None, 7)] == ["0", "0.3333", "-", "7"]
     assert _cell(4.2e-12, "energy_error") == "4.2e-12"

@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import ArraySearch, FoldedSearch, PolygonSearch
-from hcsearch.folding import Folding, fold, folding_at, foldings
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.kinematics.generic import generic_rank
-from hcsearch.kinematics.rank import rank_at
-from hcsearch.linkage import Linkage
-from hcsearch.locks.proofs import lock_at
-from hcsearch.panel_sizes import default_panel
-from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
-from hcsearch.stages import mobility
-from hcsearch.stages.statuses import best_foldings
-from hcsearch.twisting import twist_batch
-from hcsearch.vocabulary import WAYS
+from hcsearch.basics.vocabulary import WAYS
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, fold, folding_at, foldings
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
+from hcsearch.designs.twisting import twist_batch
+from hcsearch.motion.kinematics.generic import generic_rank
+from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch
+from hcsearch.search.stages import mobility
+from hcsearch.search.stages.statuses import best_foldings
+from hcsearch.shape.linkage import Linkage
 from tests.strategies import circuits, congruences
 
 

@@ -7,23 +7,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.spring_sets import springs_of
-from hcsearch.deployment.verdicts import verdicts
-from hcsearch.folding import Folding, folding_of, foldings
-from hcsearch.grid import GRIDS
-from hcsearch.labels import labels_of
-from hcsearch.locks.proofs import lock_at
-from hcsearch.panel_sizes import default_panel
-from hcsearch.pipeline.shards import candidates_of
-from hcsearch.planning.motions import motion_of
-from hcsearch.records import CircuitBatch, StagedDesigns
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of, foldings
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.records import CircuitBatch, StagedDesigns
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.planning.motions import motion_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import GRADES, OUTER, SPREAD
-from hcsearch.stages.order import STAGES
-from hcsearch.stages.stage import run_stages
+from hcsearch.search.pipeline.shards import candidates_of
+from hcsearch.search.stages.order import STAGES
+from hcsearch.search.stages.stage import run_stages
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.spring_sets import springs_of
+from hcsearch.springs.deployment.verdicts import verdicts
 from tests.strategies import rewritten
 
 DEFAULT = SCENES["default"]
@@ -257,8 +257,8 @@ def test_paths_do_not_hang_on_how_a_circuit_is_written():
 
 def test_what_deploys_without_a_path_moves(monkeypatch):
     """The funnel never widens."""
-    monkeypatch.setattr("hcsearch.planning.schedule.TIGHT", 0)
-    monkeypatch.setattr("hcsearch.planning.schedule.LOOSE", 0)
+    monkeypatch.setattr("hcsearch.motion.planning.schedule.TIGHT", 0)
+    monkeypatch.setattr("hcsearch.motion.planning.schedule.LOOSE", 0)
     designs, results = staged("hex:0234550132", ("motion", "deployment"))
     assert not designs.motion.moves.any()
     assert designs.deployment.deploys.any()

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import StageError
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline.shards import run_shard
+from hcsearch.basics.errors import StageError
+from hcsearch.basics.vocabulary import KEEPS
+from hcsearch.designs.grid import GRIDS
 from hcsearch.scenes import DEFAULT, SCENES
-from hcsearch.stages.circuits import listed
-from hcsearch.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
-from hcsearch.stages.stage import Stage, run_stages
-from hcsearch.vocabulary import KEEPS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline.shards import run_shard
+from hcsearch.search.stages.circuits import listed
+from hcsearch.search.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
+from hcsearch.search.stages.stage import Stage, run_stages
 
 SCENE = SCENES[DEFAULT]
 

@@ -6,23 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.circuit import Circuit
-from hcsearch.deployment.agreement import agreed_checks, confirmed
-from hcsearch.deployment.checking import check
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.spring_sets import springs_of
-from hcsearch.deployment.springs import with_springs
-from hcsearch.deployment.verdicts import verdicts
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.folding import Folding, folding_at
-from hcsearch.grid import GRIDS
-from hcsearch.labels import labels_of
-from hcsearch.panel_sizes import default_panel
-from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
-from hcsearch.pipeline.rows import design_rows
-from hcsearch.pipeline.shards import candidates_of, run_shard
-from hcsearch.records import (
+from hcsearch.basics.vocabulary import STATUSES
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_at
+from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.designs.records import (
     NONE,
     CircuitBatch,
     DeploymentBatch,
@@ -35,9 +24,20 @@ from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD
 from hcsearch.scenes.scene_file import read_text, scene_in
 from hcsearch.scenes.setup import SOFTEST, STIFFEST
-from hcsearch.stages.motion_batches import motions
-from hcsearch.stages.order import STAGES, stages_until
-from hcsearch.vocabulary import STATUSES
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
+from hcsearch.search.pipeline.rows import design_rows
+from hcsearch.search.pipeline.shards import candidates_of, run_shard
+from hcsearch.search.stages.motion_batches import motions
+from hcsearch.search.stages.order import STAGES, stages_until
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.agreement import agreed_checks, confirmed
+from hcsearch.springs.deployment.checking import check
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.spring_sets import springs_of
+from hcsearch.springs.deployment.springs import with_springs
+from hcsearch.springs.deployment.verdicts import verdicts
 
 DEFAULT = SCENES["default"]
 STOPS = frozenset({"stops"})
@@ -157,7 +157,7 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
     def jams(checks, tolerances):
         return agreed_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
 
-    monkeypatch.setattr("hcsearch.deployment.verdicts.agreed_checks", jams)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.agreed_checks", jams)
     again = verdicts(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
     assert again.deploys.tolist() == [False]
     assert np.isnan(again.time).all()
@@ -168,7 +168,7 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.TOGETHER", 7)
     again = verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
     assert again.deploys.tolist() == deployments.deploys.tolist()
     assert again.trials == deployments.trials
@@ -176,7 +176,7 @@ def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatc
 
 def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.deployment.verdicts.WORK", 20_000)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.WORK", 20_000)
     given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
     one, two = (verdicts(*given, threads=threads) for threads in (1, 2))
     assert one.trials == two.trials
@@ -271,8 +271,10 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
     ways = [None if path is None else "rigid" for path in paths]
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
-    monkeypatch.setattr("hcsearch.stages.motion_batches.motions", lambda *_, **_options: motion)
-    monkeypatch.setattr("hcsearch.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, time, time, ()))
+    monkeypatch.setattr("hcsearch.search.stages.motion_batches.motions", lambda *_, **_options: motion)
+    monkeypatch.setattr(
+        "hcsearch.springs.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, time, time, ())
+    )
     words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
     none = np.zeros(len(dof), int)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.records import DesignBatch, StageResult, WorkKey
+from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
 
 WORK = WorkKey("hex", 12, "", "all")
 VERSIONS = {"circuits": 1, "foldings": 1, "twist": 1}

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database
 from hcsearch.store.columns import DESIGNS, VIEWS
 from hcsearch.store.datasette_dump import datasette_json

@@ -1,7 +1,7 @@
 import pytest
 from store_samples import evaluation_row as row
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import find_evaluations, open_database, open_readonly, record_evaluations, select
 from hcsearch.store.columns import column_names
 from tests.loosening import loosened

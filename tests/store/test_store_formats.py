@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from store_samples import as_rows
 
-from hcsearch.errors import QueryError
+from hcsearch.basics.errors import QueryError
 from hcsearch.store import FORMATS, Result, format_rows
 
 TEXTS = [style for style in FORMATS if style != "parquet"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from store_samples import begin, record
 
-from hcsearch.errors import DatabaseError, QueryError
+from hcsearch.basics.errors import DatabaseError, QueryError
 from hcsearch.store import database as database_module
 from hcsearch.store import location, migrate, open_database, open_readonly, select, sqlite
 from hcsearch.store.schema import APPLICATION_ID

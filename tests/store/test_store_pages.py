@@ -2,10 +2,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import QueryError
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
+from hcsearch.basics.errors import QueryError
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import count_rows, open_database, open_readonly, select, select_page
 from hcsearch.store.columns import column_names
 from tests.judging import judge

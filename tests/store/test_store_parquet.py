@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from store_samples import as_rows, begin, circuits, record
 
-from hcsearch.errors import QueryError
+from hcsearch.basics.errors import QueryError
 from hcsearch.store import Result, files, open_database, open_readonly, save_rows, select, stream, stream_sql
 from hcsearch.store.columns import DESIGNS
 

@@ -18,11 +18,11 @@ from store_samples import VERSIONS, WORK, begin, circuits, record, sample
 from test_store_processes import context, create, record_and_hang, record_own, record_same, run_together
 from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, LOCKED, MOVES, PATH, list_designs, row_of, trial
 
-from hcsearch.enumeration import ArraySearch, PolygonSearch
-from hcsearch.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.grid import GRIDS, parse_array
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.ranking import rank_designs, save_ranks
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
+from hcsearch.search.ranking import rank_designs, save_ranks
 from hcsearch.store import (
     designs,
     finished_batches,

@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 from store_samples import circuits, record
 
+from hcsearch.basics.errors import QueryError
 from hcsearch.cli import hcsearch
-from hcsearch.errors import QueryError
 from hcsearch.store import (
     count_rows,
     find_design,

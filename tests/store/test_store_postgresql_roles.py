@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from store_samples import circuits, record
 
-from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import DatabaseError, HcsearchError
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import Plan, run_into
+from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.enumeration import PolygonSearch
+from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_design, open_database, open_readonly, schema, select, select_sql
 from tests import forking
 from tests.judging import judge
@@ -99,7 +99,7 @@ def test_the_role_of_the_manual_can_query_rank_show_report_and_export(server, fi
 
 
 def test_the_role_of_the_manual_serves_all_pages_and_writes_nothing(server, filled, local):
-    from hcsearch.serve.application import Application
+    from hcsearch.web.serve.application import Application
 
     with role(server, filled, grants()) as guest:
         with open_readonly(guest) as database:

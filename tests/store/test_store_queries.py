@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from store_samples import circuits, record
 from test_store_verdicts import COLLIDES
 
-from hcsearch.circuit import Circuit
-from hcsearch.enumeration import search_all
-from hcsearch.errors import HcsearchError, QueryError
-from hcsearch.grid import GRIDS, Array, grid_named, parse_array
-from hcsearch.pipeline import Plan, run_into
-from hcsearch.stages.order import check_keep
+from hcsearch.basics.errors import HcsearchError, QueryError
+from hcsearch.basics.vocabulary import STATUSES, Verdict, Way
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
+from hcsearch.search.enumeration import search_all
+from hcsearch.search.pipeline import Plan, run_into
+from hcsearch.search.stages.order import check_keep
 from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
-from hcsearch.vocabulary import STATUSES, Verdict, Way
 from tests.judging import judge
 
 NAMED = sorted((Path(__file__).parents[2] / "db").glob("*.sql"))

@@ -3,7 +3,7 @@
 import pytest
 from store_samples import begin, circuits, record
 
-from hcsearch.errors import QueryError
+from hcsearch.basics.errors import QueryError
 from hcsearch.store import find_design, open_database, open_readonly, select, select_sql
 
 ATTACKS = [

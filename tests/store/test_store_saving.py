@@ -10,7 +10,7 @@ import time
 import pytest
 from store_samples import as_rows, begin, circuits, record
 
-from hcsearch.errors import OutputError, QueryError
+from hcsearch.basics.errors import OutputError, QueryError
 from hcsearch.store import (
     Result,
     format_rows,

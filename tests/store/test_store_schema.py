@@ -13,7 +13,7 @@ from sqlalchemy import create_mock_engine, inspect
 from sqlalchemy.schema import CreateTable
 from store_samples import record
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import migrate, open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.schema_dump import schema_sql

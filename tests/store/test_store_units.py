@@ -1,7 +1,7 @@
 import pytest
 from store_samples import unit_row as row
 
-from hcsearch.errors import DatabaseError
+from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import open_readonly, record_units, select
 from hcsearch.store.columns import column_names
 

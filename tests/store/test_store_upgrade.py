@@ -7,8 +7,8 @@ from functools import partial
 import pytest
 from store_samples import RESULTS, VERSIONS, WORK, circuits, contents, evaluation_row, record, unit_row
 
-from hcsearch.errors import DatabaseError
-from hcsearch.records import Trial
+from hcsearch.basics.errors import DatabaseError
+from hcsearch.designs.records import Trial
 from hcsearch.store import (
     best_creases,
     find_evaluations,

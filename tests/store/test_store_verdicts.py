@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from store_samples import begin, record, sample
 
-from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import NONE, Evidence, Lock, MobilityBatch, StageResult, Trial, WorkKey
+from hcsearch.basics.errors import DatabaseError, SceneError
+from hcsearch.designs.records import NONE, Evidence, Lock, MobilityBatch, StageResult, Trial, WorkKey
 from hcsearch.store import (
     find_design,
     find_scene,

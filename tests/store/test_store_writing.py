@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import IntegrityError
 from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
 
-from hcsearch.records import StageResult, WorkKey
+from hcsearch.designs.records import StageResult, WorkKey
 from hcsearch.store import (
     count_arrays,
     designs,

@@ -16,16 +16,16 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.deployment.outcomes import Check
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import Labels
 from hcsearch.scenes import SCENES
+from hcsearch.shape.labels import Labels
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.tuning.choice import SpringSet
+from hcsearch.springs.tuning.facts import advice, shopping
+from hcsearch.springs.tuning.robustness import Robustness
+from hcsearch.springs.tuning.tuning import Tuning
 from hcsearch.store import open_readonly, select
-from hcsearch.tuning.choice import SpringSet
-from hcsearch.tuning.facts import advice, shopping
-from hcsearch.tuning.robustness import Robustness
-from hcsearch.tuning.tuning import Tuning
 
 DESIGN = "hex:0233340501:3"
 QUICK = ("--evaluations", "30", "--samples", "4")
@@ -234,7 +234,7 @@ def evaluations(path):
 
 
 def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
-    from hcsearch.tuning.search import SpringSearch
+    from hcsearch.springs.tuning.search import SpringSearch
 
     def pressed(self, start, first):
         raise KeyboardInterrupt
@@ -248,7 +248,7 @@ def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
 
 
 def test_ctrl_c_leaves_what_was_found(monkeypatch):
-    from hcsearch.tuning.ledger import Ledger
+    from hcsearch.springs.tuning.ledger import Ledger
 
     record, calls = Ledger.record, []
 

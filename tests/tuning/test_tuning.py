@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.collision.reaches import slack_of
-from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.springs import tied_hinges
-from hcsearch.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.collision.reaches import slack_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import SOFTEST, STIFFEST, settle, with_stiffnesses
-from hcsearch.tuning import tuning
-from hcsearch.tuning.evaluation import Evaluator, Own
-from hcsearch.tuning.objective import objective
-from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import APART, SpringSearch, first_generation, spread_out, summary
-from hcsearch.tuning.tuning import tune
+from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.springs import tied_hinges
+from hcsearch.springs.tuning import tuning
+from hcsearch.springs.tuning.evaluation import Evaluator, Own
+from hcsearch.springs.tuning.objective import objective
+from hcsearch.springs.tuning.robustness import Spread
+from hcsearch.springs.tuning.search import APART, SpringSearch, first_generation, spread_out, summary
+from hcsearch.springs.tuning.tuning import tune
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
@@ -73,7 +73,7 @@ def test_a_tuning_that_was_stopped_goes_on(tuned, monkeypatch):
     whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert whole.best.stiffnesses == tuned.best.stiffnesses
     assert whole.recalled + whole.samples_recalled >= known > 0
-    monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
+    monkeypatch.setattr("hcsearch.springs.tuning.evaluation.check", None)
     again = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.recalled == again.evaluations

@@ -10,21 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import beta
 
-from hcsearch.deployment.checking import check, screen_of
-from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.springs import stiffnesses_of, tied_hinges, with_springs
-from hcsearch.errors import HcsearchError
-from hcsearch.labels import labels_of
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_named
 from hcsearch.scenes.setup import settle, with_stiffnesses
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.checking import check, screen_of
+from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.springs import stiffnesses_of, tied_hinges, with_springs
+from hcsearch.springs.tuning.catalogue import catalogue_levels, descend, nearest_levels, neighbours
+from hcsearch.springs.tuning.evaluation import SOFT, STRICT, TOLERANCES, Evaluator
+from hcsearch.springs.tuning.ledger import Ledger
+from hcsearch.springs.tuning.objective import AMPLE, SPEED, objective
+from hcsearch.springs.tuning.robustness import Robustness, Spread, counted, most_robust, sampled
 from hcsearch.store import open_database, select
-from hcsearch.tuning.catalogue import catalogue_levels, descend, nearest_levels, neighbours
-from hcsearch.tuning.evaluation import SOFT, STRICT, TOLERANCES, Evaluator
-from hcsearch.tuning.ledger import Ledger
-from hcsearch.tuning.objective import AMPLE, SPEED, objective
-from hcsearch.tuning.robustness import Robustness, Spread, counted, most_robust, sampled
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
@@ -240,7 +240,7 @@ def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
     with open_database(str(tmp_path / "a.sqlite"), create=True) as database:
         checks = Evaluator(linkage, scene, "constrained", Ledger(database, "small")).of_springs(sets)
         assert len(select(database, view="evaluations").rows) == 2
-        monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
+        monkeypatch.setattr("hcsearch.springs.tuning.evaluation.check", None)
         again = Evaluator(linkage, scene, "constrained", Ledger(database, "small"))
         assert again.of_springs(sets[::-1]) == checks[::-1]
         assert again.recalled == 2
@@ -253,8 +253,8 @@ def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
 
 @given(checks)
 def test_checks_come_back_as_they_were_stored(one):
-    from hcsearch.tuning.evaluation import Key
-    from hcsearch.tuning.ledger import check_of
+    from hcsearch.springs.tuning.evaluation import Key
+    from hcsearch.springs.tuning.ledger import check_of
 
     with_time = replace(one, collision=(0.1, (2, 5)) if one.clear is False else None)
     row = Ledger.row("subject", Key("setting", "0.1"), with_time)
@@ -262,8 +262,8 @@ def test_checks_come_back_as_they_were_stored(one):
 
 
 def test_numbers_that_overflowed_are_stored_as_nothing():
-    from hcsearch.tuning.evaluation import Key
-    from hcsearch.tuning.ledger import check_of
+    from hcsearch.springs.tuning.evaluation import Key
+    from hcsearch.springs.tuning.ledger import check_of
 
     one = replace(HIT, outcome="diverged", drift=math.inf, speed=math.nan)
     row = Ledger.row("subject", Key("setting", "0.1"), one)

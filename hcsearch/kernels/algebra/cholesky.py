@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 
 

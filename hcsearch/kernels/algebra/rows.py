@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 
 Vector = tuple[float, float, float]

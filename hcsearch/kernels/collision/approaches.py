@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.collision.intervals import Course, book_for, nearest, relate
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import TERMS, follow, write_course

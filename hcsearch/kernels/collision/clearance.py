@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
 from hcsearch.kernels.compiling.compiled import compiled, lean

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.collision.intervals import Book, Course, begin, book_for, bound, halve, nearest, relate, spheres
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
 from hcsearch.kernels.collision.simplices import across_edge, across_flat, nearest, normal, side_with_last, unit
 from hcsearch.kernels.compiling.compiled import inlined, lean

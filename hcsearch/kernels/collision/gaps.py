@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Flags, Reals, Whole
+from hcsearch.basics.arrays import Flags, Reals, Whole
 from hcsearch.kernels.collision.distances import closest, gap_along
 from hcsearch.kernels.collision.overlaps import overlap
 from hcsearch.kernels.compiling.compiled import compiled, lean

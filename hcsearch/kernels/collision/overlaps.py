@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, dot
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels

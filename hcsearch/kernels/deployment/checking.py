@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.collision.approaches import angles_at, approach
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.intervals import Course

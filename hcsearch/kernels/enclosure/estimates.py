@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import EMPTY, UNFINISHED, Refutation, begin, split, test_box

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.cholesky import factor, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Expansion, Rings, write_first_order

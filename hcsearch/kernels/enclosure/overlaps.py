@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, put, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import add_shares, combine, solve, weigh

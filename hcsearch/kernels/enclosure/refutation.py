@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import Rings, cut_loops, keep_cuts

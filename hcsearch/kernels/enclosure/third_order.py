@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, plus
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 

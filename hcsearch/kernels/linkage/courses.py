@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.linkage.reaches import Pairs
 

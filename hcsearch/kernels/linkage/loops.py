@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.rows import row_product
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import TERMS, follow, rates_at, write_course
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project

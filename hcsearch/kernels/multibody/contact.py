@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Signs
+from hcsearch.basics.arrays import Reals, Signs
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.algebra.vectors import at, cross, dot, plus
 from hcsearch.kernels.compiling.compiled import compiled, lean

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Signs, Whole
+from hcsearch.basics.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment

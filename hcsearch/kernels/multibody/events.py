@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 

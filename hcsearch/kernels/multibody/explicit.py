@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Signs, Whole
+from hcsearch.basics.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import (
     Vector,
     add,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Signs, Whole
+from hcsearch.basics.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import at, cross, put, turned
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.events import NEAR

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.vectors import at, dot, plus, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap

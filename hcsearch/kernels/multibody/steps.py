@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage

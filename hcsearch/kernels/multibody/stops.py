@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Signs
+from hcsearch.basics.arrays import Reals, Signs
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
 from hcsearch.kernels.multibody.events import NEAR

@@ -8,7 +8,7 @@ unit force does along each joint gives the Delassus matrix as a sum over joints 
 
 from __future__ import annotations
 
-from hcsearch.arrays import Reals, Signs
+from hcsearch.basics.arrays import Reals, Signs
 from hcsearch.kernels.algebra.vectors import (
     Vector,
     add,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
 
 AXIS, OFFSET, CENTRE, INERTIA, MASS = 0, 3, 6, 9, 15

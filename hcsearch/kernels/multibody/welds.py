@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.vectors import at, cross, dot, minus, plus, turned
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import (

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows

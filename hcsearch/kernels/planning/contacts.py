@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.space import Space, SpaceWork, State

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, cross
 from hcsearch.kernels.compiling.compiled import lean
 

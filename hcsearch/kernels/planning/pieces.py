@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.algebra.rows import row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link
 from hcsearch.kernels.planning.closing import CLOSED, close

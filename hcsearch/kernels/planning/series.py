@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 ORDERS = 8

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hcsearch.arrays import Reals
+from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link, separated
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row

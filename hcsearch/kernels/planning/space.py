@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import at, put, times
 from hcsearch.kernels.collision.distances import closest
 from hcsearch.kernels.compiling.compiled import compiled, lean

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, copy, farthest, greatest, pick, place

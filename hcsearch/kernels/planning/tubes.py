@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
 from hcsearch.kernels.planning.groups import Group

@@ -19,8 +19,8 @@ from hcsearch.kernels.planning.pieces import (
     prove_piece,
     tables_for,
 )
-from hcsearch.planning.groups import group_of_all
-from hcsearch.planning.problems import loops_of
+from hcsearch.motion.planning.groups import group_of_all
+from hcsearch.motion.planning.problems import loops_of
 from tests.planned import SAMPLES, cubic, joined, planned
 
 

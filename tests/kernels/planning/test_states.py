@@ -8,14 +8,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from hcsearch.collision.distances import proximal_distances
 from hcsearch.kernels.planning.chords import link, separated
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import SHARE, move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.sliding import FLATTEST, _allow, _ascend, slide
 from hcsearch.kernels.planning.space import new_stack, new_work, pick, place
 from hcsearch.kernels.planning.trees import MOST, add, cell, keep_new, nearest, new_tree
-from hcsearch.planning.problems import loops_of, space_of
+from hcsearch.motion.collision.distances import proximal_distances
+from hcsearch.motion.planning.problems import loops_of, space_of
 from tests import planned as samples
 from tests.planned import SAMPLES, planned
 

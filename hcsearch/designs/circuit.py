@@ -1,0 +1,210 @@
+"""Circuits: closed walks through the panels of an array, their notation, canonical form and symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+from hcsearch.basics.errors import ArrayError, NotationError, expect
+from hcsearch.designs.grid import Array, Cell, Grid, Point, check_size, grid_named
+from hcsearch.shape.drawing import draw_circuit
+
+_STRAIGHT = 8
+"""What stands for turn 0 where turns are bytes, which compare and copy fast."""
+
+
+class Renumbering(NamedTuple):
+    """Other numbers for the n creases and panels of a circuit: from another crease on, perhaps in the other direction.
+
+    start : the crease that gets the number 0.
+    """
+
+    n: int
+    start: int
+    backwards: bool
+
+    def __call__(self, crease: int) -> int:
+        """The new number of a crease."""
+        return (self.start - crease if self.backwards else crease - self.start) % self.n
+
+    def panel(self, panel: int) -> int:
+        """The new number of a panel: crease k joins panels k and k + 1 by either numbers."""
+        return (self(panel) + self.backwards) % self.n
+
+
+@dataclass(frozen=True, repr=False)
+class Circuit:
+    """A Hamiltonian circuit of an array, up to translation; read one with `from_notation`.
+
+    word : the directions of the n steps; crease k lies between panels k and k + 1 (mod n), and step k crosses it.
+    start : the lattice point of panel 0, by default near the origin. It does not count when circuits are compared.
+    """
+
+    grid: Grid
+    word: tuple[int, ...]
+    start: Point | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        expect("the grid of a circuit", self.grid, Grid, "a Grid, such as GRIDS['hex'], or use Circuit.from_notation")
+        check_size(self.n, "the circuit")
+        if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
+            raise NotationError(
+                f"malformed circuit {self.notation!r}: write the grid, a colon and at least three directions "
+                f"0 to {self.grid.directions - 1}, as hex:024"
+            )
+        if any(turn not in self.grid.turns for turn in self.turns):
+            raise NotationError(
+                f"circuit {self.notation!r} makes a turn that the {self.grid.name} grid does not have: check its steps"
+            )
+        end = (sum(self.grid.steps[d][0] for d in self.word), sum(self.grid.steps[d][1] for d in self.word))
+        if end != (0, 0) or len(set(self.points)) < self.n:
+            raise NotationError(f"circuit {self.notation!r} does not close or meets a panel twice: check its steps")
+
+    @staticmethod
+    def from_notation(text: str, start: Point | None = None) -> Circuit:
+        """Read the notation that `notation` writes, such as `hex:024`; start places panel 0.
+
+        Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
+        """
+        expect("the notation of a circuit", text, str, "a text, such as 'hex:024'")
+        name, colon, steps = text.partition(":")
+        grid = grid_named(name)
+        if not colon or not (steps.isascii() and steps.isdigit()):
+            raise NotationError(
+                f"malformed circuit {text!r}: write the grid, a colon and the direction of each step, as hex:024"
+            )
+        return Circuit(grid, tuple(map(int, steps)), start)
+
+    @property
+    def notation(self) -> str:
+        """The grid and the directions of the steps; `from_notation` reads it."""
+        return f"{self.grid.name}:" + "".join(map(str, self.word))
+
+    def __str__(self) -> str:
+        return self.notation
+
+    def __repr__(self) -> str:
+        start = "" if self.start is None else f", start={self.start!r}"
+        return f"Circuit.from_notation({self.notation!r}{start})"
+
+    def _repr_svg_(self) -> str:
+        return draw_circuit(self.grid, self.cells, numbers=True, title=self.notation)
+
+    @property
+    def n(self) -> int:
+        """Number of panels, and of creases."""
+        return len(self.word)
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """Lattice points of the panels in circuit order, the first at `start`, or near the origin."""
+        near = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
+        x, y = self.start or (near, near)
+        points = []
+        for d in self.word:
+            points.append((x, y))
+            x, y = x + self.grid.steps[d][0], y + self.grid.steps[d][1]
+        return tuple(points)
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Cells of the panels in circuit order."""
+        return tuple(map(self.grid.cell, self.points))
+
+    @property
+    def array(self) -> Array:
+        """The array that the circuit runs through."""
+        return Array.from_cells(self.grid, self.cells)
+
+    @property
+    def turns(self) -> tuple[int, ...]:
+        """Turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
+        m = self.grid.directions
+        return tuple(
+            (d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False)
+        )
+
+    @property
+    def creases(self) -> tuple[Point, ...]:
+        """Exact coordinates of the creases (`Grid.edge`): crease k joins panels k and k + 1."""
+        return tuple(self.grid.edge(p, q) for p, q in zip(self.points, self.points[1:] + self.points[:1], strict=True))
+
+    @cached_property
+    def _canonical(self) -> tuple[tuple[int, ...], int]:
+        """The canonical word, and the number of congruences that map the circuit to it."""
+        least = min(self._keys())
+        right_turns, first = least
+        word = [first]
+        for turn in right_turns[:-1]:
+            word.append((word[-1] + _STRAIGHT - turn) % self.grid.directions)
+        # made twice rather than kept: together they are as long as the square of the circuit
+        return tuple(word), sum(key == least for key in self._keys())
+
+    def _keys(self) -> Iterator[tuple[bytes, int]]:
+        """A key for each start and for the circuit and its mirror image, both walked counterclockwise.
+
+        The key is the cyclic word of turns that follows a step, so that sharp left turns come first, and that step's
+        direction up to rotations of the grid.
+        """
+        n, turns = self.n, self.turns
+        sign = 1 if sum(turns) < 0 else -1
+        ahead = bytes(_STRAIGHT + sign * turn for turn in turns)  # turns to the right, counterclockwise
+        classes = len(self.grid.first_directions)
+        for k in range(n):
+            first = self.word[k] % classes
+            yield ahead[k + 1 :] + ahead[: k + 1], first
+            yield ahead[k::-1] + ahead[:k:-1], first
+
+    def canonical(self) -> Circuit:
+        """One circuit for all congruent ones, with the same first panel and direction whichever of them is given."""
+        return Circuit(self.grid, self._canonical[0])
+
+    def canonical_crease(self, crease: int) -> int:
+        """The number that a crease, 0 to n - 1, has in the canonical circuit; of several by symmetry, one."""
+        return self.renumberings()[0](crease)
+
+    def renumberings(self) -> list[Renumbering]:
+        """The ways to number the circuit as the canonical one: as many as it has symmetries."""
+        keys = list(self._keys())
+        least = min(keys)
+        places = [divmod(place, 2) for place, key in enumerate(keys) if key == least]
+        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in places]
+
+    def on(self, array: Array) -> Circuit:
+        """The circuit, moved to the cells of an array that is congruent with its own; ArrayError for another array.
+
+        Panels and creases keep their numbers. By the first symmetry of the grid that fits.
+
+        >>> from hcsearch import GRIDS, Circuit, parse_array
+        >>> wall = parse_array(GRIDS["square"], "3x2")
+        >>> Circuit.from_notation("square:001223").on(wall).array == wall
+        True
+        """
+        expect("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
+        places = set(array.points)
+        least, m = min(places), self.grid.directions
+        for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
+            images = [isometry(point) for point in self.points]
+            corner = min(images)
+            dx, dy = least[0] - corner[0], least[1] - corner[1]
+            if places == {(x + dx, y + dy) for x, y in images}:
+                word = tuple((isometry.sign * d + isometry.offset) % m for d in self.word)
+                return Circuit(self.grid, word, (images[0][0] + dx, images[0][1] + dy))
+        raise ArrayError(f"{self.notation} is no circuit of {array.notation}: its array is {self.array.notation}")
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the circuit's symmetry group."""
+        return self._canonical[1]
+
+    @property
+    def n_fixed(self) -> int:
+        """Number of fixed circuits (different up to translation) that are congruent to this one."""
+        return len(self.grid.point_group) // self.symmetry
+
+    @property
+    def orbit_size(self) -> int:
+        """Number of circuits on the same array that are images of this one under the array's symmetries."""
+        return self.array.symmetry // self.symmetry

@@ -1,0 +1,18 @@
+"""The three tilings and arrays of their cells, in exact integers."""
+
+from hcsearch.designs.grid.arrays import Array, check_size
+from hcsearch.designs.grid.specs import parse_array
+from hcsearch.designs.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
+
+__all__ = [
+    "GRIDS",
+    "Array",
+    "Cell",
+    "Grid",
+    "LatticeIsometry",
+    "Point",
+    "check_size",
+    "grid_named",
+    "grid_of",
+    "parse_array",
+]

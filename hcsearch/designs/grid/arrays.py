@@ -1,0 +1,200 @@
+"""Arrays: finite connected sets of cells, with a text notation and their symmetries."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from hcsearch.basics.errors import ArrayError, NotationError, SizeError, expect
+from hcsearch.designs.grid.tilings import Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
+from hcsearch.shape.drawing import draw_array
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+MAX_CELLS = 20_000
+
+
+@dataclass(frozen=True, repr=False)
+class Array:
+    """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
+
+    rows : each row as an integer, the bottom row first; bit x (triangles: bit 2x + u) is cell x of the row. The least
+    x and the least y are 0.
+    """
+
+    grid: Grid
+    rows: tuple[int, ...]
+
+    @staticmethod
+    def from_cells(grid: Grid | str, cells: Iterable[Cell]) -> Array:
+        """The array of some cells of a grid, given by itself or its name.
+
+        Errors: ArrayError for cells of another form, repeated or not connected, or none; SizeError for too many.
+        """
+        grid = grid_of(grid)
+        listed = [_cell(grid, cell) for cell in islice(cells, MAX_CELLS + 1)]
+        if not listed:
+            raise ArrayError("an array needs at least one cell")
+        check_size(len(listed), "the array")
+        twice = next((cell for cell, times in Counter(listed).items() if times > 1), None)
+        if twice is not None:
+            raise ArrayError(f"cell {' '.join(map(str, twice))} is given twice: list every cell once")
+        parts = _parts(grid, listed)
+        if parts > 1:
+            raise ArrayError(f"the cells are not connected ({parts} pieces): join them by shared edges")
+        return Array(grid, _rows(grid, listed))
+
+    @staticmethod
+    def from_notation(text: str) -> Array:
+        """Read the notation that `notation` writes, such as `square:f.f.f.f`."""
+        expect("the notation of an array", text, str, "a text, such as 'hex:e.f.7'")
+        name, colon, body = text.partition(":")
+        grid = grid_named(name)
+        if not colon or not re.fullmatch(r"[0-9a-f]+(\.[0-9a-f]+)*", body):
+            raise NotationError(
+                f"malformed array notation {text!r}: write the grid, a colon and rows in hexadecimal, as square:f.f"
+            )
+        rows = tuple(int(row, 16) for row in body.split("."))
+        check_size(sum(map(int.bit_count, rows)), f"array {text!r}")
+        return Array.from_cells(grid, _cells(grid, rows))
+
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells, row by row from the bottom, each row from the left."""
+        return tuple(_cells(self.grid, self.rows))
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """Lattice points of the cells, in the same order."""
+        return tuple(map(self.grid.point, self.cells))
+
+    @property
+    def n(self) -> int:
+        """Number of cells."""
+        return sum(row.bit_count() for row in self.rows)
+
+    @property
+    def notation(self) -> str:
+        """The grid and the rows in hexadecimal, the bottom row first; `from_notation` reads it."""
+        return f"{self.grid.name}:" + ".".join(f"{row:x}" for row in self.rows)
+
+    def __str__(self) -> str:
+        return self.notation
+
+    def __repr__(self) -> str:
+        return f"Array.from_notation({self.notation!r})"
+
+    def _repr_svg_(self) -> str:
+        return draw_array(self.grid, self.cells, title=self.notation)
+
+    @cached_property
+    def _images(self) -> tuple[Array, ...]:
+        """The images under the grid's point group, each moved back to the origin."""
+        cell = self.grid.cell
+        return tuple(
+            Array(self.grid, _rows(self.grid, [cell(isometry(p)) for p in self.points]))
+            for isometry in self.grid.point_group
+        )
+
+    def canonical(self) -> Array:
+        """One array for all congruent ones: the image with the fewest rows, and of those the least in order."""
+        return min(self._images, key=lambda image: (len(image.rows), image.rows))
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the array's symmetry group."""
+        return sum(image.rows == self.rows for image in self._images)
+
+    def symmetries(self) -> list[tuple[LatticeIsometry, Point]]:
+        """The isometries that map the array onto itself, each with the translation that follows it."""
+        least = min(self.points)
+        pairs = []
+        for isometry, image in zip(self.grid.point_group, self._images, strict=True):
+            if image.rows == self.rows:
+                moved = min(map(isometry, self.points))
+                pairs.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
+        return pairs
+
+    def edges(self) -> list[tuple[int, int, int]]:
+        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their places in `cells`."""
+        index = {point: i for i, point in enumerate(self.points)}
+        edges = []
+        for i, point in enumerate(self.points):
+            for d, to in self.grid.neighbours(point):
+                j = index.get(to, -1)
+                if j > i:
+                    edges.append((i, j, d))
+        return edges
+
+    def graph(self) -> nx.Graph:
+        """The networkx graph of the array: its nodes are the cells, its edges the shared edges."""
+        import networkx as nx  # noqa: PLC0415 - only who asks for the graph pays for the import
+
+        graph = nx.Graph()
+        graph.add_nodes_from(self.cells)
+        graph.add_edges_from((self.cells[i], self.cells[j]) for i, j, _ in self.edges())
+        return graph
+
+
+def check_size(n: int, what: str) -> None:
+    """SizeError when there are more cells than arrays may have."""
+    if n > MAX_CELLS:
+        raise SizeError(f"{what} is larger than {MAX_CELLS} cells: take a smaller one")
+
+
+def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
+    """A cell in whole numbers; ArrayError for what is none."""
+    try:
+        numbers = tuple(map(operator.index, cell))
+    except TypeError:
+        numbers = ()
+    if len(numbers) != 2 + grid.is_triangle or (grid.is_triangle and numbers[2] not in (0, 1)):
+        form = "(x, y, u), u 0 (up) or 1 (down)" if grid.is_triangle else "(q, r)" if grid.name == "hex" else "(x, y)"
+        raise ArrayError(f"{cell!r} is no cell of the {grid.name} grid: give {form} in whole numbers")
+    return numbers
+
+
+def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
+    """Number of connected components."""
+    left = set(map(grid.point, cells))
+    parts = 0
+    while left:
+        parts += 1
+        todo = [left.pop()]
+        while todo:
+            for _, to in grid.neighbours(todo.pop()):
+                if to in left:
+                    left.remove(to)
+                    todo.append(to)
+    return parts
+
+
+def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
+    """Rows of cells moved to touch x = 0 and y = 0."""
+    listed = list(cells)
+    x0, y0 = min(c[0] for c in listed), min(c[1] for c in listed)
+    rows = [0] * (max(c[1] for c in listed) - y0 + 1)
+    for cell in listed:
+        x, y = cell[0] - x0, cell[1] - y0
+        rows[y] |= 1 << (2 * x + cell[2] if grid.is_triangle else x)
+    return tuple(rows)
+
+
+def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
+    """Cells of rows, row by row."""
+    cells: list[Cell] = []
+    for y, left in enumerate(rows):
+        row = left
+        while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
+            lowest = row & -row
+            bit = lowest.bit_length() - 1
+            cells.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+            row ^= lowest
+    return cells

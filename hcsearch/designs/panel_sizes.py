@@ -1,0 +1,132 @@
+"""Sizes of panels: length, width and thickness in metres; texts of sizes, which users write, are in millimetres."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from hcsearch.basics.errors import SceneError
+
+PanelSize = tuple[float, float, float]
+"""Length, width and thickness of a panel, m."""
+SMALLEST, LARGEST = 1e-6, 1e4
+"""Lengths of panels, m."""
+SMALL_SIDE, LARGE_SIDE = 0.005, 20.0
+"""Sides below or above which a size was probably meant in another unit, m."""
+THICKEST = 0.2
+"""Greatest thickness that is likely to be meant, m."""
+ACROSS = "across "
+"""Begins a text that gives the width across flats and the thickness, as in `across 1000x20`."""
+_NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
+_ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0)}
+"""Distance across flats (of a triangle its height) over the side."""
+
+
+def default_panel(grid: str) -> PanelSize:
+    """Length, width and thickness of a panel in the scene `default`, in metres."""
+    return (0.050, 0.040 if grid == "rectangle" else 0.050, 0.006)
+
+
+def read_panel(text: str, grid: str | None = None) -> PanelSize:
+    """Read the size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
+
+    For hexagons and triangles length and width are the side. grid : whose panel it is, where that is known; panels of
+    `rectangle` have three sizes. Of a known grid, `across 1000x20` gives the width across flats (of a triangle its
+    height) and the thickness.
+    """
+    if text.startswith(ACROSS) and grid is not None:
+        return _read_across(text.removeprefix(ACROSS).strip(), grid)
+    match = _PANEL.fullmatch(text)
+    if match is None:
+        raise SceneError(
+            f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
+            "thickness, such as 50x6"
+        )
+    sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
+    if len(sizes) == 2 and grid == "rectangle":
+        likely = "50x40x6" if _faults((sizes[0], sizes[1], 0.006)) else f"{match[1]}x{match[2]}x6"
+        raise SceneError(
+            f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such "
+            f"as {likely}"
+        )
+    length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
+    if not all(SMALLEST <= size <= LARGEST for size in sizes):
+        raise SceneError(
+            f"{text!r} is no panel: write length x width x thickness, from {1e3 * SMALLEST:g} to "
+            f"{1e3 * LARGEST:g} mm, such as 50x40x6"
+        )
+    return (length, width, thickness)
+
+
+def _read_across(text: str, grid: str) -> PanelSize:
+    match = _PANEL.fullmatch(text)
+    if match is None or match[3] is not None:
+        raise SceneError(f"{text!r} is no width across flats: write width x thickness in mm, such as 1000x20")
+    if grid not in _ACROSS:
+        raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel 50x40x6")
+    return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
+
+
+def doubt_of(panel: PanelSize, across: str | None = None) -> str | None:
+    """A sentence on sizes that are probably not meant, with the likely ones; None where there is no doubt.
+
+    Doubtful are sides of less than 5 mm, as of a size in metres, of more than 20 m, and panels thicker than half their
+    shortest side, as of sizes in another order. across : the grid of panels whose width across flats was given.
+    """
+    factor = 1.0 if across is None else _ACROSS[across]
+    faults = _faults(panel)
+    if not faults:
+        return None
+    given = (factor * panel[0], factor * panel[1], panel[2])
+    sizes = f"{_brief(given)} mm" + ("" if across is None else " across flats")
+    likely = _likely(given, factor)
+    if likely is not None:
+        meant = f"; did you mean {_brief(likely)}?"
+    elif given[0] == given[1] and across is None and panel[2] > 0.5 * panel[0]:
+        meant = f"; a thickness is missing where both are sides, as in {_brief(given)}x6"
+    else:
+        meant = ""
+    order = "sizes are in mm, sides first, then the thickness"
+    return f"panels of {sizes} have {' and '.join(faults)}: {order}{meant}"
+
+
+def _faults(panel: PanelSize) -> list[str]:
+    """What is doubtful of the sizes of a panel, in words."""
+    length, width, thickness = panel
+    shortest, longest = min(length, width), max(length, width)
+    faults = [f"a side of less than {1e3 * SMALL_SIDE:g} mm"] if shortest < SMALL_SIDE else []
+    faults += [f"a side of more than {LARGE_SIDE:g} m"] if longest > LARGE_SIDE else []
+    return faults + (["a thickness of more than half their side"] if thickness > 0.5 * shortest else [])
+
+
+def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
+    """What doubtful sizes probably mean: the same in another order or unit, if those are in no doubt.
+
+    factor : by which they are larger than the sides of the panel.
+    """
+    length, width, thickness = panel
+    side, turned = min(length, width), [length, width, thickness]
+    if thickness > side:
+        turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
+    for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
+        first, second, last = (scale * size for size in turned)
+        if last <= THICKEST and not _faults((first / factor, second / factor, last)):
+            return (first, second, last)
+    return None
+
+
+def _brief(panel: PanelSize) -> str:
+    """Side x thickness, or length x width x thickness, in millimetres, for people."""
+    sizes = panel[1:] if panel[0] == panel[1] else panel
+    return "x".join(f"{float(f'{1e3 * size:.4g}'):.10g}" for size in sizes)
+
+
+def panel_text(panel: PanelSize) -> str:
+    """Length x width x thickness in millimetres; `read_panel` reads it."""
+    return "x".join(f"{1e3 * size:.10g}" for size in panel)
+
+
+def is_panel(text: str) -> bool:
+    """Whether a text is the size of a panel."""
+    return _PANEL.fullmatch(text) is not None

@@ -1,0 +1,140 @@
+"""Twist of a folding: the linking number that keeps a band of panels from its two stacks (thesis 3.3.2)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.errors import expect
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.grid import grid_named
+from hcsearch.designs.records import CircuitBatch, FoldingBatch
+from hcsearch.kernels.circuits.folds import twist_words
+
+Vector = tuple[int, int, int]
+
+
+def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.int16]:
+    """|Lk| of each folding of a batch, by the alternating sum of its circuit's turns.
+
+    Source: docs/explanation/theory.md, statement 10.
+    """
+    twists = np.empty(len(foldings), np.int16)
+    directions = grid_named(circuits.grid).directions
+    twist_words(circuits.words, directions, foldings.row, twists)  # type: ignore[arg-type]
+    return twists
+
+
+def twist(folding: Folding) -> int:
+    """The twist of a folding: how many full turns its folded band of panels has. With any but 0 no motion opens it.
+
+    It is the absolute value of the linking number of the band's centre line and a parallel line.
+
+    >>> from hcsearch import Folding, twist
+    >>> twist(Folding.from_notation("hex:0234550132:4"))
+    0
+    """
+    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
+    words = np.array([folding.circuit.word], np.int8)
+    circuits = CircuitBatch(folding.circuit.grid.name, words, np.ones(1, np.int16))
+    batch = FoldingBatch(np.zeros(1, np.int32), np.array([folding.crease], np.int16))
+    return int(twist_batch(circuits, batch)[0])
+
+
+def gauss_linking(folding: Folding) -> int:
+    """The linking number of the folded band's centre line and a parallel line, by counting signed crossings exactly.
+
+    This does not use `twist`, whose value is the absolute value of this number. The band is laid out in its two stacks
+    in integer coordinates (an affine image, which changes no linking number) and projected along a direction in which
+    no two points coincide; the crossings are counted with integer determinants. The sign changes under reflection.
+    """
+    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
+    centre, parallel = folded_band(folding)
+    height = folding.circuit.n
+    for trial in range(1, 100):
+        # slanting by far less than one lattice unit over the whole height keeps crossings few
+        across = (trial, 7 * trial + 3)
+        scale = 1000 * height * trial
+        count = _crossings(_slant(centre, across, scale), _slant(parallel, across, scale))
+        if count is not None:
+            return count
+    raise AssertionError("no general direction among a hundred")  # pragma: no cover
+
+
+def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
+    """Corners of the closed centre line and of its parallel in the folded state, in eighths of a lattice step.
+
+    A panel of layer z lies at height z; the lines run straight from crease to crease within a panel and straight up
+    or down at a hinge. The parallel line crosses each crease on the left-hand side of the circuit, well
+    within the edge.
+    """
+    circuit, n = folding.circuit, folding.circuit.n
+    m, steps = circuit.grid.directions, circuit.grid.steps
+    frames = folding.frames
+    layer = folding.layers
+    first, second = (0, 0), steps[circuit.word[folding.crease]]
+    origin = dict.fromkeys(folding.stacks[0], second) | dict.fromkeys(folding.stacks[1], first)
+
+    def corner(panel: int, direction: int, left: int) -> Vector:
+        sign, offset = frames[panel]
+        ex, ey = steps[(sign * direction + offset) % m]
+        # the left-hand direction of step d is d + m/4; for six directions the sum of d + 1 and d + 2 points there
+        lefts = (direction + 1,) if m == 4 else (direction + 1, direction + 2)
+        tx = sum(steps[(sign * d + offset) % m][0] for d in lefts)
+        ty = sum(steps[(sign * d + offset) % m][1] for d in lefts)
+        ox, oy = origin[panel]
+        return (8 * ox + 4 * ex + left * tx, 8 * oy + 4 * ey + left * ty, layer[panel])
+
+    lines: tuple[list[Vector], list[Vector]] = ([], [])
+    for panel in range(n):
+        entry, leaving = (circuit.word[panel - 1] + m // 2) % m, circuit.word[panel]
+        for left, line in enumerate(lines):
+            # entering, the left-hand side of the walk is the right-hand side of the outward direction
+            line.append(corner(panel, entry, -left))
+            line.append(corner(panel, leaving, left))
+    return lines
+
+
+def _slant(line: list[Vector], across: tuple[int, int], scale: int) -> list[Vector]:
+    """The line as seen along a slanted direction: planar coordinates times `scale`, moved in proportion to height."""
+    return [(scale * x + across[0] * z, scale * y + across[1] * z, z) for x, y, z in line]
+
+
+def _crossings(one: list[Vector], two: list[Vector]) -> int | None:
+    """Half the signed crossings of two closed lines seen from above; None when the view is not general."""
+    total = 0
+    for i, a in enumerate(one):
+        b = one[i - 1]
+        for k, c in enumerate(two):
+            d = two[k - 1]
+            sides = (_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b))
+            if a == b or c == d:
+                continue
+            if 0 in sides:
+                if _apart(a, b, c, d):
+                    continue
+                return None
+            if (sides[0] > 0) == (sides[1] > 0) or (sides[2] > 0) == (sides[3] > 0):
+                continue
+            above = _height(a, b, sides[2], sides[3]) - _height(c, d, sides[0], sides[1])
+            if above == 0:
+                return None
+            turn = 1 if (b[0] - a[0]) * (d[1] - c[1]) - (b[1] - a[1]) * (d[0] - c[0]) > 0 else -1
+            total += turn if above > 0 else -turn
+    return total // 2
+
+
+def _side(a: Vector, b: Vector, c: Vector) -> int:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _apart(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
+    """Whether the bounding boxes of segments ab and cd have no point in common."""
+    return any(max(a[i], b[i]) < min(c[i], d[i]) or max(c[i], d[i]) < min(a[i], b[i]) for i in (0, 1))
+
+
+def _height(a: Vector, b: Vector, side_a: int, side_b: int) -> Fraction:
+    """Height of segment ab where it crosses the line that a and b lie on the sides `side_a`, `side_b` of."""
+    return a[2] + Fraction((b[2] - a[2]) * side_a, side_a - side_b)

@@ -1,0 +1,1 @@
+"""Known mechanisms: the assemblies of the thesis, and units made of copies of one element."""

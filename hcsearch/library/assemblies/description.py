@@ -1,0 +1,204 @@
+"""Everything computed for one named assembly, as plain data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric, slit_distance
+from hcsearch.library.assemblies.packages import Package, flat_overlap, package
+from hcsearch.motion.kinematics.dh import dh_closure_jacobian
+from hcsearch.motion.kinematics.generic import generic_rank
+from hcsearch.motion.kinematics.rank import Rank, rank_at
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
+
+Facts = dict[str, Any]
+
+PRINTED = 5e-5
+"""Relative difference up to which a value agrees with a published one, which has four or five printed digits."""
+
+CLEAR = 1e-6
+"""Ranks are trusted when their noise is below this share of thickness over size, as small singular values scale so."""
+
+_SLIT_STATES = (30, 60, 90, 120, 150)
+
+
+def describe(assembly: Assembly, parameters: Parameters) -> Facts:
+    """All facts of an assembly; lengths in millimetres, angles in degrees, None where undecided or not defined.
+
+    `undecided` says why what is None has no value. `published` sets what the thesis states beside what we compute.
+    """
+    pattern = assembly.build(parameters)
+    linkage = Linkage(pattern)
+    undecided: dict[str, str] = {}
+    facts: Facts = {
+        "name": assembly.name,
+        "title": assembly.title,
+        "source": assembly.source,
+        "parameters": stated_parameters(assembly, parameters),
+        "panels": len(pattern.panels),
+        "panels_by_facets": _sizes(pattern),
+        "hinges": len(pattern.hinges),
+        "merged_joints": None if assembly.apart is None else assembly.apart - len(pattern.hinges),
+        "loops": len(linkage.loops),
+        "loop_lengths": sorted(map(len, linkage.loops)),
+        "panels_in_no_loop": _in_no_loop(linkage),
+        "held_panel": linkage.base,
+        "kutzbach": pattern.kutzbach,
+    }
+    facts |= _mobility(assembly, parameters, linkage, undecided)
+    facts |= _folded(pattern, undecided)
+    facts |= _elements(assembly, parameters, linkage)
+    facts["undecided"] = undecided
+    facts |= _feasibility(assembly, parameters, pattern, facts)
+    facts["notes"] = list(assembly.notes)
+    facts["published"] = compare(_stated(assembly, parameters), facts)
+    return facts
+
+
+def stated_parameters(assembly: Assembly, parameters: Parameters) -> Facts:
+    """The parameters that an assembly depends on, in millimetres and degrees."""
+    units = {"alpha": ("alpha_deg", 180 / math.pi), "size": ("size", None)}
+    stated: Facts = {}
+    for name in assembly.uses:
+        key, scale = units.get(name, (f"{name}_mm", 1e3))
+        value = getattr(parameters, name)
+        if scale is None:
+            stated[key] = None if value is None else list(value)
+        else:
+            stated[key] = float(f"{value * scale:.12g}")  # 70 degrees stay 70
+    return stated
+
+
+def _in_no_loop(linkage: Linkage) -> int:
+    """Number of panels on open branches."""
+    hinges = [linkage.pattern.hinges[hinge] for loop in linkage.loops for hinge, _ in loop]
+    return linkage.n_panels - len({panel for hinge in hinges for panel in (hinge.first, hinge.second)})
+
+
+def _sizes(pattern: Pattern) -> dict[str, int]:
+    """Number of panels by their number of facets."""
+    sizes = [len(panel) for panel in pattern.panels]
+    return {str(size): sizes.count(size) for size in sorted(set(sizes))}
+
+
+def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, undecided: dict[str, str]) -> Facts:
+    """Ranks between and at both end states (thesis appendix); `dof` is the finite one, between them."""
+    between = generic_rank(linkage) if assembly.between is None else rank_at(linkage, assembly.between(parameters))
+    ranks = {"dof": between, "nullity_folded": rank_at(linkage, linkage.folded)}
+    ranks["nullity_flat"] = rank_at(linkage, linkage.flat)
+    doubts = {name: _doubt(rank, linkage.pattern) for name, rank in ranks.items()}
+    doubts["rank_between"] = doubts["overconstrained"] = doubts["dof"]
+    undecided |= {name: doubt for name, doubt in doubts.items() if doubt is not None}
+    facts: Facts = {name: rank.nullity for name, rank in ranks.items()}
+    facts["rank_between"] = between.rank
+    facts["overconstrained"] = (between.nullity or 0) > linkage.pattern.kutzbach
+    facts = {name: None if doubts[name] else value for name, value in facts.items()}
+    return facts | {"rank_gap": between.gap if math.isfinite(between.gap) else None}
+
+
+def _doubt(rank: Rank, pattern: Pattern) -> str | None:
+    """Why a rank is undecided: no gap, or noise so high that it hides singular values as small as panels are thin."""
+    if rank.rank is None:
+        return f"a singular value lies only {rank.gap:.3g} times above the noise, {rank.noise:.3g}"
+    if rank.noise > CLEAR * min(1.0, pattern.thickness / pattern.size):
+        return f"rounding, {rank.noise:.3g}, may hide singular values: give thicker or less slender panels"
+    return None
+
+
+def _folded(pattern: Pattern, undecided: dict[str, str]) -> Facts:
+    """The package, in millimetres."""
+    names = (
+        "deployment_ratio",
+        "footprint_area_mm2",
+        "package_height_mm",
+        "layers",
+        "stepped",
+        "void_volume_mm3",
+        "overlap_volume_mm3",
+    )
+    try:
+        folded: Package = package(pattern)
+    except PatternError as error:
+        undecided |= dict.fromkeys(names, str(error))
+        return {"flat_area_mm2": pattern.area * 1e6, **dict.fromkeys(names)}
+    return {
+        "flat_area_mm2": folded.flat_area * 1e6,
+        "deployment_ratio": folded.whole_ratio or f"{folded.ratio:.6g}:1",
+        "footprint_area_mm2": folded.footprint_area * 1e6,
+        "package_height_mm": folded.height * 1e3,
+        "layers": list(folded.heights),
+        "stepped": folded.stepped,
+        "void_volume_mm3": folded.void_volume * 1e9,
+        "overlap_volume_mm3": folded.overlap_volume * 1e9,
+    }
+
+
+def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> Facts:
+    """Singular values of the D-H closure matrix (thesis A10, A16), and the slit distance (5.27), of 8R elements."""
+    if not assembly.elements:
+        return {"singular_values": None, "slit": None}
+    jacobian = dh_closure_jacobian(linkage, linkage.folded)
+    jacobian[3::4] *= 1e3  # every fourth row is a position
+    slit = []
+    for degrees in _SLIT_STATES:
+        first = math.radians(degrees)
+        angles = skew_symmetric(linkage.pattern, parameters.alpha, first)
+        stated = slit_distance(parameters.alpha, parameters.thickness, first)
+        measured = measured_slit(linkage.pattern, angles)
+        slit.append({"phi_1_deg": degrees, "stated_mm": stated * 1e3, "measured_mm": measured * 1e3})
+    values: list[float] = np.linalg.svd(jacobian, compute_uv=False).tolist()
+    return {"singular_values": values, "slit": slit}
+
+
+def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, facts: Facts) -> Facts:
+    """Whether anything is known that keeps the panels from being where they should be."""
+    reasons = [assembly.hindrance(parameters)] if assembly.hindrance else []
+    if flat_overlap(pattern):
+        reasons.append("panels overlap in the flat state")
+    if facts["layers"] is None:
+        reasons.append(facts["undecided"]["layers"])
+    elif facts["overlap_volume_mm3"]:
+        reasons.append("panels share a place in the folded state")
+    hindrances = [reason for reason in reasons if reason is not None]
+    return {"feasible": not hindrances, "hindrances": hindrances}
+
+
+def _stated(assembly: Assembly, parameters: Parameters) -> dict[str, object]:
+    stated = dict(assembly.published)
+    if all(_same(getattr(parameters, name), getattr(assembly.defaults, name)) for name in assembly.uses):
+        stated |= assembly.published_at_defaults
+    return stated
+
+
+def _same(one: object, two: object) -> bool:
+    """Whether two values of a parameter are the same but for the rounding of degrees and millimetres."""
+    if isinstance(one, float) and isinstance(two, float):
+        return math.isclose(one, two, rel_tol=1e-12)
+    return one == two
+
+
+def compare(stated: Mapping[str, object], facts: Facts) -> Facts:
+    """Published facts beside computed ones, and whether they agree (None: undecided); of lists as far as published."""
+    return {
+        name: {
+            "thesis": list(value) if isinstance(value, tuple) else value,
+            "here": facts[name],
+            "agree": None if facts[name] is None else _agree(value, facts[name]),
+        }
+        for name, value in stated.items()
+    }
+
+
+def _agree(stated: object, computed: object) -> bool:
+    if isinstance(stated, Sequence) and not isinstance(stated, str):
+        return isinstance(computed, Sequence) and all(map(_agree, stated, computed)) and len(computed) >= len(stated)
+    if isinstance(stated, float) and isinstance(computed, int | float):
+        return abs(stated - computed) <= PRINTED * abs(stated)
+    return stated == computed

@@ -1,0 +1,109 @@
+"""Laying copies of patterns onto one another: hinges to coincide fix the isometry, `overlay` makes the union."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies.clashes import clash
+from hcsearch.shape.isometries import Isometry
+from hcsearch.shape.mesh import SAME_POINT, Point
+from hcsearch.shape.pattern import Pair, Pattern, overlay
+
+Match = tuple[Pair, Pair]
+"""A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
+
+
+def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[Isometry]:
+    """All ways to lay a pattern so that its creases coincide with those of another one, on the same faces.
+
+    A reflection turns the sheet over.
+
+    One crease leaves four isometries at most: either end on either end, the sheet turned over or not.
+    """
+    (on, of), *_ = matches
+    chosen = []
+    for over in (False, True):
+        for ends in (moving.segment(of), moving.segment(of)[::-1]):
+            placement = Isometry.carrying(_ends(ends), _ends(still.segment(on)), reflects=over)
+            if all(_coincide(still, moving, placement, match) for match in matches):
+                chosen.append(placement)
+    return chosen
+
+
+def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Isometry, Pattern]]:
+    """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
+    laid = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
+    return [(placement, union) for placement, union in laid if union is not None]
+
+
+def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
+    """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
+    unions = joinings(still, moving, matches)
+    if len(unions) != 1:
+        raise PatternError(f"{len(unions)} ways lay these creases onto each other: name creases that leave one")
+    return unions[0][1]
+
+
+def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[Match], Pattern]]:
+    """All ways to lay a pattern onto another one so that hinges merge: what merges, and the union."""
+    ways: list[tuple[Isometry, list[Match]]] = []
+    for match in _hinge_pairs(still, moving):
+        for placement in placements(still, moving, [match]):
+            known = next((merged for other, merged in ways if _same(placement, other, still.segment(match[0]))), None)
+            if known is None:
+                ways.append((placement, [match]))
+            else:
+                known.append(match)
+    for placement, merged in ways:
+        union = _union(still, moving, placement)
+        if union is not None:
+            yield placement, merged, union
+
+
+def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:
+    """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
+    moved = moving.placed(placement)
+    if clash(still.facets, moved.facets, SAME_POINT * still.size):
+        return None
+    try:
+        union = overlay([still, moved])
+    except PatternError:
+        return None
+    return union if len(union.facets) > len(still.facets) else None
+
+
+def _ends(segment: tuple[Point, Point]) -> tuple[complex, complex]:
+    return complex(*segment[0]), complex(*segment[1])
+
+
+def _same(one: Isometry, two: Isometry, segment: tuple[Point, Point]) -> bool:
+    """Whether two isometries are one up to rounding: alike on both faces, and on a segment."""
+    tolerance = 1e-4 * math.dist(*segment)
+    return one.reflects == two.reflects and all(
+        math.dist(one.image(end), two.image(end)) < tolerance for end in segment
+    )
+
+
+def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match) -> bool:
+    """Whether two creases lie on each other and are the same."""
+    on, of = match
+    crease = moving.creases[of]
+    if still.creases[on] != (crease.inverted if placement.reflects else crease):
+        return False
+    a, b = still.segment(on)
+    c, d = map(placement.image, moving.segment(of))
+    apart = min(max(math.dist(a, c), math.dist(b, d)), max(math.dist(a, d), math.dist(b, c)))
+    return apart < SAME_POINT * still.size
+
+
+def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
+    """Every hinged crease of one pattern with every one of another that is as long."""
+    for on, crease in still.creases.items():
+        length = math.dist(*still.segment(on))
+        for of, other in moving.creases.items():
+            if crease.face is None or other.face is None or crease.closes != other.closes:
+                continue
+            if abs(length - math.dist(*moving.segment(of))) < SAME_POINT * still.size:
+                yield on, of

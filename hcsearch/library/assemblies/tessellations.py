@@ -1,0 +1,190 @@
+"""Larger arrays of units I and II that share panels (thesis 5.4), and the search for all ways to lay two together.
+
+The thesis draws its tessellations and states how many joints merge, areas and footprints; the placements here are those
+of the search that fit these numbers (docs/explanation/assemblies.md). They are kept as joints that merge, so they serve
+every base angle, where the thesis has equilateral triangles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric
+from hcsearch.library.assemblies.joining import Match, join, neighbours
+from hcsearch.library.assemblies.packages import Package, package
+from hcsearch.library.assemblies.units import matches, unit_i, unit_ii
+from hcsearch.shape.isometries import Isometry
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
+
+_UNITS: dict[str, tuple[Callable[[Parameters], Pattern], str]] = {"I": (unit_i, "abcd"), "II": (unit_ii, "afgh")}
+
+
+@dataclass(frozen=True)
+class TilingStep:
+    """A unit laid onto the first one: its kind, whether inverted, and joints that merge, its own first (`a1=c1`)."""
+
+    kind: str
+    joints: str
+    inverted: bool = False
+
+
+@dataclass(frozen=True)
+class Laying:
+    """One way to lay a pattern onto another one so that the union folds and moves as elements do.
+
+    merged : the creases that coincide.
+    union : the tessellation; its loops are the elements of both, each once.
+    """
+
+    placement: Isometry
+    merged: tuple[Match, ...]
+    union: Pattern
+    package: Package
+
+    @property
+    def areas(self) -> Mapping[int, int]:
+        """Number of panels by their number of triangles."""
+        sizes = [len(panel) for panel in self.union.panels]
+        return {size: sizes.count(size) for size in sorted(set(sizes))}
+
+
+def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Pattern:
+    """Lay units onto a first one. Loops are the elements, each once, those of the first unit first."""
+    build, names = _UNITS[first]
+    pattern = build(parameters)
+    for step in steps:
+        build, letters = _UNITS[step.kind]
+        moving = build(parameters).inverted() if step.inverted else build(parameters)
+        merging = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
+        pattern = _once(join(pattern, moving, merging))
+    return pattern
+
+
+def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
+    """All ways to lay one pattern of 8R elements onto another so that hinges merge and both still move.
+
+    Left out are unions in which panels or creases contradict each other, elements cannot move alike along (5.24), or
+    panels share a place in the folded state.
+    """
+    for placement, merged, both in neighbours(still, moving):
+        union = _once(both)
+        if joint_parts(union) is None:
+            continue
+        residual, _ = Linkage(union).closure(skew_symmetric(union, alpha, math.pi / 3))
+        if np.abs(residual).max() > 1e-9:
+            continue
+        try:
+            folded = package(union)
+        except PatternError:
+            continue
+        if folded.overlap_volume == 0.0:
+            yield Laying(placement, tuple(merged), union, folded)
+
+
+def _once(pattern: Pattern) -> Pattern:
+    """The pattern with each loop once; elements that merge as a whole may begin at different joints."""
+    loops = {frozenset(loop): loop for loop in reversed(pattern.loops)}
+    return replace(pattern, loops=tuple(loop for loop in pattern.loops if loops[frozenset(loop)] is loop))
+
+
+def _assembly(
+    name: str,
+    figure: str,
+    title: str,
+    first: str,
+    steps: tuple[TilingStep, ...],
+    published: Mapping[str, object],
+    *notes: str,
+) -> Assembly:
+    """An entry of the table of tessellations."""
+
+    def build(parameters: Parameters) -> Pattern:
+        return tessellate(parameters, first, *steps)
+
+    return assembly_of_elements(
+        name,
+        title,
+        f"section 5.4, Fig. {figure}",
+        build,
+        apart=24 * (1 + len(steps)),
+        published={"dof": 1, **published},
+        defaults=Parameters(alpha=math.pi / 3),
+        notes=("every base angle will do; the thesis has equilateral triangles", *notes),
+    )
+
+
+ASSEMBLIES = (
+    _assembly(
+        "fig-5.10a",
+        "5.10(a)",
+        "Two units I, four joints merged",
+        "I",
+        (TilingStep("I", "a3=b5 a4=b6 d1=c7 d2=c8"),),
+        {"merged_joints": 4},
+        "a choice: fig-5.10a-other fits the thesis's words as well",
+    ),
+    _assembly(
+        "fig-5.10a-other",
+        "5.10(a)",
+        "Two units I, four joints merged, the other way",
+        "I",
+        (TilingStep("I", "a5=d3 a6=d4 b7=c1 b8=c2"),),
+        {"merged_joints": 4},
+        "a choice: fig-5.10a fits the thesis's words as well",
+    ),
+    _assembly(
+        "fig-5.10b",
+        "5.10(b)",
+        "Two units I, eight joints merged",
+        "I",
+        (TilingStep("I", "a1=c1 a2=c2 a3=c3 a4=c4 a5=b3 a6=b4 a7=c7 a8=c8"),),
+        {"merged_joints": 8, "panels_by_facets": {"1": 24, "2": 10}, "deployment_ratio": "11:1"},
+        "the only way of this area",
+    ),
+    _assembly(
+        "fig-5.11a",
+        "5.11(a)",
+        "Two units II, three joints merged",
+        "II",
+        (TilingStep("II", "a4=g6 a3=g7 a2=g8", inverted=True),),
+        {"merged_joints": 3},
+        "a choice: fig-5.11a-other fits the thesis's words as well; this one folds smaller",
+    ),
+    _assembly(
+        "fig-5.11a-other",
+        "5.11(a)",
+        "Two units II, three joints merged, the other way",
+        "II",
+        (TilingStep("II", "f4=h6 f3=h7 f2=h8", inverted=True),),
+        {"merged_joints": 3},
+        "a choice: fig-5.11a fits the thesis's words as well",
+    ),
+    _assembly(
+        "fig-5.11b",
+        "5.11(b)",
+        "Two units II, fifteen joints merged",
+        "II",
+        (TilingStep("II", "a1=f5 a2=a8 a3=a7 a4=a6 a5=f1 a6=f2 a7=f3 a8=f4", inverted=True),),
+        {"merged_joints": 14, "panels_by_facets": {"1": 18, "2": 10}, "deployment_ratio": "38:5"},
+        "the only way of this area and footprint merges 15 joints; none merges 14",
+    ),
+    _assembly(
+        "fig-5.12",
+        "5.12(a)",
+        "A unit II between two units I",
+        "II",
+        (
+            TilingStep("I", "a7=f1 a8=f2 b3=f3 b4=f4 b5=f5 b6=a8 b7=a7 b8=a6"),
+            TilingStep("I", "a1=h7 a2=h8 c3=h5 c4=h6 d1=a1 d2=g4 d3=g3 d4=g2"),
+        ),
+        {},
+        "a choice: each unit I merges eight joints, the most that fold; the thesis gives no numbers",
+    ),
+)

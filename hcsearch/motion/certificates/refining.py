@@ -1,0 +1,128 @@
+"""Stretches of a path in pieces that the checker proves: steps are halved here, so that the checker need not search."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.motion.certificates import path_checker
+from hcsearch.motion.certificates.path_checker import Array, NotProvedError
+from hcsearch.motion.planning.stretches import Tube, cubics_of
+
+WANDERS = (0.02, 0.004, 0.0008)
+"""What closed states may differ from a piece by (rad), summed over hinges, over the margin as a share of the array's
+size; the next one where the states of neighbouring pieces are not joined."""
+HALVINGS = 16
+"""A step is halved no more often than this."""
+BATCH = path_checker.BATCH
+
+Span = tuple[int, float, float]
+"""A step of a path, and from which share of it to which."""
+
+
+def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
+    """A stretch as a certificate holds it, and which hinges are closed (1) where it ends.
+
+    closed : where it begins. margin : over the size of the array. NotProvedError where the checker does not prove the
+    stretch, however short its pieces are.
+    """
+    track = tube.track
+    if track is None:
+        raise NotProvedError("a stretch is not proved")
+    count = int(track.filled[0])
+    times, angles, rates = track.times[:count], track.angles[:count], track.rates[:count]
+    if tube.even:
+        data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
+        return data, array.led_by_equal_turns(data, closed)[-1]
+    refinement = _Refinement(array, times, angles, rates, closed)
+    for wander in WANDERS[:-1]:
+        data = refinement.data(wander * margin)
+        with suppress(NotProvedError):
+            return data, array.led_by_cubics(data, closed)[-1]
+    data = refinement.data(WANDERS[-1] * margin)
+    return data, array.led_by_cubics(data, closed)[-1]
+
+
+class _Refinement:
+    """A stretch along cubics; those of each step, of the share of it, are (steps, n, 4)."""
+
+    def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
+        self.array, self.times, self.steps = array, times, np.diff(times)
+        self.cubics = cubics_of(times, angles, rates)
+        self.moving: NDArray[np.bool_] = (angles != angles[0]).any(0) | rates.any(0)
+        self.rows = array.equations(closed, self.moving)[0]
+        self.ends = angles[[0, -1]]
+        self.leaves = self._left(0), self._left(1)
+
+    def data(self, limit: float) -> dict[str, Any]:
+        """The stretch in pieces beside which closed states lie, no further than a limit (rad), as data."""
+        spans = self._halved(self._spans(), limit)
+        shares = [*spans, (spans[-1][0], spans[-1][2], 1.0)]
+        times, angles, rates = [], [], []
+        for step, share, _ in shares:
+            a, b, c, d = np.moveaxis(self.cubics[step], -1, 0)
+            times.append(float(self.times[step] + share * self.steps[step]))
+            angles.append(a + share * (b + share * (c + share * d)))
+            rates.append((b + share * (2 * c + 3 * share * d)) / self.steps[step])
+        angles[0], angles[-1] = self.ends
+        rows = {name: np.array(own).tolist() for name, own in (("angles", angles), ("rates", rates))}
+        return {"kind": "cubics", "times": times, **rows}
+
+    def _spans(self) -> list[Span]:
+        """The steps, of which the first and the last are cut where a state with singular closure is left by them."""
+        spans: list[Span] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
+        begin, end = self.leaves
+        if begin:
+            spans[:1] = [(0, 0.0, begin), (0, begin, 1.0)]
+        if end:
+            step, low, _ = spans[-1]
+            spans[-1:] = [(step, low, 1.0 - end), (step, 1.0 - end, 1.0)]
+        return spans
+
+    def _left(self, side: int) -> float:
+        """By which share of a step the first, or the last state is left; 0 where closure is regular there.
+
+        Half of the first share that is proved, of 1, 1/2, 1/4, ...: what lies beside it is less there.
+        """
+        state = [round(angle / math.pi) for angle in self.ends[side]]
+        rows, wrenches = self.array.equations(state, self.moving)
+        if not len(wrenches):
+            return 0.0
+        _, b, c, d = np.moveaxis(self.cubics[-side], -1, 0)
+        cubic = np.stack([-b - 2 * c - 3 * d, c + 3 * d, -d] if side else [b, c, d], -1)
+        proved = False
+        for halving in range(HALVINGS):
+            own = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
+            departs = bool(np.isfinite(self.array.tube(rows, self.moving, own[None], wrenches)).all())
+            if proved and departs:
+                return 0.5**halving
+            proved = departs
+        raise NotProvedError("how a path leaves or reaches a state with singular closure is not proved")
+
+    def _halved(self, spans: list[Span], limit: float) -> list[Span]:
+        """The spans, halved until closed states are proved to lie beside each, but those by which an end is left."""
+        inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
+        done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
+        while waiting:
+            own, waiting = waiting[-BATCH:], waiting[:-BATCH]
+            cubics = np.array([self._part(*span) for span in own])
+            around = self.array.tube(self.rows, self.moving, cubics, np.zeros((0, len(self.rows)))).sum(1)
+            for (step, low, high), wide in zip(own, around, strict=True):
+                if wide < limit:
+                    done.append((step, low, high))
+                    continue
+                if high - low < 0.5**HALVINGS:
+                    raise NotProvedError("closed states are not proved to lie beside a path")
+                middle = 0.5 * (low + high)
+                waiting += [(step, low, middle), (step, middle, high)]
+        return sorted(done)
+
+    def _part(self, step: int, low: float, high: float) -> Reals:
+        """The cubics of a span, in the variable that is -1 and 1 at its ends."""
+        part: Reals = path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
+        return part

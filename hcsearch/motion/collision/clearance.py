@@ -1,0 +1,133 @@
+"""Whether a motion is clear of collisions at all of its times, certified, and its smallest gap.
+
+Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
+keep apart (`solids.kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels
+are placed by a tree of hinges; what that leaves open of the loops is asked for as slack
+(docs/explanation/collision.md).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.kernels.collision.approaches import approach
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
+from hcsearch.kernels.collision.dips import smallest_dip
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.collision.least_gaps import least_gap as least_of_pairs
+from hcsearch.motion.collision.margins import MARGIN, RESOLUTION, TOUCHING
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.solids import Solids, pairs_of, solids_of
+from hcsearch.shape.linkage import Linkage
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """The verdict on a motion.
+
+    kind : `clear` at all times, with the margin; `collides`, for sure, at a time; `undecided`, nearer than the slack at
+        a time, but overlapping by more at none. time : s, of what is not clear; panels : which two, the lower first.
+    gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
+        none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
+        neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
+        within the resolution, and the slack, of it.
+    looks : how often the gap of a pair was bounded in an interval. speed : at which the panels come together where it
+        is not clear, m/s.
+    """
+
+    kind: Literal["clear", "collides", "undecided"]
+    margin: float
+    time: float | None
+    panels: tuple[int, int] | None
+    gap: float | None
+    looks: int
+    speed: float = 0.0
+
+
+def certify(
+    linkage: Linkage,
+    course: Course,
+    *,
+    margin: float = MARGIN,
+    resolution: float = RESOLUTION,
+    slack: float | Reals = 0.0,
+    apart: Collection[tuple[int, int]] = (),
+    measured: bool = True,
+) -> Clearance:
+    """Certify a motion of the fold angles of a linkage.
+
+    margin : by which panels are shrunk on every face, m. resolution : to which the smallest gap is known, m.
+    slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
+    apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
+    motion is wanted.
+    """
+    solids = solids_of(linkage, margin, apart)
+    if not len(solids.pairs.prisms) or len(course.times) < 2:
+        return Clearance("clear", margin, None, None, None, 0)
+    return _Certificate(linkage, solids, resolution).of(course, slack, measured)
+
+
+def least_gap(
+    linkage: Linkage, course: Course, *, resolution: float = TOUCHING, apart: Collection[tuple[int, int]] = ()
+) -> float | None:
+    """The least gap (m) of two panels as they are at any time of a motion, below 0 where they overlap.
+
+    An overlap is as deep as the least way by which the panels would have to be moved apart. No gap is less by more
+    than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a pair.
+    """
+    prisms = prisms_of(linkage)
+    pairs = pairs_of(linkage, prisms, apart)
+    gap = float(least_of_pairs(linkage.chain, prisms, pairs, course, resolution))
+    return gap if math.isfinite(gap) else None
+
+
+class _Certificate:
+    """The search of one motion for collisions."""
+
+    def __init__(self, linkage: Linkage, solids: Solids, resolution: float) -> None:
+        self.linkage, self.solids, self.resolution = linkage, solids, resolution
+
+    def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
+        """As `certify`."""
+        if np.ndim(slack) == 0:
+            return self._judged(course, float(slack), measured)
+        own, looks, undecided = np.asarray(slack), 0, None
+        changes = np.flatnonzero(np.diff(own)) + 1
+        for first, last in pairwise([0, *changes.tolist(), len(own)]):
+            times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
+            piece = Course(times, angles, rates, accelerations, course.cubic)
+            clearance = self._judged(piece, float(own[first]), False)
+            looks += clearance.looks
+            if clearance.kind == "collides":
+                return replace(clearance, looks=looks)
+            undecided = undecided or (clearance if clearance.kind == "undecided" else None)
+        if undecided is not None:
+            return replace(undecided, looks=looks)
+        gap = math.inf
+        if measured:  # where pairs come back to shows in the whole motion only
+            chain, own_solids = self.linkage.chain, self.solids
+            threshold = 2.0 * own_solids.margin
+            gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)
+            gap, looks = max(gap - float(own.max()), 0.0), looks + more
+        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+
+    def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
+        answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+        own = self.solids
+        wanted = Exactness(slack, own.margin, own.deepest, self.resolution)
+        verdict = judge(self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer)
+        looks, gap = int(answer.looks[0]), float(answer.gaps[0])
+        if verdict == CLEAR:
+            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
+        kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
+        pair, time = int(answer.pairs[0]), float(answer.times[0])
+        speed = approach(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
+        return Clearance(kind, self.solids.margin, time, (one, two), None, looks, speed)

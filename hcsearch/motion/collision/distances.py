@@ -1,0 +1,142 @@
+"""Distances between panels on a motion, and how fast they approach each other (thesis 4.3, 4.4)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
+from hcsearch.motion.collision.penetration import TOUCH
+from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.shape.linkage import Linkage
+
+CONTACT = 2e-5
+"""Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proximity(ByValue):
+    """How far apart panels are at some states.
+
+    pairs : (p, 2), panels, the lower number first. gaps : (p, k), m: the distance of two panels, 0 where they touch,
+    minus how deep they cut into each other where they collide.
+    """
+
+    pairs: Whole
+    gaps: Reals
+
+    @property
+    def distances(self) -> Reals:
+        """The dataset D of thesis 4.3, shape (p, k), m: 0 for panels that touch or collide."""
+        return np.maximum(self.gaps, 0.0)
+
+    @property
+    def collision(self) -> int | None:
+        """The first state at which panels collide; None without. The thesis counts panels that touch, too."""
+        states = np.flatnonzero((self.gaps < 0.0).any(axis=0))
+        return int(states[0]) if len(states) else None
+
+
+def proximal_distances(
+    linkage: Linkage,
+    states: Reals,
+    apart: Collection[tuple[int, int]] = (),
+    *,
+    allowed: float | None = None,
+    reach: float = math.inf,
+) -> Proximity:
+    """Distances of all pairs of panels that no hinge joins, at states of shape (k, n_hinges).
+
+    A pair's distance is the least of their facets. apart : more pairs that are left out, the lower number first.
+    allowed : panels that cut no deeper into each other (m) only touch; a millionth of the pattern's size unless given.
+    reach : of a distance beyond it (m) a lower bound beyond it will do, which is faster.
+    """
+    states = np.ascontiguousarray(states, float)
+    if states.ndim != 2 or states.shape[1] != linkage.n_hinges:
+        raise HcsearchError(
+            f"states cannot have the shape {states.shape}: give (number, {linkage.n_hinges}) fold angles"
+        )
+    if not reach > 0.0:
+        raise HcsearchError(f"a reach of {reach:g} m is out of range: give a positive length")
+    allowed = TOUCH * linkage.pattern.size if allowed is None else allowed
+    if not 0.0 <= allowed < math.inf:
+        raise HcsearchError(f"a depth of {allowed:g} m cannot be allowed: give 0 or more")
+    panels = pairs_of(linkage, apart)
+    gaps = np.empty((len(states), len(panels)))
+    facets = _facets_of(linkage, panels)
+    gaps_at(linkage.chain, prisms_of(linkage), facets, states, float(reach), float(allowed), gaps)
+    return Proximity(panels, gaps.T)
+
+
+class Nearest(NamedTuple):
+    """The nearest panels at some states.
+
+    pairs : (k, 2), panels, the lower number first: the deepest overlap, else the least gap but those that touch; -1
+    without. gaps : (k,), m, of these pairs, below 0 where they overlap; nan without. touching : (k,), pairs that touch.
+    """
+
+    pairs: Whole
+    gaps: Reals
+    touching: Whole
+
+
+def nearest_panels(linkage: Linkage, states: Reals) -> Nearest:
+    """The nearest panels that no hinge joins, at states of shape (k, n_hinges).
+
+    Pairs that touch, to within `CONTACT`, are counted alone: packed and flat panels do, and some meet in a corner all
+    the time, so that they say nothing of what is near.
+    """
+    distances = proximal_distances(linkage, states)
+    touching = np.abs(distances.gaps) <= CONTACT * linkage.pattern.size
+    gaps = np.where(touching, math.inf, distances.gaps)
+    pairs, least = np.full((len(states), 2), -1), np.full(len(states), math.nan)
+    if len(gaps):
+        best = gaps.argmin(axis=0)
+        near = np.isfinite(gaps[best, np.arange(len(states))])
+        pairs[near] = distances.pairs[best[near]]
+        least[near] = gaps[best[near], np.flatnonzero(near)]
+    return Nearest(pairs, least, touching.sum(axis=0))
+
+
+def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
+    """The dataset V of thesis eq. 4.25, shape (p,), m/s: how fast panels approached each other that now collide.
+
+    From the two states before the first collision; 0 for pairs that do not collide there, and without a collision.
+    times : (k,), of the states, s.
+    """
+    state = proximity.collision
+    speeds = np.zeros(len(proximity.pairs))
+    if state is None:
+        return speeds
+    if state < 2:
+        raise HcsearchError(f"panels collide at state {state} already: give two states before the first collision")
+    before, last = proximity.distances[:, state - 2 : state].T
+    hit = proximity.gaps[:, state] < 0.0
+    speeds[hit] = ((before - last) / (times[state - 1] - times[state - 2]))[hit]
+    return speeds
+
+
+def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole:
+    """All pairs of panels, shape (p, 2), but those that a hinge joins and those named."""
+    out = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
+    out |= set(apart)
+    n = linkage.n_panels
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in out]
+    return np.array(pairs, np.int64).reshape(-1, 2)
+
+
+def _facets_of(linkage: Linkage, panels: Whole) -> PanelPairs:
+    """The pairs of facets of pairs of panels."""
+    facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
+    for facet, panel in enumerate(linkage.pattern.panel_of):
+        facets[panel].append(facet)
+    of_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
+    starts = np.cumsum([0, *map(len, of_panels)])
+    return PanelPairs(np.array([pair for pairs in of_panels for pair in pairs], np.int64).reshape(-1, 2), starts)

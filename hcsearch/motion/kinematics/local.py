@@ -1,0 +1,119 @@
+"""A state of a linkage and what it is like nearby: tangents, curvature, and how far it is from singular."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.motion.kinematics.rank import Rank, decide_rank
+from hcsearch.shape.linkage import Linkage
+
+MUCH = 0.618
+"""Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
+
+
+@dataclass(frozen=True, eq=False)
+class Local(ByValue):
+    """Fold angles (rad) with the closure Jacobian there, split into row space and null space by its singular values.
+
+    jacobian : shape (n_rows, n_hinges).
+    rank : decided or not; `kept` says how many singular values count as non-zero either way.
+    left, values, right : the singular vectors and values that are kept, shapes (n_rows, kept), (kept,),
+        (kept, n_hinges).
+    """
+
+    linkage: Linkage
+    angles: Reals
+    residual: float
+    jacobian: Reals
+    rank: Rank
+    left: Reals
+    values: Reals
+    right: Reals
+
+    @property
+    def kept(self) -> int:
+        """Number of singular values that count as non-zero."""
+        return len(self.values)
+
+    @property
+    def least(self) -> float:
+        """Least singular value that counts; infinite in an open chain."""
+        return float(self.values[-1]) if self.kept else np.inf
+
+    @property
+    def nullity(self) -> int:
+        """First-order degrees of freedom; -1 where the rank is not decided."""
+        return -1 if self.rank.nullity is None else self.rank.nullity
+
+    def tangent(self, vector: Reals) -> Reals:
+        """The part of a velocity that keeps the loops closed to first order."""
+        tangential: Reals = vector - self.right.T @ (self.right @ vector)
+        return tangential
+
+    def turn(self, velocity: Reals) -> Reals:
+        """The shortest acceleration that keeps the loops closed to second order, at a velocity that does to first.
+
+        A motion whose acceleration is this one is a geodesic: it runs on straight as far as the closure lets it. With
+        one degree of freedom that is the motion itself, by arc length.
+        """
+        if not self.kept:
+            return np.zeros_like(velocity)
+        bend = self.linkage.bend(self.jacobian, velocity)
+        acceleration: Reals = -self.right.T @ ((self.left.T @ bend) / self.values)
+        return acceleration
+
+    def null_space(self) -> Reals:
+        """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m).
+
+        The singular vectors of zero are any basis, another on another processor. This one is that of the projections
+        of single hinges' velocities, one after another of those that add much, so it depends on the space alone.
+        """
+        n = len(self.angles)
+        left = np.eye(n) - self.right.T @ self.right
+        basis = np.empty((n, n - self.kept))
+        for k in range(basis.shape[1]):
+            sizes = left.diagonal()
+            column = left[:, int(np.argmax(sizes > MUCH * sizes.max()))]
+            column = self.tangent(column - basis[:, :k] @ (basis[:, :k].T @ column))
+            basis[:, k] = column / np.linalg.norm(column)
+            left = left - np.outer(basis[:, k], basis[:, k])
+        return basis
+
+
+def local_at(
+    linkage: Linkage, angles: Reals, *, kept: int | None = None, closure: tuple[Reals, Reals] | None = None
+) -> Local:
+    """What a linkage is like at a state.
+
+    kept : how many singular values count as non-zero, where that is known better than from the values, as between two
+        closed states; else those above the noise.
+    closure : residual and Jacobian there, where they are at hand.
+    """
+    residual, jacobian = linkage.closure(angles) if closure is None else closure
+    if not len(residual):
+        empty = np.zeros((0, linkage.n_hinges))
+        rank = decide_rank(np.zeros(0), linkage.n_hinges)
+        return Local(linkage, angles, 0.0, jacobian, rank, np.zeros((0, 0)), np.zeros(0), empty)
+    u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
+    worst = float(np.abs(residual).max())
+    rank = decide_rank(s, linkage.n_hinges, worst)
+    if kept is None:
+        kept = int(np.count_nonzero(s > rank.noise))
+    return Local(linkage, angles, worst, jacobian, rank, u[:, :kept], s[:kept], vt[:kept])
+
+
+def same_orientation(one: Local, two: Local) -> bool:
+    """Whether as many kept singular values go through zero between two near states as come back: none, two, ...
+
+    Singular values followed as smooth functions change sign where they vanish, which the singular vectors remember:
+    det(U1' U2) det(V1' V2) < 0 says that an odd number did (thesis appendix asks only for the rank).
+    """
+    if one.kept != two.kept or not one.kept:
+        return True
+    ranges = np.linalg.slogdet(one.left.T @ two.left)[0]
+    rows = np.linalg.slogdet(one.right @ two.right.T)[0]
+    return bool(ranges * rows >= 0)

@@ -1,0 +1,142 @@
+"""Floods from an end of the motion, coarse or fine: one of two ways to enclose what can be reached from there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.kernels.enclosure import flooding
+from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.flooding import BOXES, FACES, HEAD, TAIL, Flood, new_flood, spread
+from hcsearch.kernels.enclosure.refutation import Refutation
+from hcsearch.motion.locks.boxes import TOP
+
+CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
+"""Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
+leave a stop."""
+MISSED = 3.0
+"""A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
+HARDER = 3.0
+"""Faces that wait take more boxes than those that were tested by now: so many times, about."""
+SETTLED = 300_000
+"""After so many boxes the number that is expected should grow no more; until then it often does, though the flood ends.
+"""
+CAPACITY = 200_000
+"""Cubes that a flood holds."""
+SLICE = 10_000
+"""Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
+
+
+@dataclass(eq=False)
+class CubeFlood:
+    """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is made as its first turn comes.
+
+    tables : makes the tables that it searches by. cubes_expected : how many it will take in, if that is known.
+    earlier : its boxes, cubes and tested cubes when the boxes had last doubled.
+    """
+
+    rings: Rings
+    side: int
+    level: int
+    start: Reals
+    goal: Reals
+    tables: Callable[[], Refutation]
+    flood: Flood | None = None
+    search: Refutation | None = None
+    cubes_expected: float | None = None
+    going: bool = True
+    earlier: tuple[int, int, int] = (0, 0, 0)
+
+    @property
+    def boxes(self) -> int:
+        """Boxes that it has taken."""
+        return self._count(BOXES)
+
+    @property
+    def cubes(self) -> int:
+        """Cubes that it has taken in."""
+        return self._count(TAIL)
+
+    @property
+    def faces(self) -> int:
+        """Faces that it has tested."""
+        return self._count(FACES)
+
+    def _count(self, entry: int) -> int:
+        return 0 if self.flood is None else int(self.flood.counts[entry])
+
+    def go_on(self, boxes: int) -> bool:
+        """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
+        if self.flood is None or self.search is None:
+            self.flood, self.search = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY), self.tables()
+        if self.boxes >= 2 * self.earlier[0]:
+            self.earlier = self._progress
+        state = flooding.GOING
+        while state == flooding.GOING and self.boxes < boxes:
+            state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.search))
+        self.going = state == flooding.GOING
+        return state == flooding.ENCLOSED
+
+    @property
+    def boxes_expected(self) -> float:
+        """How many boxes it will have taken at its end, about.
+
+        If it takes in as many cubes as expected. A walk misses some; where there are many more by now, cubes have let
+        the flood into other parts of the closed states, and it will take in many more than these. Where this number
+        grew since the flood had taken half as many boxes, it is to grow as much with each doubling that is left.
+        """
+        if self.flood is None or self.cubes_expected is None:
+            return math.inf
+        now, before = self._expected_at(*self._progress), self._expected_at(*self.earlier)
+        if not self.boxes > self.earlier[0] > SETTLED:
+            return now
+        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.earlier[0])
+        return now * math.pow(max(now / before, 1.0), doublings)
+
+    @property
+    def _progress(self) -> tuple[int, int, int]:
+        """Boxes that it has taken, cubes that it has taken in, and those of which all faces were tested."""
+        return self.boxes, self.cubes, self._count(HEAD)
+
+    def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
+        """How many boxes it would take, by what it came to at some time, and the cubes that are expected now."""
+        assert self.cubes_expected is not None
+        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED * self.cubes_expected))
+        return HARDER * boxes * most / max(tested, 0.5)
+
+    @property
+    def taken_in(self) -> tuple[Reals, Reals]:
+        """Lowest and highest angles of its cubes."""
+        assert self.flood is not None
+        cubes, grid = self.flood.cubes[: self.cubes].astype(np.int64), self.flood.grid
+        return grid[cubes], grid[cubes + 1]
+
+
+def floods_from(rings: Rings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
+    """Coarse and fine floods from either end, packed and flat, none of which has begun."""
+    levels = range(len(CUTS))
+    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], tables) for side in (0, 1) for level in levels]
+
+
+def grid_at(level: int) -> Reals:
+    """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
+    cuts = np.array(CUTS[level])
+    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [TOP]])
+
+
+def cubes_expected(states: Reals) -> list[float]:
+    """How many cubes of either grid hold states that can be reached from where a walk, (m, n), leads to these, about.
+
+    By those that it comes to once and twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
+    """
+    expected = []
+    for level in range(len(CUTS)):
+        cubes = np.searchsorted(grid_at(level), states, side="right")
+        times = np.unique(cubes, axis=0, return_counts=True)[1]
+        once, twice = ((times == k).sum() for k in (1, 2))
+        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
+    return expected

@@ -1,0 +1,164 @@
+"""Which first-order motions of a state are finite: second-order equations, then nudges.
+
+At a singular state more velocities keep the loops closed to first order than belong to motions (thesis 5.2.4 and
+appendix: four at the ends of unit II). A velocity v of the null space of the Jacobian J goes on to second order when
+some acceleration w has J w = -bend(v), that is when bend(v) does no work on any self-stress y (y' J = 0). These are
+quadratic equations in the null space. What solves them is nudged by ever shorter steps and closed: along a motion the
+closed state is off the straight line by the square of the step or less (after Calladine and Pellegrino).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.local import Local, local_at
+from hcsearch.motion.paths.quadrics import ROUGHLY, SOLVED, second_order_forms, solve_quadrics
+from hcsearch.motion.paths.stops import SLACK, margins
+from hcsearch.shape.linkage import Linkage
+
+Status = Literal["finite", "infinitesimal", "undecided"]
+
+NUDGES = (0.04, 0.02, 0.01, 0.005)
+"""Steps (rad) of the nudges."""
+FINITE, NOT = 1.7, 1.3
+"""Powers of the step with which the distance from the line shrinks: at least this for a motion, at most that else."""
+EVEN = 1e-6
+"""Hinges open as much as they close where a unit velocity sums to less than this."""
+STRAIGHT = 0.02
+"""A motion that leaves the line by less than this times the square of the step counts as straight."""
+BLURRED = 10.0 * CLOSED**0.5
+"""Distances below this (rad) say nothing: where closure is of second order, states are known to its square root."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branch(ByValue):
+    """A velocity that keeps the loops closed to second order, and whether a motion goes that way.
+
+    direction : unit velocity of the fold angles, shape (n_hinges,).
+    dimension : of the family of such velocities around it, as directions: 0 when it stands alone.
+    residual : what is left of the second-order equations.
+    power : of the step, with which the nudged states come back to the line.
+    within : whether the nudged states lie within the stops 0 and pi.
+    """
+
+    direction: Reals
+    dimension: int
+    residual: float
+    status: Status
+    power: float
+    within: bool
+
+
+@dataclass(frozen=True)
+class Branches:
+    """The motions that begin at a state.
+
+    nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
+    stresses : number of independent self-stresses, which is the number of second-order equations.
+    stops : whether only velocities within the stops were looked for, each in its own sense; else both senses are one.
+    branches : the isolated ones first, and in an order that does not depend on where the search began.
+    reach : every velocity that solves the second-order equations is within this distance of a start of the search; at
+        0.05 (`covering`) the search misses no isolated one, at much more it may.
+    """
+
+    nullity: int
+    stresses: int
+    stops: bool
+    branches: tuple[Branch, ...]
+    sentence: str
+    reach: float = 0.0
+
+    @property
+    def finite(self) -> tuple[Branch, ...]:
+        """Those that are motions."""
+        return tuple(branch for branch in self.branches if branch.status == "finite")
+
+
+def branches(
+    linkage: Linkage,
+    angles: Reals,
+    *,
+    stops: bool = False,
+    zero: float | None = None,
+) -> Branches:
+    """The motions that begin at a closed state, singular or not.
+
+    zero : singular values below it count as zero, where the state is known to be singular but not exactly so, as an
+        event of a path; else the rank must be decided.
+    stops : whether hinges stop at 0 and pi; then only velocities that leave the stops are looked for.
+    """
+    angles = np.asarray(angles, float)
+    local = local_at(linkage, angles)
+    if zero is not None:
+        local = local_at(linkage, angles, kept=int(np.count_nonzero(local.rank.singular_values > zero)))
+    elif local.rank.rank is None:
+        sentence = f"the rank is not decided: a gap of {local.rank.gap:.1e} in the singular values"
+        return Branches(-1, 0, stops, (), sentence)
+    basis = local.null_space()
+    forms = second_order_forms(local, basis)
+    cone = None
+    if stops:
+        inward = (angles <= SLACK).astype(float) - (angles >= math.pi - SLACK)
+        cone = (inward[:, None] * basis)[inward != 0.0]
+    solved = SOLVED if zero is None else ROUGHLY
+    solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
+    nudged = []
+    for solution in solutions:
+        direction = basis @ solution.vector
+        direction /= np.linalg.norm(direction)
+        if not stops:
+            direction = _opening(direction)
+        power, within = _nudged(local, direction)
+        status: Status = "finite" if power >= FINITE else "infinitesimal" if power <= NOT else "undecided"
+        nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
+    nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
+    sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
+    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, reach)
+
+
+def _opening(direction: Reals) -> Reals:
+    """Of both senses the one that opens; where hinges open as much as they close, that in which an early one does."""
+    total = float(direction.sum())
+    lead = total if abs(total) > EVEN else direction[np.abs(direction) > 0.6 * np.abs(direction).max()][0]
+    return direction * (-1.0 if lead > 0 else 1.0)
+
+
+def _nudged(local: Local, direction: Reals) -> tuple[float, bool]:
+    """Power of the step with which nudged and closed states come back to the line, and whether they keep the stops."""
+    distances, within = [], True
+    for step in NUDGES:
+        line = local.angles + step * direction
+        closed = close(local.linkage, line, max_steps=100)
+        distance = float(np.linalg.norm(closed.angles - line))
+        if not closed.success or distance > 0.5 * step:
+            return 0.0, False
+        distances.append(distance)
+        # what leaves a stop along the line may come back by the square of the step, and is then no motion within
+        within = within and bool(margins(closed.angles).min() >= -1e-3 * step * step - SLACK)
+    steps, off = np.array(NUDGES), np.array(distances)
+    seen = off > np.maximum(STRAIGHT * steps**2, BLURRED)
+    if np.count_nonzero(seen) < 2:
+        return math.inf, within
+    return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within
+
+
+def _sentence(nullity: int, stresses: int, nudged: list[Branch], stops: bool) -> str:
+    if not nullity:
+        return "rigid: nothing moves to first order"
+    alone = sum(branch.dimension == 0 for branch in nudged)
+    families = sorted({branch.dimension for branch in nudged} - {0})
+    counts = [f"{alone} isolated"] if alone else []
+    counts += [f"a family of dimension {dimension}" for dimension in families]
+    finite = sum(branch.status == "finite" for branch in nudged)
+    where = " within the stops" if stops else ""
+    return (
+        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{where}: "
+        f"{', '.join(counts) or 'none'}; {finite} of {len(nudged)} nudged are finite"
+    )

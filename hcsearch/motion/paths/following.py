@@ -1,0 +1,308 @@
+"""Motions of one parameter, followed from state to state by prediction and correction (thesis appendix A1 and A2).
+
+The thesis adds a fixed increment along the tangent and corrects it. Here the motion is followed by its arc length in
+the space of fold angles, with predictors of higher order and steps chosen by the error of the prediction. It ends at
+the flat or the folded state, both of them singular, or where a hinge comes to its stop.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.kinematics.closing import CLOSED
+from hcsearch.motion.paths.events import singular_states
+from hcsearch.motion.paths.motions import Ending, Path, SingularEvent, path_of
+from hcsearch.motion.paths.predictors import PREDICTORS, Step, missed
+from hcsearch.motion.paths.stops import SLACK, first_stop, margins
+from hcsearch.motion.paths.walking import Advance, Walker
+from hcsearch.shape.labels import named_hinges
+from hcsearch.shape.linkage import Linkage
+
+Goal = Literal["flat", "folded", "end", "none"]
+End = Literal["flat", "folded"]
+
+SMALLEST = 1e-10
+"""No step is made shorter than this (rad)."""
+LANDING, EDGE, MISS = 0.1, 1e-4, 1e-8
+"""An end is reached from less than `EDGE` (rad a hinge) when the path would miss it by no more than `MISS` (rad), and
+from less than `LANDING` where states between cannot be trusted."""
+ROUNDING, BLUR = 1e-14, 1e-6
+"""Rounding of the closure, and the share of its distance from a singular state to which a state must be known."""
+OPEN = 0.1
+"""A state is lost when it is open by more than this."""
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How a path is stepped along.
+
+    method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
+        `runge-kutta` (fourth), `hermite` (fifth, from two states).
+    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every one if not adaptive.
+    tolerance : distance from prediction to corrected state that steps are chosen for (rad).
+    corrections : Newton corrections a step; None until closed. Fewer serve to compare methods, with fixed steps.
+    """
+
+    method: str = "hermite"
+    step: float | None = None
+    tolerance: float = 1e-3
+    adaptive: bool = True
+    corrections: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in PREDICTORS:
+            raise HcsearchError(f"there is no method {self.method!r}: choose one of {', '.join(PREDICTORS)}")
+        if self.adapts and self.corrections is not None:
+            raise HcsearchError("steps cannot adapt to unfinished corrections: give adaptive=False, or leave them out")
+
+    @property
+    def adapts(self) -> bool:
+        """Whether steps adapt; the thesis's increments are fixed."""
+        return self.adaptive and self.method != "increment"
+
+    def first(self, n_hinges: int) -> float:
+        """The first step: short, as it usually leaves a singular state; later ones grow by the error of prediction."""
+        if self.step is not None:
+            return self.step
+        return 0.01 if self.method == "increment" else (EDGE if self.adapts else 0.02) * math.sqrt(n_hinges)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What ends a path.
+
+    goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
+        at 0 and pi; else they turn on. events : whether to look for singular states between the states. branch :
+        whether to pass a bifurcation straight on, or to stop there. length : arc length (rad) at which to end.
+    """
+
+    goal: Goal = "end"
+    stops: bool = True
+    events: bool = True
+    branch: Literal["pass", "stop"] = "pass"
+    max_steps: int = 2000
+    length: float = math.inf
+
+
+ADAPTED, TO_THE_END = Stepping(), Limits()
+
+
+def follow(
+    linkage: Linkage,
+    start: Reals,
+    direction: Reals | None = None,
+    *,
+    stepping: Stepping = ADAPTED,
+    limits: Limits = TO_THE_END,
+) -> Path:
+    """Follow the motion that begins at a closed state in a direction.
+
+    direction : velocity of the fold angles, of which the part that keeps the loops closed counts; None for the part
+        of the straight way to the goal (flat, where either end will do). A singular state needs one (`branches`).
+        With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
+    """
+    begin = np.array(start, float)
+    if direction is None:
+        direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
+    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float))
+
+
+class _Landing(NamedTuple):
+    """An end that the path leads to, and how far it is (rad)."""
+
+    name: End
+    state: Reals
+    left: float
+
+
+class _Following:
+    """A path while it is followed."""
+
+    def __init__(self, linkage: Linkage, stepping: Stepping, limits: Limits) -> None:
+        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
+        self.limits, self.step = limits, stepping.first(linkage.n_hinges)
+        self.grows = stepping.adapts and stepping.step is None
+        self.tolerance = stepping.tolerance if stepping.adapts else math.inf
+        self.watched = limits.events and stepping.corrections is None
+        both: dict[End, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
+        self.ends = {
+            name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
+        }
+        self.size = math.sqrt(linkage.n_hinges)
+        self.longest = 0.1 * math.pi * self.size
+        self.states: list[Step] = []
+        self.events: list[SingularEvent] = []
+        self.landing: _Landing | None = None
+        self.rejected = 0
+
+    @property
+    def last(self) -> Step:
+        return self.states[-1]
+
+    @property
+    def before(self) -> Step | None:
+        return self.states[-2] if len(self.states) > 1 else None
+
+    def run(self, start: Reals, direction: Reals) -> Path:
+        ending = self._begin(start, direction)
+        while ending is None:
+            ending = self._ending() or self._go_on()
+        return path_of(
+            [state.local for state in self.states],
+            [state.length for state in self.states],
+            ending,
+            rejected=self.rejected,
+            evaluations=self.walker.evaluations,
+            events=self.events,
+            velocity=self.last.tangent,
+        )
+
+    def _begin(self, start: Reals, direction: Reals) -> Ending | None:
+        local = self.walker.local(start)
+        tangent = local.tangent(direction)
+        size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
+        moves = size > 1e-9 * whole
+        self.states.append(Step(local, tangent / size if moves else tangent, 0.0))
+        for name, state in self.ends.items():
+            if not whole and not np.abs(start - state).any():
+                return Ending(name, f"{name} at the start")
+        if local.residual > 10 * CLOSED:
+            return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
+        beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
+        if len(beyond):
+            names = named_hinges(self.walker.linkage, beyond)
+            return Ending("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
+        if local.rank.rank is None:
+            return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
+        if not moves:
+            return Ending("lost closure", "closure lets nothing move in this direction: take one from `branches`")
+        return None
+
+    def _ending(self) -> Ending | None:
+        """Why the path ends where it is, if it does."""
+        last = self.last
+        if self.limits.stops:
+            # to first order; what turns outward later is seen when it is there
+            outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
+            blocked = np.flatnonzero((margins(last.angles) <= SLACK) & (outward > 1e-6))
+            if len(blocked):
+                return _stopped(self.walker.linkage, blocked)
+        if last.length >= self.limits.length * (1 - 1e-12):
+            return Ending("length", f"at length {last.length:.6g}")
+        if len(self.states) > self.limits.max_steps:
+            return Ending("out of budget", f"{self.limits.max_steps} steps were not enough: raise max_steps")
+        return None
+
+    def _go_on(self) -> Ending | None:
+        distance = self.step
+        if self.walker.predictor.name == "increment":
+            distance /= float(np.abs(self.last.tangent).max())
+        distance = min(distance, self.limits.length - self.last.length)
+        sure = self.landing
+        distance, self.landing = self._approach(distance)
+        landing = self.landing or sure
+        # once the path was seen to lead to an end, states beside it that say otherwise are rounding
+        if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
+            return self._land(landing)
+        if self.grows and len(self.states) == 1:
+            distance, tried = self._first(distance)
+        else:
+            tried = self.walker.advance(self.before, self.last, distance)
+        if landing is not None and (tried is None or tried.step.local.rank.rank is None):
+            return self._land(landing)  # its singularity hides the states before it
+        if tried is None or tried.error > 4 * self.tolerance:
+            return self._again(distance, lost=tried is None and math.isinf(self.tolerance))
+        if tried.step.local.residual > OPEN:
+            return Ending("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
+        if math.isfinite(self.tolerance):
+            better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
+            self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
+        return self._pass(self.before, self.last, tried.step)
+
+    def _approach(self, distance: float) -> tuple[float, _Landing | None]:
+        """A step that leaves a fifth of the way to an end that is near, and that end, if the path leads to it."""
+        landing = None
+        for name, state in self.ends.items():
+            away = state - self.last.angles
+            left = float(np.linalg.norm(away))
+            if left >= 2.0 * distance or away @ self.last.tangent <= 0.9 * left:
+                continue
+            if self.last.local.nullity > 1:  # a geodesic among many would just miss it: turn to it
+                tangent = self.last.local.tangent(away)
+                self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
+            distance = min(distance, 0.8 * left)
+            if left < LANDING * self.size and missed(self.before, self.last, state) < MISS:
+                landing = _Landing(name, state, left)
+        return distance, landing
+
+    def _first(self, distance: float) -> tuple[float, Advance | None]:
+        """The first step: short, but long enough to leave a singular state behind by more than rounding."""
+        taken: tuple[float, Advance | None] = (distance, None)
+        for power in range(10):
+            longer = distance * 2**power
+            if power and longer > min(self.longest, self.limits.length):
+                break
+            tried = self.walker.advance(None, self.last, longer)
+            if tried is not None and tried.error <= 4 * self.tolerance:
+                taken = (longer, tried)
+                if not _blurred(tried.step, longer):
+                    break
+        return taken
+
+    def _again(self, distance: float, *, lost: bool) -> Ending | None:
+        """Take a shorter step, if there is one to take."""
+        self.rejected += 1
+        self.step = 0.4 * distance
+        if self.step >= SMALLEST and not lost:
+            return None
+        sentence = "no closed state follows: the direction is no motion, or the step is too long"
+        return Ending("lost closure", f"{sentence} (steps down to {distance:.1e})")
+
+    def _land(self, landing: _Landing) -> Ending:
+        local = self.walker.local(landing.state)
+        left = float(np.linalg.norm(landing.state - self.last.angles))
+        self.states.append(Step(local, self.last.tangent, self.last.length + left))
+        return Ending(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
+
+    def _pass(self, before: Step | None, last: Step, after: Step) -> Ending | None:
+        """Add a state, with what happened on the way to it."""
+        if self.limits.stops and margins(after.angles).min() < -SLACK:
+            stop = first_stop(self.walker, before, last, after)
+            if stop is None:
+                return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
+            if stop is not last:
+                self.states.append(stop)
+            met = (margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)
+            return _stopped(self.walker.linkage, np.flatnonzero(met))
+        if self.watched:
+            for event in singular_states(self.walker, before, last, after):
+                self.events.append(event)
+                if (self.limits.branch == "stop") and event.kind == "bifurcation":
+                    self.states.append(replace(last, local=self.walker.local(event.angles), length=event.length))
+                    return Ending("branch", f"a bifurcation: {event.nullity} first-order motions")
+        self.states.append(after)
+        return None
+
+
+def _is_closed(linkage: Linkage, state: Reals) -> bool:
+    return float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) <= CLOSED
+
+
+def _is_near(last: Step, landing: _Landing, size: float) -> bool:
+    return landing.left < EDGE * size or _blurred(last, landing.left)
+
+
+def _blurred(step: Step, distance: float) -> bool:
+    """Whether rounding, over the least singular value, shows at a distance from a singular state."""
+    return BLUR * step.local.least * distance < ROUNDING
+
+
+def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> Ending:
+    return Ending("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))

@@ -1,0 +1,154 @@
+"""What following or searching a motion gives: its states, how it ended, and the singular states on its way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.motion.kinematics.local import Local
+
+Outcome = Literal[
+    "flat", "folded", "length", "stopped", "branch", "stuck", "undecided", "lost closure", "out of budget"
+]
+
+
+@dataclass(frozen=True, eq=False)
+class SingularEvent(ByValue):
+    """A singular state on the way of a motion.
+
+    kind : `bifurcation` where singular values vanish and the second-order equations leave several ways to go on,
+        `shaky` where they leave only this one, `dip` where the least singular value comes near zero and turns back.
+    angles, length : fold angles (rad), and arc length from the start (rad).
+    least, nullity : least singular value that counts as non-zero there, and number of hinges less the number of these.
+    """
+
+    kind: Literal["bifurcation", "shaky", "dip"]
+    angles: Reals
+    length: float
+    least: float
+    nullity: int
+
+
+@dataclass(frozen=True, eq=False)
+class Path(ByValue):
+    """A motion as a list of closed states, and how it ended.
+
+    angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.
+    lengths : arc length in the space of fold angles (rad) up to each state.
+    residuals : greatest closure residual of each state (rad, or gap over the pattern's size).
+    nullities, least : of the closure Jacobian at each state: first-order degrees of freedom (-1 where undecided), and
+        least non-zero singular value (infinite in an open chain).
+    outcome, sentence : how it ended, in a word and in a sentence.
+    rejected, evaluations : steps tried again shorter, evaluations of closure and Jacobian.
+    stopped : hinges at the stops that ended the motion.
+    events : singular states passed on the way, ends left out.
+    velocity : unit velocity of the fold angles at the end; of a descent None.
+    energies : of a descent, the energy of each state (J for springs in Nm/rad).
+    """
+
+    angles: Reals
+    lengths: Reals
+    residuals: Reals
+    nullities: Whole
+    least: Reals
+    outcome: Outcome
+    sentence: str
+    rejected: int
+    evaluations: int
+    stopped: tuple[int, ...] = ()
+    events: tuple[SingularEvent, ...] = ()
+    velocity: Reals | None = None
+    energies: Reals | None = None
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return len(self.angles) - 1
+
+    @property
+    def end(self) -> Reals:
+        """Fold angles of the last state."""
+        last: Reals = self.angles[-1]
+        return last
+
+    @property
+    def success(self) -> bool:
+        """Whether the motion reached the flat or the folded state, or the length that was asked for."""
+        return self.outcome in {"flat", "folded", "length"}
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why a motion ends."""
+
+    outcome: Outcome
+    sentence: str
+    stopped: tuple[int, ...] = ()
+
+
+def path_of(
+    states: Sequence[Local],
+    lengths: Sequence[float],
+    ending: Ending,
+    *,
+    rejected: int,
+    evaluations: int,
+    events: Sequence[SingularEvent] = (),
+    velocity: Reals | None = None,
+    energies: Sequence[float] | None = None,
+) -> Path:
+    """The path of states that were passed."""
+    return Path(
+        np.array([state.angles for state in states]),
+        np.array(lengths),
+        np.array([state.residual for state in states]),
+        np.array([state.nullity for state in states]),
+        np.array([state.least for state in states]),
+        ending.outcome,
+        ending.sentence,
+        rejected,
+        evaluations,
+        ending.stopped,
+        tuple(events),
+        velocity,
+        None if energies is None else np.array(energies),
+    )
+
+
+def reverse(path: Path, outcome: Outcome) -> Path:
+    """The same states in the other order; the outcome is what the first one is. Energies are left out."""
+    return replace(
+        path,
+        angles=path.angles[::-1].copy(),
+        lengths=path.lengths[-1] - path.lengths[::-1],
+        residuals=path.residuals[::-1].copy(),
+        nullities=path.nullities[::-1].copy(),
+        least=path.least[::-1].copy(),
+        outcome=outcome,
+        sentence=f"{outcome} after {path.steps} steps, found from there",
+        events=(),
+        velocity=None,
+        energies=None,
+    )
+
+
+def joined(first: Path, second: Path) -> Path:
+    """One path after another that begins where it ends. Energies are left out."""
+    return replace(
+        second,
+        angles=np.vstack([first.angles[:-1], second.angles]),
+        lengths=np.concatenate([first.lengths[:-1], first.lengths[-1] + second.lengths]),
+        residuals=np.concatenate([first.residuals[:-1], second.residuals]),
+        nullities=np.concatenate([first.nullities[:-1], second.nullities]),
+        least=np.concatenate([first.least[:-1], second.least]),
+        sentence=f"{second.outcome} after {first.steps + second.steps} steps",
+        rejected=first.rejected + second.rejected,
+        evaluations=first.evaluations + second.evaluations,
+        events=(),
+        energies=None,
+    )

@@ -1,0 +1,196 @@
+"""The second-order equations of closure, and the directions that solve them: common points of quadrics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.motion.kinematics.local import Local
+from hcsearch.motion.kinematics.products import products
+from hcsearch.motion.paths.covering import cover
+
+NOTHING = 1e-10
+"""Forms of screws of unit size that are smaller than this are rounding."""
+SOLVED = 1e-11
+"""Residual up to which an equation is solved."""
+ROUGHLY = 1e-5
+"""The same at a singular state that has been located, not computed exactly."""
+SAME = 1e-3
+"""Solutions nearer than this are one: a double one is known only to the square root of its residual."""
+STEPS, NIL = 200, 1e-15
+"""Most steps of a search, and the size below which an equation or a step counts as zero."""
+TRIED, NEARER = 0.05, 0.015
+"""Distances (rad) of neighbours: at the first they distinguish a family from a double point; where families cross,
+neighbours of these at the second give the dimension."""
+SPREAD = 0.2
+"""Directions count as spread in a dimension where their singular value there has this share of the greatest."""
+FLAT = 1e-5
+"""Directions in which the equations have a slope below this are tried for families."""
+APART = 0.25
+"""Members of one family are listed no nearer to each other than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(ByValue):
+    """A unit vector on which all forms vanish, and the dimension of the family of such vectors around it."""
+
+    vector: Reals
+    dimension: int
+    residual: float
+
+
+def second_order_forms(local: Local, basis: Reals) -> Reals:
+    """Quadratic forms of the second-order equations, shape (n_stresses, m, m): z' Q z = 0 for velocities basis z."""
+    rows, m = local.jacobian.shape[0], basis.shape[1]
+    stresses = np.linalg.svd(local.left)[0][:, local.kept :] if local.kept else np.eye(rows)
+
+    def bend(velocity: Reals) -> Reals:
+        return local.linkage.bend(local.jacobian, np.ascontiguousarray(velocity))
+
+    if not m:
+        return np.zeros((stresses.shape[1], 0, 0))
+    forms: Reals = np.einsum("rk,ijr->kij", stresses, products(basis.T, bend))
+    return forms
+
+
+def solve_quadrics(
+    forms: Reals, cone: Reals | None = None, *, both: bool = True, solved: float = SOLVED
+) -> tuple[list[Solution], float]:
+    """Unit vectors z with z' Q z = 0 for all forms Q (k, m, m) and, with a cone A, A z >= 0; then a radius.
+
+    Isolated ones once each (up to sign when `both`); of families some, no two nearer than a quarter. Newton's method
+    begins in every cell of a cover, so that every solution is within that radius of a start.
+    solved : residual up to which the equations are solved; more where forms are known less well.
+    """
+    if not forms.shape[1]:
+        return [], 0.0
+    forms = _independent(forms)
+    cone = None if cone is None or not len(cone) else cone
+    covered = cover(forms, cone, both=both, slack=solved)
+    ends, residuals = _newton(forms, cone, covered.centres)
+    ends, residuals = ends[residuals < solved], residuals[residuals < solved]
+    kernels = _kernels(forms, ends)
+    sizes = np.array([len(kernel) for kernel in kernels], int)
+    solutions: list[Solution] = []
+    known = np.zeros(len(ends), bool)
+    for i, end in enumerate(ends):
+        if known[i]:
+            continue
+        dimension = _dimension(forms, end, kernels[i], solved)
+        solutions.append(Solution(end, dimension, float(residuals[i])))
+        cosines = ends @ end
+        distances = np.sqrt(np.maximum(2.0 - 2.0 * (np.abs(cosines) if both else cosines), 0.0))
+        known |= distances < max(SAME, 10 * solved**0.5)
+        if dimension:
+            known |= (distances < APART) & (sizes == sizes[i])
+    return solutions, covered.radius
+
+
+def _independent(forms: Reals) -> Reals:
+    """The same equations by forms that are orthogonal to each other, the largest of norm 1, and none of them rounding.
+
+    Sums of squares of the forms stay as they are, whatever basis of self-stresses they were made with.
+    """
+    _, s, vt = np.linalg.svd(forms.reshape(len(forms), forms.shape[1] ** 2), full_matrices=False)
+    some = s > NOTHING
+    orthogonal: Reals = (s[some, None] * vt[some] / s.max(initial=NOTHING)).reshape(-1, *forms.shape[1:])
+    return orthogonal
+
+
+def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | None = None) -> tuple[Reals, Reals]:
+    """Ends, on the sphere, of the searches from all starts (n, m), and the norms of their residuals.
+
+    Levenberg and Marquardt, all starts together: one call of LAPACK for a step of each.
+    linear : terms (k, m) that are added to the forms.
+    """
+    z = starts / np.linalg.norm(starts, axis=1, keepdims=True)
+    value, slope = _system(forms, cone, z, linear)
+    damping = np.full(len(z), 1e-3)
+    going = np.abs(value).max(axis=1, initial=0.0) >= NIL
+    for _ in range(STEPS):
+        at = np.flatnonzero(going)
+        if not len(at):
+            break
+        trial = z[at] + _damped_step(value[at], slope[at], damping[at])
+        trial /= np.linalg.norm(trial, axis=1, keepdims=True)
+        new_value, new_slope = _system(forms, cone, trial, linear)
+        better = (new_value**2).sum(axis=1) < (value[at] ** 2).sum(axis=1)
+        moved = np.linalg.norm(trial - z[at], axis=1)
+        taken = at[better]
+        z[taken], value[taken], slope[taken] = trial[better], new_value[better], new_slope[better]
+        damping[at] = np.where(better, np.maximum(0.1 * damping[at], 1e-30), np.maximum(10 * damping[at], 1e-20))
+        left = np.abs(value[at]).max(axis=1, initial=0.0)
+        going[at] = (left >= NIL) & np.where(better, moved >= NIL, damping[at] <= 1e6)
+    return z, np.linalg.norm(value, axis=1)
+
+
+def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
+    """Steps (n, m) of least |value + slope step|^2 + damping |step|^2.
+
+    `kinematics.closing.correction` is such a step of one state. It stands apart: it cuts singular values off at another
+    level, and its matrix products round otherwise than the sums over all states here, so that results would change.
+    """
+    u, s, vt = np.linalg.svd(slope, full_matrices=False)
+    nothing = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
+    gain = np.where(nothing, 0.0, s / (s * s + damping[:, None]))
+    step: Reals = -np.einsum("nji,nj->ni", vt, gain * np.einsum("nkj,nk->nj", u, value))
+    return step
+
+
+def _system(forms: Reals, cone: Reals | None, z: Reals, linear: Reals | None) -> tuple[Reals, Reals]:
+    """Residuals at vectors z (n, m) and their derivative: of the equations, and of conditions of the cone that fail."""
+    turned = np.einsum("kij,nj->nki", forms, z)
+    value, slope = np.einsum("nki,ni->nk", turned, z), 2.0 * turned
+    if linear is not None:
+        value, slope = value + z @ linear.T, slope + linear
+    if cone is not None:
+        out = z @ cone.T
+        value = np.hstack([value, np.minimum(out, 0.0)])
+        slope = np.concatenate([slope, np.where(out < 0.0, 1.0, 0.0)[:, :, None] * cone], axis=1)
+    return value, slope
+
+
+def _kernels(forms: Reals, vectors: Reals) -> list[Reals]:
+    """For each vector (n, m) the directions on the sphere in which the equations have no slope, as rows."""
+    slopes = np.concatenate([2.0 * np.einsum("kij,nj->nki", forms, vectors), vectors[:, None, :]], axis=1)
+    _, s, vt = np.linalg.svd(slopes)
+    return [rows[int(np.count_nonzero(values > FLAT)) :] for rows, values in zip(vt, s, strict=True)]
+
+
+def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
+    """Dimension of the solutions around one, on the sphere.
+
+    At most that of the space of directions in which neighbours lie. Where families cross, that is greater than the
+    dimension of any, so it is computed at the neighbours, each of which lies on one family.
+    """
+    around, most = _neighbours(forms, z, kernel, solved, TRIED)
+    if most and all(len(other) == most for other in _kernels(forms, around)):
+        return most
+    dimension = 0
+    for one, directions in zip(around, _kernels(forms, around), strict=True):
+        dimension = max(dimension, min(_neighbours(forms, one, directions, solved, NEARER)[1], most))
+        if dimension == most:
+            break
+    return dimension
+
+
+def _neighbours(forms: Reals, z: Reals, kernel: Reals, solved: float, distance: float) -> tuple[Reals, int]:
+    """Solutions at one distance (rad) from another, and the dimension of the space of directions in which they lie.
+
+    Kept at their distance, the search is not drawn back to where families cross.
+    """
+    if not len(kernel):
+        return np.zeros((0, len(z))), 0
+    across = np.linalg.svd(z[None])[2][1:]  # with unit vectors x a neighbour is cos z + sin x across
+    near, far = math.cos(distance), math.sin(distance)
+    beside, linear = far * across @ forms @ across.T, 2.0 * near * forms @ z @ across.T
+    between = 0.5 * np.roll(kernel, 1, axis=0)
+    starts = np.concatenate([kernel, kernel + between, kernel - between]) @ across.T
+    ways, residuals = _newton(beside, None, np.concatenate([starts, -starts]), linear)
+    ways = ways[far * residuals < solved] @ across
+    spread = np.linalg.svd(ways @ kernel.T, compute_uv=False)
+    return near * z + far * ways, int(np.count_nonzero(spread > SPREAD * spread.max(initial=0.0)))

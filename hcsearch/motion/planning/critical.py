@@ -1,0 +1,140 @@
+"""The critical margin of a linkage: the least play that opens it, and the greatest with which it was not opened.
+
+Panels shrunk by more have all motions of those shrunk by less, so the least margin with a path is found by bisection,
+on a grid of margins that is the same for all linkages but for their scale. Above it stands a proof. Below it there is
+no more than a search that met no path (docs/explanation/motion.md), with what it took. More room is also more to
+search: where none is met with the greatest margin, one may be met with less.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.motion.collision.margins import LEAST_PLAY, check_margin, scale_of
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.proofs import Prover
+from hcsearch.motion.planning.schedule import LONG, ROOTS, SEARCHES
+from hcsearch.shape.linkage import Linkage
+
+RATIO = 1.3
+"""Of a margin to the one before it."""
+SHARE = 0.97
+"""Of the margin that leaves nothing of a panel no more than this is tried."""
+PARTS = 4
+"""Parts of the list of margins at whose ends a first path is looked for, from the greatest on."""
+
+
+@dataclass(frozen=True)
+class Looking:
+    """How long each search with a margin looks: rounds, seeds that are tried, and junctions as further roots."""
+
+    rounds: int = LONG
+    seeds: int = SEARCHES
+    roots: int = ROOTS
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalMargin(ByValue):
+    """How much play opens a linkage.
+
+    proved : m, the least margin of the grid at which a path was proved, None where it was at none. met : m, the least
+    at which one was met, proved or not. none : m, the greatest below `met` at which the search met none, or of all
+    where it met none at all; None where it met one at the least margin. looking : how long each search looked.
+    searches : how many there were, each with one margin. states : of the path that is proved at the least margin, as
+    it was met, (k, n_hinges).
+    """
+
+    proved: float | None
+    met: float | None
+    none: float | None
+    looking: Looking
+    searches: int
+    states: Reals | None = None
+
+    def less_than(self, other: CriticalMargin) -> bool:
+        """Whether it takes less play to open this linkage than another one, by what is proved, then by what is met."""
+        return (_last(self.proved), _last(self.met)) < (_last(other.proved), _last(other.met))
+
+
+def margins_of(linkage: Linkage) -> tuple[float, ...]:
+    """The margins that are tried (m), least first: 0.01 mm for edges of 50 mm, then each by `RATIO` greater."""
+    most, margins = SHARE * check_margin(linkage, LEAST_PLAY * scale_of(linkage)), []
+    margin = LEAST_PLAY * scale_of(linkage)
+    while margin < most:
+        margins.append(margin)
+        margin *= RATIO
+    return tuple(margins)
+
+
+def critical_margin(linkage: Linkage, looking: Looking | None = None) -> CriticalMargin:
+    """The least play that opens a linkage, and the greatest below it with which no path was met.
+
+    The way of joining flat pairs whose motions include those of all others has the least: `motions._widest`.
+    """
+    return _Bisection(linkage, Looking() if looking is None else looking).run()
+
+
+class _Bisection:
+    """Places in the list of margins: the least with a path that is met, and that is proved; its length for unknown.
+
+    failed : those at which the search met none.
+    """
+
+    def __init__(self, linkage: Linkage, looking: Looking) -> None:
+        self.linkage, self.looking, self.prover = linkage, looking, Prover(linkage)
+        self.margins = margins_of(linkage)
+        self.met = self.proved = len(self.margins)
+        self.states: Reals | None = None
+        self.failed: list[int] = []
+        self.searches = 0
+
+    @property
+    def none(self) -> int:
+        """The greatest place below `met` at which none was met, -1 without."""
+        return max((place for place in self.failed if place < self.met), default=-1)
+
+    def run(self) -> CriticalMargin:
+        """First where a path is met; then where one is proved, if that is not there."""
+        top = len(self.margins) - 1
+        if any(self._look(place) for place in sorted({top * k // PARTS for k in range(PARTS + 1)}, reverse=True)):
+            while self.met - self.none > 1:
+                self._look((self.none + self.met) // 2)
+            low = self.met
+            while self.proved - low > 1:  # a proof may fail above one that does not: that costs a place or two
+                middle = (low + self.proved) // 2
+                self._look(middle)
+                low = middle if self.proved > middle else low
+        lowest = self.none if self.met <= top else top
+        proved, met, none = map(self._margin, (self.proved, self.met, lowest))
+        return CriticalMargin(proved, met, none, self.looking, self.searches, self.states)
+
+    def _margin(self, place: int) -> float | None:
+        return self.margins[place] if 0 <= place < len(self.margins) else None
+
+    def _look(self, place: int) -> bool:
+        """Search with a margin until a path is proved; whether one is met. A path may be clear with less play, too."""
+        self.searches += 1
+        planner, met = Planner(self.linkage, self.margins[place]), False
+        for seed in range(self.looking.seeds):
+            states = planner.plan(self.looking.rounds, seed, roots=self.looking.roots).states
+            if states is None:
+                continue
+            met, self.met = True, min(self.met, place)
+            # a path for a margin that is not quite clear at it may be clear at the next one
+            margin = self.prover.prove(states, self.margins[self.none + 1 : place + 2]).margin
+            if margin is not None:
+                if self.margins.index(margin) < self.proved:
+                    self.proved, self.states = self.margins.index(margin), states
+                self.met = min(self.met, self.proved)
+                break
+        if not met:
+            self.failed.append(place)
+        return met
+
+
+def _last(margin: float | None) -> float:
+    """A margin, by which those that are not known come last."""
+    return math.inf if margin is None else margin

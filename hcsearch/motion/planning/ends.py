@@ -1,0 +1,262 @@
+"""Proofs that a path leaves an end of the motion, where closure is singular and every hinge is at a stop.
+
+At an end q0 the loops close exactly, and the Jacobian J has wrenches C that no hinge works against: C^T J = 0. States
+q0 + s w are closed where F(q0 + s w) = s J w + s^2 B(w, w) + ... = 0, with B half the bend of theory.md, 28. Divided by
+s across the wrenches C, and by s^2 along them, these equations are regular up to s = 0 where their derivative at a
+direction b with J b = 0 and C^T B(b, b) = 0 has full rank: closed states then leave the end along a curve, and a
+contraction as in `kernels.planning.tubes` says where it lies (docs/explanation/motion.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.middles import centre
+from hcsearch.kernels.planning.series import ORDERS, write_series
+from hcsearch.motion.locks.lattice import reduced, whole_end
+from hcsearch.shape.linkage import Linkage
+
+CONTRACTION = 0.5
+"""Greatest factor of a contraction that is asked for."""
+HALVINGS = 30
+"""A step is halved no more often than this."""
+ROUNDING = 1e-13
+"""What rounding makes of the equations, relative to the norms of what enters them: sums of some hundred products."""
+SLOWEST = 0.01
+"""Turn of a hinge that leaves an end, over that of the fastest."""
+CLOSED = 1e-14
+"""What a direction may leave open at first and second order."""
+ZERO = 1e-9
+"""Singular values of the Jacobian below this share of the greatest are zeros."""
+SHUT = 1e-12
+"""Closure residual (rad, or gap over size) of an end that is known in floating point only."""
+
+
+@dataclass(frozen=True, eq=False)
+class Departure(ByValue):
+    """Closed states beside the first step of a path, from the end on.
+
+    share : of the step, up to which they are proved. wanders : (n_hinges,), what their fold angles differ by from the
+    path's (rad), up to there.
+    """
+
+    share: float
+    wanders: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class _Step(ByValue):
+    """Bounds of a step, in the share s of it.
+
+    sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns
+    (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, from order 0 on,
+    and of F / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. bent_across,
+    bent_along : of the second derivative at the end, in the directions in which the ball lies. off : what rounding
+    leaves of the derivative less 1.
+    """
+
+    sizes: tuple[float, float, float]
+    gains: Reals
+    gain: float
+    across: Reals
+    along: Reals
+    turned_across: Reals
+    turned_along: Reals
+    bent_across: float
+    bent_along: float
+    off: float
+
+
+class End:
+    """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
+
+    exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
+    25): else what is proved of the end holds but for rounding. sound : whether anything is proved: not where whole
+    numbers say another rank, or the loops are open. regular : whether the equations are, at first order.
+    """
+
+    def __init__(self, linkage: Linkage, angles: Reals, group: Group) -> None:
+        residual, jacobian = linkage.closure(angles)
+        self.moving = group.moving
+        jacobian[:, ~self.moving] = 0.0
+        m, loops = linkage.n_hinges, linkage.loops
+        self.angles = angles
+        self.norms = np.zeros((len(loops), m))
+        self.products = np.zeros((6 * len(loops), m, m))
+        self.orders: list[Whole] = []
+        for number, loop in enumerate(loops):
+            rows = slice(6 * number, 6 * number + 6)
+            order = np.array([hinge for hinge, _ in loop if self.moving[hinge]], np.int64)
+            if not len(order):
+                self.orders.append(order)
+                continue
+            centre(jacobian, 6 * number, order, np.empty(3), self.norms[number])
+            self.norms[number, order] += 1.5
+            self.products[rows] = _products(jacobian[rows], order)
+            self.orders.append(order)
+        self.jacobian = jacobian
+        left, values, _ = np.linalg.svd(group.rows @ jacobian)
+        rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
+        whole = whole_end(linkage, angles)
+        columns = None if whole is None else whole.columns[self.moving]  # an open chain has no rows
+        self.rank = rank
+        self.exact = columns is not None and rank == (len(reduced(columns)) if columns.size else 0)
+        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < SHUT)
+        self.across, self.along = left[:, :rank].T @ group.rows, left[:, rank:].T @ group.rows
+        self.regular = self.sound and rank == len(group.rows)
+
+    def equations(self, direction: Reals) -> tuple[Reals, Reals]:
+        """What a direction leaves open at first and second order, (n_rows,), and the derivative, (n_rows, n_hinges)."""
+        first = self.jacobian @ direction
+        bent = self.products @ direction
+        second = bent @ direction
+        bending = 2.0 * self.along @ bent
+        bending[:, ~self.moving] = 0.0
+        return np.r_[self.across @ first, self.along @ second], np.r_[self.across @ self.jacobian, bending]
+
+    def direction(self, guess: Reals) -> Reals | None:
+        """The direction nearest to a guess in which the end is left at second order and stops are kept; None without.
+
+        Its greatest entry is 1. No hinge turns by less than `SLOWEST`, where that can be, or not at all.
+        """
+        sense = np.where(self.angles > 1.0, -1.0, 1.0)
+        for slowest in (SLOWEST, 0.0):
+            turns = self._within(sense * guess / np.abs(guess).max(), sense, slowest)
+            if turns is not None:
+                direction: Reals = sense * turns / turns.max()
+                return direction
+        return None
+
+    def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
+        """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
+        least = np.where(self.moving, slowest, 0.0)
+        turns = np.maximum(np.where(self.moving, turns, 0.0), least)
+        held = ~self.moving
+        for _ in range(40):
+            open_, derivative = self.equations(sense * turns)
+            if np.abs(open_).max(initial=0.0) < CLOSED:
+                return turns
+            if held.all():
+                return None
+            step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ open_
+            turns[~held] -= step
+            held |= turns < least
+            turns = np.maximum(turns, least)
+            if not np.isfinite(turns).all() or turns.max() < 0.1:
+                return None
+        return None
+
+    def depart(self, course: Reals) -> Departure | None:
+        """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4); or not."""
+        if not self.sound:
+            return None
+        # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
+        slope = float(np.abs(course[:, 1]).max())
+        step = self._step(course / slope ** np.arange(4))
+        proved = False
+        for halving in range(HALVINGS):
+            share = 0.5**halving
+            radius = self._contracts(step, slope * share)
+            # half of the greatest share: the ball is an eighth there, which the proof that goes on from it needs
+            if radius is None or not proved:
+                proved = radius is not None
+            else:
+                return Departure(share, slope * share * radius * step.gains)
+        return None
+
+    def _step(self, course: Reals) -> _Step:
+        """What the contraction of a step needs: norms, but for what is summed with signs."""
+        across, along = self.across, self.along
+        _, derivative = self.equations(course[:, 1])
+        inverse: Reals = np.linalg.pinv(derivative).astype(float)
+        gains = np.linalg.norm(inverse, axis=1)
+        height, count = len(self.jacobian), inverse.shape[1]
+        terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, count))
+        for number, order in enumerate(self.orders):
+            own = slice(6 * number, 6 * number + 6)
+            one, two = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, count))
+            write_series(self.jacobian[own], order, course, inverse, one, two)
+            terms[:, own], slopes[:, own] = one, two
+        bent = 2.0 * inverse.T @ (self.products @ inverse)
+        return _Step(
+            sizes=(self._size(course[:, 1]), self._size(course[:, 2]), self._size(course[:, 3])),
+            gains=gains,
+            gain=self._size(gains),
+            across=np.linalg.norm(terms[1:] @ across.T, axis=1),
+            along=np.linalg.norm(terms[2:] @ along.T, axis=1),
+            turned_across=np.linalg.norm(across @ slopes[1:], axis=(1, 2)),
+            turned_along=np.linalg.norm(along @ slopes[2:], axis=(1, 2)),
+            bent_across=_norm(np.tensordot(across, bent, 1)),
+            bent_along=_norm(np.tensordot(along, bent, 1)),
+            off=_norm(derivative @ inverse - np.eye(count)),
+        )
+
+    def _size(self, change: Reals) -> float:
+        """The norm of the greatest product of matrices that a change of the angles stands for."""
+        return float(np.sqrt(((self.norms @ np.abs(change)) ** 2).sum()))
+
+    def _contracts(self, step: _Step, s: float) -> float | None:
+        """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
+        b, c, _ = step.sizes
+        rounding = ROUNDING * (1.0 + b + b * b + c)
+        powers = s ** np.arange(ORDERS)
+        rest = _rest(step.sizes, s, ORDERS)
+        left_across = float(step.across @ powers[: ORDERS - 1]) + rest / s
+        left_along = float(step.along @ powers[: ORDERS - 2]) + rest / s**2
+        radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - CONTRACTION)
+        off = radius * step.gain  # what the ball adds to the course, of order 1
+        rest = step.gain * rest
+        # beyond the second derivative at the end itself, which is known with signs
+        beside = off * step.gain * math.expm1(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
+        factor_across = float(step.turned_across @ powers[1:]) + rest + s * (radius * step.bent_across + beside)
+        factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + radius * step.bent_along + beside
+        factor = math.hypot(factor_across, factor_along) + step.off + rounding * (1.0 + step.gain)
+        return radius if factor <= CONTRACTION else None
+
+
+def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
+    """What the terms from an order on of exp(s b + s^2 c + s^3 d) sum to at most, for sizes b, c, d.
+
+    All of them are positive, so that from s to r >= s they grow by (r / s)^order at least.
+    """
+    b, c, d = sizes
+    least = math.inf
+    for share in (0.004, 0.015, 0.06, 0.25, 0.5, 1.0, 2.0):
+        r = max(s, share * order / max(b, 1e-300))
+        grown = r * (b + r * (c + r * d))
+        if grown < 700.0:  # else e^grown has no double
+            least = min(least, (s / r) ** order * math.exp(grown))
+    return least
+
+
+def _norm(matrix: Reals) -> float:
+    """The Frobenius norm."""
+    return float(np.linalg.norm(matrix))
+
+
+def _products(screws: Reals, order: Whole) -> Reals:
+    """B of a loop, shape (6, m, m), symmetric: the twist of the terms of second order of its product less 1.
+
+    `write_series` gives the same, hinge by hinge, in ten times as long.
+    """
+    m = screws.shape[1]
+    products = np.zeros((6, m, m))
+    own = screws[:, order]
+    w, v = own[:3].T, own[3:].T
+    turn = np.cross(w[:, None], w[None])
+    shift = np.cross(w[:, None], v[None]) + np.cross(v[:, None], w[None])
+    bracket = np.concatenate([turn, shift], axis=2)  # [S_i, S_j], antisymmetric
+    later = np.triu(np.ones((len(order), len(order))), 1)[:, :, None]
+    half = 0.5 * bracket * later
+    half = 0.5 * (half + half.transpose(1, 0, 2))
+    moved = np.cross(w[:, None], v[None])  # the product of a twist with itself also moves
+    half[:, :, 3:] += 0.25 * (moved + moved.transpose(1, 0, 2))
+    for i, h in enumerate(order):
+        products[:, h, order] += half[i].T
+    return products

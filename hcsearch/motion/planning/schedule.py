@@ -1,0 +1,96 @@
+"""The order in which the motion of a folding is looked for: efforts, of which a budget is the first so many.
+
+Where a search with a budget came to nothing, one with a greater budget takes up with the effort after those that were
+made, so that what is undecided can be searched on without doing the rest again. An effort comes to the same, whether
+those before it were made at once or long ago.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import count, islice
+
+from hcsearch.basics.errors import HcsearchError
+
+
+@dataclass(frozen=True)
+class Moves:
+    """Simple moves in every way. loose : whether the margin is the greatest; else the least that is stated."""
+
+    loose: bool
+
+
+@dataclass(frozen=True)
+class Floods:
+    """Proofs that loops and stops lock the folding.
+
+    boxes : that each way of joining flat pairs may take. panels : whether panels that do not pass through each other
+    have a part in the proof, at the greatest margin.
+    """
+
+    boxes: int
+    panels: bool = False
+
+
+@dataclass(frozen=True)
+class Trees:
+    """Searches by trees of states.
+
+    widest : whether flat pairs are joined in the way alone whose motions include those of all others; else in every
+    way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : of each search.
+    roots : junctions from which trees grow, too.
+    """
+
+    widest: bool
+    loose: bool
+    rounds: int
+    seeds: tuple[int, ...]
+    roots: int = 0
+
+
+@dataclass(frozen=True)
+class Bisection:
+    """The critical margin."""
+
+
+Step = Moves | Floods | Trees | Bisection
+
+TIGHT, LOOSE, LONG = 40, 60, 300
+"""Rounds of a search with the least margin, of those with the greatest that follow it, and of those that go on."""
+ROOTS = 6
+"""Junctions in one search."""
+FIRST = 2
+"""The budget where none is given."""
+SEARCHES = 3
+"""Searches with other seeds in an effort."""
+BOXES, GROWN = 100_000, 6
+"""Boxes of the first floods, and how many times as many those of each effort after that take."""
+
+
+def efforts() -> Iterator[tuple[Step, ...]]:
+    """All efforts in their order, each as its steps, without an end.
+
+    A proof that a folding is locked ends the search, as a proved path does. One in which panels have a part holds up to
+    a margin, so that the first comes after the critical margin, which says what play is enough. Trees come before
+    simple moves, whose paths lead through singular states, where no drive has a grip on them. From the third effort on
+    floods take ever more boxes, and trees have seeds of their own: with junctions as further roots, then without, and
+    every third time with the least margin, by which paths are better.
+    """
+    yield Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=False), Moves(loose=True)
+    yield (Trees(widest=True, loose=True, rounds=LOOSE, seeds=(1, 2, 3)),)
+    for k in count():
+        boxes = BOXES * GROWN**k
+        loose, roots = ((True, ROOTS), (True, 0), (False, ROOTS))[k % 3]
+        first = 100 * (k + 1)  # other seeds than those of the first two efforts, which add tens where a proof fails
+        seeds = tuple(range(first, first + SEARCHES))
+        trees = Trees(widest=True, loose=loose, rounds=LONG, seeds=seeds, roots=roots)
+        free, blocked = Floods(boxes), Floods(boxes, panels=True)
+        yield (free, trees, Bisection(), blocked) if k == 0 else (free, blocked, trees)
+
+
+def planned_efforts(budget: int, done: int = 0) -> list[tuple[Step, ...]]:
+    """The efforts of a budget, less those that were made already."""
+    if budget < 0 or done < 0:
+        raise HcsearchError(f"a budget of {budget} efforts after {done} is none: give 0 or more of each")
+    return list(islice(efforts(), done, budget))

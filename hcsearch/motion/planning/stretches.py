@@ -1,0 +1,248 @@
+"""Stretches of a path: what is proved of one from the one closed state to the other.
+
+A path is cut at flat-folded closed states in its middle. In a stretch between two of these often few hinges turn, about
+parallel lines or about one, and loops close in a smaller group (`planning.groups`), in which closure is regular where
+it is not in that of all motions. Hinges that do not turn stay as they are, exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
+from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.tubes import Track, enclose, polished
+from hcsearch.motion.locks.lattice import whole_end
+from hcsearch.motion.planning.ends import Departure, End
+from hcsearch.motion.planning.groups import turns_equally
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.switches import switch_between
+from hcsearch.shape.linkage import Linkage
+
+FIRST = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
+"""Lengths of the first step (rad) that are tried, one after the other."""
+HALVINGS = 14
+"""Closed states are put between two states of a path no more often than this."""
+ROOM = 20000
+"""States of a path with those that are put between them."""
+APART = 1e-9
+"""States that differ by less (rad) are one."""
+SWITCHES = 6
+"""Switch states that are put into a path, at most."""
+EXACT = 2e-14
+"""What rounding makes of an angle up to pi on a straight way (rad), a few times over."""
+MOVED = 1e-3
+"""A path with a state that is further from closed states within the stops (rad) is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tube(ByValue):
+    """What is proved of a stretch.
+
+    track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, what those
+    differ by from it, summed over hinges. reach : rad, how far the proof stays away from both ends. even : whether
+    hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
+    """
+
+    track: Track | None
+    wander: float
+    reach: tuple[float, float]
+    even: bool = False
+
+
+class Stretch:
+    """A stretch of a path between two closed states at which all hinges are at stops.
+
+    group : the hinges that turn, and the equations in which loops close. ends : the closure equations at both ends.
+    """
+
+    def __init__(self, linkage: Linkage, group: Group, ends: tuple[End, End]) -> None:
+        self.linkage, self.loops, self.group, self.ends = linkage, loops_of(linkage), group, ends
+        self.work = new_closing(self.loops)
+        self.work.fixed[:] = ~group.moving
+        self.polished = float(polished(self.loops))
+
+    def equal(self, states: Reals) -> Tube | None:
+        """What is known where hinges leave a flat-folded state by the same angle throughout; None where they do not.
+
+        Closed at every angle, exactly (`groups.turns_equally`): only rounding of the cubics makes them differ.
+        """
+        first, last = states[0], states[-1]
+        own = self.group.moving
+        whole = whole_end(self.linkage, first)
+        turned = np.abs(states - first)[:, own]
+        even = own.any() and np.ptp(turned, axis=1).max() <= APART and bool((np.diff(turned, axis=0) > 0.0).all())
+        full = np.abs(last - first)[own].min(initial=math.pi) == math.pi
+        if not even or not full or whole is None or not turns_equally(whole, own):
+            return None
+        shares = turned[:, :1] / math.pi
+        times = shares.ravel() * math.pi * math.sqrt(own.sum())
+        rates = np.broadcast_to((last - first) / times[-1], states.shape).copy()
+        count = np.array([len(states)])
+        track = Track(times, first + shares * (last - first), rates, np.zeros(len(states)), count)
+        return Tube(track, EXACT * float(own.sum()), (0.0, 0.0), even=True)
+
+    def close(self, states: Reals) -> Reals | None:
+        """States closed to rounding, each once; None where they do not go from end to end by closed states."""
+        ends = np.array([end.angles for end in self.ends])
+        if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= APART:
+            return None
+        polished = [ends[0]]
+        for state in states[1:-1]:
+            own = state.copy()
+            closed = close(self.loops, own, self.polished, 0.0, 20, self.work)
+            if not np.abs(own - state).max() <= MOVED or (not closed and open_by(self.loops, own, self.work) > CLOSED):
+                return None
+            if closed and np.abs(own - polished[-1]).max() > APART:
+                polished.append(own)
+        return np.array([*polished, ends[1]])
+
+    def enclose(self, states: Reals, limit: float) -> Tube:
+        """Prove that closed states lie beside a path through closed states, (k, n_hinges), no further than a limit.
+
+        limit : rad, summed over hinges. Where that fails in a step in which hinges leave or reach stops, the state at
+        which they do is put into it.
+        """
+        m, reach = self.linkage.n_hinges, (0.0, 0.0)
+        for _ in range(1 + SWITCHES):
+            coarse, shares, reach = self._joined(states, limit)
+            fine = Track(
+                np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64)
+            )
+            stop = np.zeros(2)
+            if coarse.filled[0] < 2:
+                break
+            if enclose(self.loops, self.group, coarse, shares, limit, HALVINGS, fine, stop):
+                count = int(fine.filled[0])
+                wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
+                parts = (fine.times, fine.angles, fine.rates, fine.wanders)
+                times, angles, rates, wanders = (part[:count].copy() for part in parts)
+                track = Track(times, angles, rates, wanders, np.array([count]))
+                return Tube(track, wander, reach)
+            switched = self._switched(states, coarse, stop[0])
+            if switched is None:
+                break
+            states = switched
+        return Tube(None, 0.0, reach)
+
+    def _switched(self, states: Reals, path: Track, time: float) -> Reals | None:
+        """The states with a switch state put into the step of their path in which a time lies; None without one."""
+        count = int(path.filled[0])
+        after = int(np.searchsorted(path.times[:count], time, side="right"))
+        own = np.flatnonzero((states == path.angles[after % count]).all(axis=1))
+        if after == count or not len(own) or not own[0]:
+            return None
+        switch = switch_between(self.loops, states[own[0] - 1], states[own[0]], self.work)
+        return None if switch is None else np.insert(states, own[0], switch, axis=0)
+
+    def _joined(self, states: Reals, limit: float) -> tuple[Track, Reals, tuple[float, float]]:
+        """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
+        heads = [
+            None if end.regular else self._left(end, line, limit)
+            for end, line in zip(self.ends, (states, states[::-1]), strict=True)
+        ]
+        shares, reach = np.zeros((2, 1 + self.linkage.n_hinges)), [0.0, 0.0]
+        shares[1, 0] = 1.0
+        lines: list[Reals] = []
+        for side, (head, line) in enumerate(zip(heads, (states, states[::-1]), strict=True)):
+            if self.ends[side].regular:
+                lines.append(line[:1][:0])
+                continue
+            if head is None:
+                reach[side] = float(np.abs(line[1] - line[0]).max())
+                lines.append(line[:1][:0])
+                continue
+            away, departure = head[2:]
+            shares[side, 0] = 1.0 - departure.share if side else departure.share
+            shares[side, 1:] = departure.wanders
+            lines.append(np.array([line[0], head[0]]))
+            far = np.abs(line - line[0]).max(axis=1) > 3.0 * away
+            own = np.flatnonzero(far)[0]
+            states = states[: len(states) - own] if side else states[own:]
+        if reach[0]:
+            states = states[1:]
+        if reach[1]:
+            states = states[:-1]
+        path = np.concatenate([lines[0], states, lines[1][::-1]])
+        times = times_of(path)
+        rates = self.rates(times, path)
+        for side, end in enumerate(self.ends):
+            if end.regular:
+                rates[-side] = self._leaving(end, (path[-side] - path[1 - 3 * side]) * (1.0 if side else -1.0))
+        for side, head in enumerate(heads):
+            if head is not None:
+                own = slice(None, 2) if side == 0 else slice(-1, -3, -1)
+                times_here = times[own]
+                length = abs(times_here[1] - times_here[0])
+                sign = -1.0 if side else 1.0
+                rates[own] = sign * np.array(head[1]) / length
+        count = np.array([len(path)])
+        return Track(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
+
+    def _left(self, end: End, line: Reals, limit: float) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
+        """How a path leaves an end: a state near it, slopes of the step at both its ends, and what is proved of it."""
+        direction = end.direction((line[1] - line[0]) / np.abs(line[1] - line[0]).max())
+        if direction is None:
+            return None
+        for away in FIRST:
+            state = line[0] + away * direction
+            if not close(self.loops, state, self.polished, 0.0, 30, self.work):
+                continue
+            rise, slope = state - line[0], away * direction
+            after = self._tangent(state, 2.0 * rise - slope)
+            course = np.stack([line[0], slope, 3.0 * rise - 2.0 * slope - after, slope + after - 2.0 * rise], axis=1)
+            departure = end.depart(course)
+            if departure is not None and self._encloses(line[0], state, slope, after, departure, limit):
+                return state, (slope, after), away, departure
+        return None
+
+    def _encloses(
+        self, end: Reals, state: Reals, slope: Reals, after: Reals, departure: Departure, limit: float
+    ) -> bool:
+        """Whether closed states lie beside the rest of a first step, too, and near enough."""
+        ends = np.zeros((2, 1 + len(end)))
+        ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
+        step = Track(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
+        fine = Track(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
+        return bool(enclose(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
+
+    def _tangent(self, state: Reals, rate: Reals) -> Reals:
+        """The part of a rate that keeps loops closed and hinges at their stops."""
+        row = rate[None].copy()
+        keep_closed(self.loops, state, row, 0, self.work)
+        return row.ravel()
+
+    def _leaving(self, end: End, way: Reals) -> Reals:
+        """The rate at a regular end, at unit speed, at which loops stay closed, nearest to a way."""
+        equations = end.across @ end.jacobian
+        rate: Reals = way - np.linalg.pinv(equations) @ (equations @ way)
+        rate[~self.group.moving] = 0.0
+        return rate / max(float(np.linalg.norm(rate)), APART)
+
+    def rates(self, times: Reals, path: Reals) -> Reals:
+        """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""
+        if len(path) < 2:
+            return np.zeros_like(path)
+        h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]
+        rates = np.concatenate(
+            [slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]]
+        )
+        return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])
+
+
+def cubics_of(times: Reals, angles: Reals, rates: Reals) -> Reals:
+    """Coefficients of Hermite's cubics between states, in the share of each step, (steps, n_hinges, 4)."""
+    steps, rise = np.diff(times)[:, None], np.diff(angles, axis=0)
+    before, after = steps * rates[:-1], steps * rates[1:]
+    return np.stack([angles[:-1], before, 3.0 * rise - 2.0 * before - after, before + after - 2.0 * rise], axis=-1)
+
+
+def times_of(path: Reals) -> Reals:
+    """Times at which a path is gone along at unit speed."""
+    times: Reals = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+    return times

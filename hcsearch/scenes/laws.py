@@ -1,0 +1,370 @@
+"""Moment-angle laws of hinges: linear, quadratic, tabulated, preloaded, and tape springs that snap (thesis 2.4, 4.2.1).
+
+A law gives the moment that drives a hinge back to the flat state, as cubic pieces over the fold angle; its energy is
+their integral, so both are exact. Laws have a notation, moments in N m and angles in rad:
+
+    free                             no moment
+    linear:STIFFNESS                 linear:0.1
+    quadratic:STIFFNESS,GROWTH       quadratic:0.02,0.03
+    table:MOMENT@ANGLE,...           table:0@0,0.1@1.5,0.3@3.1
+    table:FILE.csv                   a file of `spring_files`; the law's own text holds the points
+    tape:PEAK@ANGLE,LOW@BACK         tape:0.2@0.05,0.03@0.01
+
+Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.errors import HcsearchError, NotationError
+from hcsearch.scenes.spring_files import check_angles, read_moments
+
+Cubic = tuple[float, float, float, float]
+
+LARGEST, APART = 1e300, 1e-9
+"""The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
+_OVERFLOW = "a law's moments or energies overflow: give smaller moments, or angles further apart"
+MOST_FACTORS = 10
+"""In front of a law: each `scaled` adds one."""
+
+
+def _integral(cubic: Cubic, x: float) -> float:
+    a, b, c, d = cubic
+    return x * (a + x * (b / 2 + x * (c / 3 + x * d / 4)))
+
+
+@dataclass(frozen=True)
+class LawBranch:
+    """Moment (N m) as cubics: `cubics[k]` holds the coefficients of 1, x, x^2, x^3 with x from `breaks[k]` (rad).
+
+    The first piece serves below its break too, the last above. HcsearchError where moments or energies overflow.
+    """
+
+    breaks: tuple[float, ...]
+    cubics: tuple[Cubic, ...]
+
+    def __post_init__(self) -> None:
+        numbers = [coefficient for cubic in self.cubics for coefficient in cubic]
+        for angle in (-math.pi, math.pi):
+            numbers += [self.moment(angle), self.energy(angle)]
+        if not all(map(math.isfinite, numbers)):
+            raise HcsearchError(_OVERFLOW)
+
+    def moment(self, angle: float) -> float:
+        """Moment at a fold angle, N m."""
+        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        a, b, c, d = self.cubics[k]
+        x = angle - self.breaks[k]
+        return a + x * (b + x * (c + x * d))
+
+    def energy(self, angle: float) -> float:
+        """Energy stored at a fold angle, J: the moment's integral from the flat state."""
+        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        return self.energies()[k] + _integral(self.cubics[k], angle - self.breaks[k])
+
+    def energies(self) -> list[float]:
+        """Energy stored at each break, J: the moment's integral from the flat state."""
+        energies = [0.0]
+        for start, end, cubic in zip(self.breaks, self.breaks[1:], self.cubics, strict=False):
+            energies.append(energies[-1] + _integral(cubic, end - start))
+        # counted from angle 0, wherever the pieces begin
+        k = max((k for k, start in enumerate(self.breaks) if start <= 0.0), default=0)
+        flat = energies[k] + _integral(self.cubics[k], -self.breaks[k])
+        return [value - flat for value in energies]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A moment-angle law; with `bent`, one that snaps.
+
+    straight : the branch of the straight hinge, and the only one of most laws. bent : the branch after the snap.
+    snap_up, snap_down : fold angles (rad) above which the straight branch is left, and below which the bent one is.
+    text : what `law_named` reads; empty where a law was put together by hand.
+    """
+
+    straight: LawBranch
+    bent: LawBranch | None = None
+    snap_up: float = math.inf
+    snap_down: float = -math.inf
+    text: str = field(default="", compare=False)
+
+    def energy(self, angle: float) -> float:
+        """Energy stored at a fold angle, J, on the branch of a hinge that has folded to it."""
+        branch = self.bent if self.bent is not None and angle > self.snap_up else self.straight
+        return branch.energy(angle)
+
+    @cached_property
+    def least_energy(self) -> float:
+        """A bound from below of the energy between the stops, J: at 100 angles, less what moments allow between."""
+        angles = [math.pi * k / 100 for k in range(101)]
+        branches = [branch for branch in (self.straight, self.bent) if branch is not None]
+        steepest = max(abs(branch.moment(angle)) for branch in branches for angle in angles)
+        return min(branch.energy(angle) for branch in branches for angle in angles) - steepest * math.pi / 100
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Rise of the moment from the flat to the folded state over the angle, of the bent branch where it snaps."""
+        branch = self.bent or self.straight
+        return max(0.0, (branch.moment(math.pi) - self.straight.moment(0.0)) / math.pi)
+
+
+FREE = Law(LawBranch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
+"""No moment."""
+
+
+@lru_cache(maxsize=4096)  # one scene's springs return in hundreds of others
+def linear(stiffness: float, preload: float = 0.0) -> Law:
+    """Moment preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
+    _finite(stiffness, preload)
+    return _preloaded(Law(_one(0.0, stiffness), text=f"linear:{_short(stiffness)}"), preload)
+
+
+def quadratic(stiffness: float, growth: float, preload: float = 0.0) -> Law:
+    """Moment preload + stiffness angle + growth angle^2; N m/rad, N m/rad^2, N m.
+
+    A spring that is stiffer at large angles, as the thesis's may have been (4.6): growth above 0.
+    """
+    _finite(stiffness, growth, preload)
+    text = f"quadratic:{_short(stiffness)},{_short(growth)}"
+    return _preloaded(Law(_one(0.0, stiffness, growth), text=text), preload)
+
+
+def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float = 0.0) -> Law:
+    """A law through points, two or more; fold angles in rad, increasing, moments in N m.
+
+    Cubic Hermite pieces that rise and fall where the points do (Fritsch and Butland 1984, SciPy's PchipInterpolator);
+    the first and last pieces go on beyond the points, so let them cover 0 to pi.
+    """
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - takes longer to load than a law to make
+
+    x, y = [float(angle) for angle in angles], [float(moment) for moment in moments]
+    if len(x) != len(y):
+        raise HcsearchError(f"a table of {len(x)} angles and {len(y)} moments: give one moment for each angle")
+    if len(x) < 2:
+        raise HcsearchError(f"a table of {len(x)} points makes no law: give two points at least")
+    _finite(*x, *y, preload)
+    for one, two in pairwise(x):
+        if not two - one >= APART:
+            raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
+    with np.errstate(all="ignore"):
+        try:
+            pieces = PchipInterpolator(x, y).c[::-1].T
+        except ValueError:  # slopes overflow
+            raise HcsearchError(_OVERFLOW) from None
+    branch = LawBranch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
+    text = ",".join(f"{_short(moment)}@{_short(angle)}" for angle, moment in zip(x, y, strict=True))
+    return _preloaded(Law(branch, text=f"table:{text}"), preload)
+
+
+def tape_spring(peak: float, peak_angle: float, low: float, back: float | None = None, preload: float = 0.0) -> Law:
+    """A tape spring, bent in its positive sense (Seffen and Pellegrino 1999; thesis 2.4 and figure 2.11b).
+
+    Straight, its moment rises in proportion from O to A; there it snaps to B, and bent it is constant, whether the fold
+    grows or shrinks; it snaps back at a smaller angle. Below 0 the straight line goes on: no snap at C.
+
+    peak, peak_angle : moment (N m) and fold angle (rad) of A. low : moment when bent (N m), less than half the peak.
+    back : fold angle at which it snaps back (rad); where the bent branch meets the straight one unless given.
+    A snap takes the difference of the energies of both branches, each counted from angle 0; HcsearchError where that
+    would be a gain.
+    """
+    _finite(peak, peak_angle, low, preload)
+    if not (peak > 0.0 and peak_angle > 0.0 and low > 0.0):
+        raise HcsearchError("a tape spring has no peak, peak angle or low moment of 0 or less: give positive numbers")
+    if not low <= 0.5 * peak:
+        raise HcsearchError(
+            f"a tape spring that snaps from {_short(peak)} to {_short(low)} N m would gain energy: "
+            f"give a low moment of at most half the peak, {_short(0.5 * peak)}"
+        )
+    stiffness = peak / peak_angle
+    angle = low / stiffness if back is None else float(back)
+    # the most comes to the peak angle, where low is half the peak
+    if not 0.0 < angle <= min(2.0 * low / stiffness * (1.0 + 1e-12), math.nextafter(peak_angle, 0.0)):
+        raise HcsearchError(
+            f"a tape spring that snaps back at {_short(angle)} rad would gain energy or not be bent: "
+            f"give an angle above 0, below {_short(peak_angle)}, and at most {_short(2.0 * low / stiffness)}"
+        )
+    text = f"tape:{_short(peak)}@{_short(peak_angle)},{_short(low)}@{_short(angle)}"
+    return _preloaded(Law(_one(0.0, stiffness), _one(low), float(peak_angle), angle, text), preload)
+
+
+def scaled(law: Law, factor: float) -> Law:
+    """A law with its moments multiplied: that of several springs in parallel."""
+    if not 0.0 < factor < math.inf:
+        raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
+
+    def times(branch: LawBranch) -> LawBranch:
+        cubics = tuple((factor * a, factor * b, factor * c, factor * d) for a, b, c, d in branch.cubics)
+        return LawBranch(branch.breaks, cubics)
+
+    text = f"{_short(factor)}*{law.text}" if law.text else ""
+    return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
+
+
+def law_named(text: str) -> Law:
+    """The law that a notation describes, as in the head of this module; `law_named(law.text) == law`.
+
+    A file has the columns that `spring_files.read_moments` reads, angles rising or falling, each once.
+    Errors: NotationError, HcsearchError as of the laws.
+    """
+    factors, name = [], text.strip()
+    while factor := re.match(rf"({_NUMBER})\*\s*", name, re.ASCII):
+        factors.append(float(factor[1]))
+        name = name[factor.end() :]
+    if len(factors) > MOST_FACTORS:
+        raise NotationError(f"{len(factors)} factors in front of a law: multiply them, such as 6*linear:0.1")
+    law = _plain(name, text)
+    for number in reversed(factors):
+        law = scaled(law, number)
+    return law
+
+
+def _plain(name: str, text: str) -> Law:
+    """The law of a notation without a factor; `text` has them."""
+    if name == FREE.text:
+        return FREE
+    kind, _, rest = name.partition(":")
+    for pattern, make in _NOTATIONS.get(kind, ()):
+        match = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
+        if match:
+            return make(match[1], float(match[2] or 0.0))
+    raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
+
+
+def _of_numbers(make: Callable[..., Law], text: str, preload: float) -> Law:
+    return make(*_numbers(text), preload=preload)
+
+
+def _from_points(text: str, preload: float) -> Law:
+    numbers = _numbers(text)
+    return tabulated(numbers[1::2], numbers[::2], preload)
+
+
+def _from_file(name: str, preload: float) -> Law:
+    """The law of a table in a file."""
+    angles, moments = read_moments(_expanded(name))
+    if len(angles) > 1 and (np.diff(angles) < 0.0).all():
+        angles, moments = angles[::-1], moments[::-1]
+    for one, two in pairwise(angles):
+        if not two - one >= APART:
+            raise HcsearchError(
+                f"angle {two:.6g} rad of {name} comes after {one:.6g}: sort it, each angle once, or fit a law to its "
+                "rows by hcsearch identify spring"
+            )
+    return tabulated(angles, moments, preload)
+
+
+def spring_law(text: str, folder: Path) -> str:
+    """A law as a user gives it, with the points of a table in place of the name of its file.
+
+    folder : from which names of files count. So a scene holds all that its verdicts depend on. What is no table is left
+    as it is. Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
+    """
+    match = _TABLE.fullmatch(text.strip())
+    if match is None:
+        return text
+    factors, rest, preload = match["factors"], match["rest"], match["preload"] or ""
+    if re.fullmatch(_POINTS, rest, re.ASCII):
+        angles = np.array(_numbers(rest)[1::2])
+        check_angles(angles, "the table of the spring", "; angles of table: are in rad, moments in N m")
+        return text
+    return f"{factors}{_from_file(str(folder / _expanded(rest)), 0.0).text}{preload}"
+
+
+def _expanded(name: str) -> str:
+    """A name of a file with the user's folder in place of ~, which shells leave where it follows a colon."""
+    return os.path.expanduser(name) if name.startswith("~/") else name  # noqa: PTH111 - Path's fails without a home
+
+
+# one way to read each number: with two, what is no table would be read in 2^n ways
+_UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = rf"[+-]?{_UNSIGNED}"
+_PRELOAD = rf"[+-]{_UNSIGNED}"
+_POINT = rf"{_NUMBER}@{_NUMBER}"
+_POINTS = rf"{_POINT}(?:,{_POINT})*"
+_FILE = r".+\.[cC][sS][vV]"
+_TABLE = re.compile(
+    rf"(?P<factors>(?:{_NUMBER}\*\s*)*)table:(?P<rest>{_POINTS}|{_FILE})(?P<preload>{_PRELOAD})?", re.ASCII
+)
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in re.split("[,@]", text)]
+
+
+_NOTATIONS: dict[str, tuple[tuple[str, Callable[[str, float], Law]], ...]] = {
+    "linear": ((_NUMBER, lambda text, preload: linear(float(text), preload)),),
+    "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic, text, preload)),),
+    "table": (
+        (_POINTS, _from_points),
+        (_FILE, _from_file),
+    ),
+    "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring, text, preload)),),
+}
+_EXAMPLES = (
+    "free",
+    "linear:0.1",
+    "quadratic:0.02,0.03",
+    "table:0@0,0.1@1.5,0.3@3.1",
+    "table:FILE.csv",
+    "tape:0.2@0.05,0.03@0.01",
+)
+
+
+def _one(*coefficients: float) -> LawBranch:
+    """A branch of one piece from angle 0."""
+    a, b, c, d = (*map(float, coefficients), 0.0, 0.0, 0.0, 0.0)[:4]
+    return LawBranch((0.0,), ((a, b, c, d),))
+
+
+def _preloaded(law: Law, preload: float) -> Law:
+    """A law with a constant moment added."""
+    preload = float(preload)
+    if not preload:
+        return law
+
+    def raised(branch: LawBranch) -> LawBranch:
+        return LawBranch(branch.breaks, tuple((a + preload, b, c, d) for a, b, c, d in branch.cubics))
+
+    text = f"{law.text}{'+' if preload > 0.0 else '-'}{_short(abs(preload))}"
+    return replace(law, straight=raised(law.straight), bent=law.bent and raised(law.bent), text=text)
+
+
+def _short(number: float) -> str:
+    """The shortest text that reads as the same number."""
+    return repr(float(number)).removesuffix(".0")
+
+
+def _finite(*numbers: float) -> None:
+    """Refuse what is no number, or too large to be multiplied."""
+    for number in numbers:
+        if not abs(number) <= LARGEST:
+            raise HcsearchError(f"{number} is no moment or angle: give finite numbers (N m, rad) up to {LARGEST:g}")
+
+
+def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:
+    """The laws as tables: pieces (n, 2, 2) of both branches, breaks, cubics, energies at the breaks."""
+    pieces = np.zeros((len(laws), 2, 2), np.int64)
+    breaks: list[float] = []
+    cubics: list[Cubic] = []
+    energies: list[float] = []
+    known: dict[LawBranch, tuple[int, int]] = {}
+    for i, law in enumerate(laws):
+        for k, branch in enumerate((law.straight, law.bent or law.straight)):
+            if branch not in known:
+                known[branch] = (len(breaks), len(breaks) + len(branch.breaks))
+                breaks += branch.breaks
+                cubics += branch.cubics
+                energies += branch.energies()
+            pieces[i, k] = known[branch]
+    return pieces, np.array(breaks), np.array(cubics).reshape(-1, 4), np.array(energies)

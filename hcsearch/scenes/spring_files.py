@@ -1,0 +1,87 @@
+"""Files of angles and moments of a spring: measured rows for `hcsearch identify spring`, points of a `table:` law."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.system.columns import Columns, canonical, read_columns, renamed
+from hcsearch.system.reading import MOST_BYTES
+
+ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
+MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
+_SPELLINGS = {"angle_degrees": "angle_deg", "moment_nm": "moment_N_m", "moment_nmm": "moment_N_mm"}
+_NAMES = {canonical(name): name for name in (*ANGLES, *MOMENTS)} | _SPELLINGS
+FOLDED = math.pi + 0.01
+"""The greatest fold angle (rad): gauges are set to zero by eye, and pi is rounded."""
+
+
+def read_moments(path: str, *, most: int = MOST_BYTES, turn: float = FOLDED) -> tuple[Reals, Reals]:
+    """Fold angles (rad) and moments (N m) of a file with one column of each, in any of the units named above.
+
+    Other columns are left out. The rows keep their order. most : size of the file in bytes. turn : the greatest angle
+    (rad); a rig may turn a spring further than its hinge does.
+    Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
+    that no hinge has, and for moments that drive a hinge away from the flat state.
+    """
+    columns = renamed(read_columns(path, "angle_rad,moment_N_m", what="the table", most=most), _NAMES, "angle_rad")
+    names = _only(columns, ANGLES), _only(columns, MOMENTS)
+    texts = zip(*map(columns.texts, names), strict=True)
+    rows = tuple(row for row, cells in zip(columns.rows, texts, strict=True) if any(cells))
+    columns = Columns(path, columns.names, rows)
+    angles, moments = map(columns.numbers, names)
+    for k in np.flatnonzero(np.isnan(angles) | np.isnan(moments)):
+        name = names[0] if math.isnan(angles[k]) else names[1]
+        raise columns.fault(int(k), name, "leave the row out, or write the number that was measured")
+    angles, moments = angles * ANGLES[names[0]], moments * MOMENTS[names[1]]
+    hint = ", or name the column angle_deg if it is in degrees" if names[0] == "angle_rad" else ""
+    check_angles(angles, path, hint, turn)
+    _check_signs(angles, moments, path)
+    return angles, moments
+
+
+def check_angles(angles: Reals, where: str, hint: str = "", turn: float = FOLDED) -> None:
+    """Refuse angles (rad) that no hinge has; where : what holds them. hint : what may be wrong with large ones."""
+    if not len(angles):
+        return
+    low, high = float(np.min(angles)), float(np.max(angles))
+    if max(-low, high) > turn:
+        most = low if -low > high else high
+        raise HcsearchError(
+            f"{where} has an angle of {most:.6g} rad, and hinges turn from 0 (flat) to pi: leave it out{hint}"
+        )
+
+
+def _check_signs(angles: Reals, moments: Reals, path: str) -> None:
+    """Refuse signs that cannot be of a hinge and its spring, and say which to turn."""
+    if not len(angles):
+        return
+    low, high = float(angles.min()), float(angles.max())
+    drives = float(angles @ moments)  # above 0 where moments drive the hinge back to the flat state
+    if -low > high:
+        signs = "angles and moments" if drives > 0.0 else "angles"
+        raise HcsearchError(
+            f"{path} has angles from {low:.4g} to {high:.4g} rad, and hinges turn from 0 (flat) to pi: turn the sign "
+            f"of its {signs}"
+        )
+    if drives < 0.0:
+        raise HcsearchError(
+            f"{path} has moments that drive a hinge from the flat state (0 rad) to {high:.4g} rad, which no spring of "
+            "a deployment does: turn the sign of its moments"
+        )
+
+
+def _only(columns: Columns, units: dict[str, float]) -> str:
+    """The name of the one column of a quantity."""
+    names = [name for name in columns.names if name in units]
+    if len(names) != 1:
+        quantity = next(iter(units)).partition("_")[0]
+        there = ", ".join(name for name in columns.names if name)
+        raise HcsearchError(
+            f"{columns.path} has {len(names) or 'no'} columns of the {quantity} (its columns are {there}): "
+            f"name one of them {' or '.join(units)}"
+        )
+    return names[0]

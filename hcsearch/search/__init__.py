@@ -1,0 +1,1 @@
+"""Many designs: circuits are listed, taken through the stages, ranked and stored."""

@@ -1,0 +1,125 @@
+"""Enumeration of Hamiltonian circuits up to symmetry: over all arrays of n cells, or on one array."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any, ClassVar, Protocol
+
+from hcsearch.basics.errors import HcsearchError, SizeError, expect
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import Array, Grid, grid_of
+from hcsearch.designs.records import CircuitBatch
+from hcsearch.search.enumeration.arrays import ArraySearch
+from hcsearch.search.enumeration.counting import ArrayCount, count_array
+from hcsearch.search.enumeration.folded import FoldedSearch
+from hcsearch.search.enumeration.polygons import PolygonSearch
+
+__all__ = [
+    "ArrayCount",
+    "ArraySearch",
+    "FoldedSearch",
+    "PolygonSearch",
+    "Search",
+    "count_array",
+    "enumerate_circuits",
+    "search_all",
+]
+
+_FEW = 100_000
+
+
+class Search(Protocol):
+    """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into shards named by prefixes."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __hash__(self) -> int:
+        """Searches for the same thing are equal."""
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the circuits."""
+
+    @property
+    def n(self) -> int:
+        """Number of panels of each circuit."""
+
+    @property
+    def lists(self) -> str:
+        """What is listed, in the words of `--keep`: `all` circuits, or only those that fold, or untwisted ones."""
+
+    @property
+    def target(self) -> str:
+        """Canonical notation of the array searched; '' for all arrays."""
+
+    @property
+    def group_order(self) -> int:
+        """Order of the group that circuits are congruent under; group_order / symmetry circuits make a class."""
+
+    @property
+    def expected(self) -> float | None:
+        """About how many circuits it lists; None where only working on some shards can show it."""
+
+    @property
+    def prefixes(self) -> list[str]:
+        """Keys of the shards; together they hold every class of circuits once."""
+
+    def circuits(self, prefix: str, batch_size: int = ...) -> Iterator[CircuitBatch]:
+        """The canonical circuits of one shard, lazily."""
+
+    def batches(self, batch_size: int = ...) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily."""
+
+
+def search_all(grid: Grid, n: int, keep: str = "all") -> Search:
+    """The search over all arrays of n cells for the designs that `--keep` names: all, two-stack or untwisted.
+
+    What folds is joined from half-chains, unless all circuits are so few that listing them takes no time: then they
+    are listed, and counted too.
+    """
+    if keep == "all":
+        return PolygonSearch(grid, n)
+    folded = FoldedSearch(grid, n, untwisted=keep == "untwisted")
+    everything = PolygonSearch(grid, n)
+    return everything if everything.expected < _FEW else folded
+
+
+def enumerate_circuits(
+    grid: str | Grid | None = None,
+    *,
+    n: int | None = None,
+    array: Array | None = None,
+    limit: int | None = None,
+    batch_size: int = 4096,
+) -> Iterator[Circuit]:
+    """Yield one circuit of every congruence class: on all arrays of n cells of a grid, or on one array.
+
+    Circuits of an array run through its own cells; those of all arrays are canonical and lie near the origin.
+
+    >>> from hcsearch import enumerate_circuits, parse_array
+    >>> wall = parse_array("hex", "3-4-3")
+    >>> [circuit.array == wall for circuit in enumerate_circuits(array=wall, limit=2)]
+    [True, True]
+
+    The iterator is lazy and holds `batch_size` circuits at a time, whatever n is; `limit` ends it after so many.
+    `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()` give whole batches as NumPy arrays.
+
+    Errors: SizeError for n below 3 or too large, and for an array that is too wide.
+    """
+    for name, number in (("limit", limit), ("batch_size", batch_size)):
+        if number is not None:
+            expect(name, number, int, "a whole number")
+    if batch_size < 1 or (limit is not None and limit < 0):
+        raise SizeError(f"batch_size {batch_size} and limit {limit}: use at least 1 and 0")
+    search: Search
+    if array is not None and grid is None and n is None:
+        search = ArraySearch(array)
+    elif array is None and grid is not None and n is not None:
+        search = PolygonSearch(grid_of(grid), n)
+    else:
+        raise HcsearchError("give a grid and n, as enumerate_circuits('hex', n=6), or one array, as array=...")
+    circuits = (
+        Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
+    )
+    return islice(circuits if array is None else (circuit.on(array) for circuit in circuits), limit)

@@ -1,0 +1,59 @@
+"""The lattice points around home, numbered row by row, as kernels walk them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.equality import ByValue
+from hcsearch.designs.grid import Grid, Point
+from hcsearch.kernels.circuits.chains import FAR
+
+
+@dataclass(frozen=True, eq=False)
+class LatticePlane(ByValue):
+    """Lattice points within reach of home.
+
+    moves : what a step in each direction adds to the number of a place.
+    distance : steps from home to each place, FAR beyond reach.
+    home : the number of home, a triangle that points up where the tiling has two kinds.
+    width : places in a row.
+    """
+
+    grid: Grid
+    moves: NDArray[np.int64]
+    distance: NDArray[np.int16]
+    home: int
+    width: int
+
+    @staticmethod
+    def around_home(grid: Grid, reach: int) -> LatticePlane:
+        """The places within `reach` steps, with a margin of one step that is beyond reach."""
+        radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
+        width = 2 * radius + 1
+        distance = np.full(width * width, FAR, np.int16)
+        start = (1, 1) if grid.is_triangle else (0, 0)
+        home = radius * width + radius
+        distance[home] = 0
+        ring = [start]
+        for step in range(1, reach + 1):
+            outer = []
+            for point in ring:
+                for _, to in grid.neighbours(point):
+                    at = home + (to[0] - start[0]) + (to[1] - start[1]) * width
+                    if distance[at] == FAR:
+                        distance[at] = step
+                        outer.append(to)
+            ring = outer
+        return LatticePlane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
+
+    def point(self, place: int) -> Point:
+        """Where a place lies, seen from home."""
+        y, x = divmod(place, self.width)
+        return (x - self.width // 2, y - self.width // 2)
+
+    def place(self, point: Point) -> int:
+        """The number of the place at a point seen from home."""
+        return self.home + point[0] + point[1] * self.width

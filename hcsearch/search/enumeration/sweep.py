@@ -1,0 +1,122 @@
+"""Sweeps: the order in which the edges of a graph are decided, and which frontier slot each vertex holds meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import SizeError
+from hcsearch.kernels.circuits import frontier
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep(ByValue):
+    """A graph made ready for `kernels.circuits.frontier`.
+
+    order : the edges' numbers in the graph, in the order of decision.
+    steps : shape (n_edges, 9), one row a decision, columns as named in `kernels.circuits.frontier`.
+    full : shape (n_edges, 2), the state in which a closing edge completes a Hamiltonian cycle, without the parity bit.
+    width : most slots in use at a time.
+    """
+
+    order: tuple[int, ...]
+    steps: NDArray[np.int64]
+    full: NDArray[np.uint64]
+    width: int
+
+
+def plan_sweep(
+    n_vertices: int,
+    edges: Sequence[tuple[int, int]],
+    ranks: Sequence[Sequence[int]],
+    *,
+    forced: frozenset[int] = frozenset(),
+    marked: frozenset[int] = frozenset(),
+) -> Sweep:
+    """The best sweep among several vertex orders, each given as the rank of every vertex.
+
+    forced : edges that every cycle must use; marked : edges whose parity is kept. Parallel edges are welcome, loops
+    are not. Raises SizeError when the frontier of the best order needs more slots than a state has.
+    """
+    candidates = [_edge_order(edges, rank) for rank in ranks]
+    order = min(candidates, key=lambda order: _cost(n_vertices, [edges[e] for e in order]))
+    ordered = [edges[e] for e in order]
+    first, last = _spans(n_vertices, ordered)
+    slots, width = _assign_slots(first, last, ordered)
+    steps = np.zeros((len(order), 9), np.int64)
+    full = np.zeros((len(order), 2), np.uint64)
+    left = [0] * n_vertices
+    for u, v in edges:
+        left[u] += 1
+        left[v] += 1
+    all_entered = max(first)
+    last_forced = max((k for k, e in enumerate(order) if e in forced), default=-1)
+    used: set[int] = set()
+    for k, (u, v) in enumerate(ordered):
+        left[u] -= 1
+        left[v] -= 1
+        used |= {slots[u], slots[v]}
+        steps[k] = (
+            *(slots[u], slots[v], 2 - left[u], 2 - left[v], left[u] == 0, left[v] == 0),
+            *(k >= all_entered and k >= last_forced, order[k] in forced, order[k] in marked),
+        )
+        for slot in used:
+            full[k, slot // 12] |= np.uint64(1 << 5 * (slot % 12))
+        used -= {slots[w] for w in (u, v) if left[w] == 0}
+    return Sweep(tuple(order), steps, full, width)
+
+
+def _edge_order(edges: Sequence[tuple[int, int]], rank: Sequence[int]) -> list[int]:
+    """Edges by their later vertex, then by their earlier one."""
+    return sorted(range(len(edges)), key=lambda e: sorted((rank[edges[e][0]], rank[edges[e][1]]), reverse=True))
+
+
+def _spans(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
+    """First and last step at which each vertex takes part."""
+    first, last = [-1] * n_vertices, [-1] * n_vertices
+    for k, edge in enumerate(ordered):
+        for vertex in edge:
+            if first[vertex] < 0:
+                first[vertex] = k
+            last[vertex] = k
+    return first, last
+
+
+def _cost(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> float:
+    """Rough number of states: each vertex in the frontier multiplies them by about 2.2 (seen on squares)."""
+    first, last = _spans(n_vertices, ordered)
+    change = [0] * (len(ordered) + 1)
+    for begin, end in zip(first, last, strict=True):
+        change[begin] += 1
+        change[end + 1] -= 1
+    width, cost = 0, 0.0
+    for step in change[:-1]:
+        width += step
+        cost += 2.2 ** min(width, 400)
+    return cost
+
+
+def _assign_slots(first: list[int], last: list[int], ordered: Sequence[tuple[int, int]]) -> tuple[list[int], int]:
+    """The lowest free slot for each vertex, from its first step to its last."""
+    slots = [-1] * len(first)
+    free: list[int] = []
+    width = 0
+    for k, edge in enumerate(ordered):
+        for vertex in edge:
+            if first[vertex] == k and slots[vertex] < 0:
+                if not free:
+                    free.append(width)
+                    width += 1
+                slots[vertex] = free.pop()
+        for vertex in set(edge):
+            if last[vertex] == k:
+                free.append(slots[vertex])
+    if width > frontier.SLOTS:
+        raise SizeError(
+            f"the array is too wide: its frontier holds {width} cells, {frontier.SLOTS} at most; take a narrower one"
+        )
+    return slots, width

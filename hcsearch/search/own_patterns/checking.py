@@ -1,0 +1,167 @@
+"""One circuit through all stages: what becomes of each of its foldings in a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.vocabulary import Status
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, representatives
+from hcsearch.designs.records import CircuitBatch, StagedDesigns, play_of
+from hcsearch.motion.planning.problems import check_memory
+from hcsearch.scenes import Scene, check_verdicts, panel_of
+from hcsearch.search.stages.order import STAGES
+from hcsearch.search.stages.stage import run_stages
+from hcsearch.search.stages.statuses import folding_statuses
+
+
+@dataclass(frozen=True)
+class FoldingVerdict:
+    """What is known of one folding.
+
+    twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided, or the folding is
+    twisted. status : None where it is twisted. reason : in a sentence. scene : the name of the one in which springs
+    bring it flat, for `hcsearch deploy`; None where none do. needed_margin, least_gap : m, of the motion that gives it
+    its status, as of `records.play_of`; None without one.
+    """
+
+    folding: Folding
+    twist: int
+    dof: int | None
+    kutzbach: int
+    status: Status | None
+    reason: str
+    scene: str | None = None
+    needed_margin: float | None = None
+    least_gap: float | None = None
+
+
+@dataclass(frozen=True)
+class CheckedCircuit:
+    """A circuit in the canonical order, and what the stages say of it.
+
+    scene : in which they were checked. two_stack : number of its foldings. verdicts : of those that were checked.
+    """
+
+    circuit: Circuit
+    scene: Scene
+    two_stack: int
+    verdicts: tuple[FoldingVerdict, ...]
+
+    @property
+    def funnel(self) -> dict[str, int]:
+        """How many foldings are left after each stage."""
+        statuses = [verdict.status for verdict in self.verdicts]
+        moves = sum(status in ("deploys", "movable") for status in statuses)
+        return {
+            "two-stack foldings": self.two_stack,
+            "checked": len(statuses),
+            "untwisted": sum(status is not None for status in statuses),
+            "not locked": sum(status not in (None, "locked") for status in statuses),
+            "movable": moves,
+            "deployable by springs": statuses.count("deploys"),
+        }
+
+    @property
+    def deploys(self) -> bool:
+        """Whether springs bring a folding flat, certified clear."""
+        return any(verdict.status == "deploys" for verdict in self.verdicts)
+
+
+def check_circuit(
+    circuit: Circuit,
+    scene: Scene,
+    creases: Collection[int] | None = None,
+    progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
+) -> CheckedCircuit:
+    """Take a circuit through every stage in a scene.
+
+    circuit : in any position, order and direction. creases : of the foldings to look at, in its canonical order; all
+    unless given. progress : called with the number of untwisted foldings that are done, that of all, and the stage that
+    the next one is in. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would
+    take more memory than `planning.sizes` allows.
+    """
+    check_memory(circuit.n)
+    circuit = circuit.canonical()
+    check_verdicts(scene, circuit.grid.name, circuit.n)
+    word = np.array([circuit.word], np.int8)
+    batch = CircuitBatch(circuit.grid.name, word, np.array([circuit.symmetry], np.int16))
+    designs = StagedDesigns(batch, np.array([circuit.n_fixed]))
+    first = [STAGES[name] for name in ("circuits", "foldings")]
+    designs, _ = run_stages(designs, first, scene)
+    two_stack = len(designs.folded)
+    if creases is not None:
+        chosen = np.isin(designs.folded.crease, sorted(creases))
+        designs = designs.take(np.ones(1, bool), chosen)
+    designs, _ = run_stages(designs, [STAGES["twist"]], scene)
+    assert designs.twists is not None
+    untwisted = designs.twists == 0
+    verdicts = {
+        int(crease): _twisted(Folding(circuit, int(crease)), int(lk))
+        for crease, lk in zip(designs.folded.crease, designs.twists, strict=True)
+        if lk
+    }
+    plain = np.flatnonzero(untwisted)
+    known = [Folding(circuit, int(designs.folded.crease[place])) for place in plain]
+    standing = np.array(representatives(known, [0] * len(known), panel_of(scene, circuit.grid.name)), int)
+    done = 0
+    for first in np.unique(standing):  # congruent foldings are judged together
+        alike = plain[standing == first]
+        some = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), alike))
+        for stage in (STAGES[name] for name in ("mobility", "motion", "deployment")):
+            progress(done, len(plain), stage.name)
+            some, _ = run_stages(some, [stage], scene)
+        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, some, scene)}
+        done += len(alike)
+    return CheckedCircuit(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
+
+
+def _twisted(folding: Folding, lk: int) -> FoldingVerdict:
+    """The verdict on a folding that no stage after the twist looks at."""
+    n = folding.circuit.n
+    reason = f"twisted, with linking number {lk}: no motion leads from packed to flat"
+    return FoldingVerdict(folding, lk, dof=None, kutzbach=6 * (n - 1) - 5 * n, status=None, reason=reason)
+
+
+def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[FoldingVerdict]:
+    """The verdicts on untwisted foldings that have been through all stages."""
+    mobility, motion, deployment = designs.mobility, designs.motion, designs.deployment
+    assert mobility is not None
+    assert motion is not None
+    assert deployment is not None
+    trials = {trial.folding: trial for trial in deployment.trials if trial.status == "deploys"}
+    first = {trial.folding: trial for trial in reversed(deployment.trials)}
+    margins, gaps = (column.tolist() for column in play_of(motion, deployment))
+    verdicts = []
+    for i, status in enumerate(folding_statuses(designs, scene)):
+        assert status is not None
+        dof = int(mobility.dof[i])
+        reason, path = "", motion.reason[i]
+        if status == "deploys":
+            reason = trials[i].reason
+        elif status == "locked":
+            at_end = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
+            reason = path or at_end
+        else:
+            # no scene with rigid pairs is tried where these are locked
+            hinged = "no set that was tried with hinged flat pairs brings it flat" if motion.met[i] else ""
+            tried = first[i].reason if i in first else hinged
+            reason = f"{path}; springs: {tried}" if tried else f"{path}"
+        verdicts.append(
+            FoldingVerdict(
+                Folding(circuit, int(designs.folded.crease[i])),
+                0,
+                dof if dof >= 0 else None,
+                mobility.kutzbach,
+                status,
+                reason,
+                trials[i].scene if status == "deploys" else None,
+                None if math.isnan(margins[i]) else margins[i],
+                None if math.isnan(gaps[i]) else gaps[i],
+            )
+        )
+    return verdicts

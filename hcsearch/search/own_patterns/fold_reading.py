@@ -1,0 +1,393 @@
+"""FOLD files read back: facets, and what joins each two that share an edge.
+
+Takes what drawing programs write, too: slits as `C` edges or as two boundary edges, faces that are not listed, lines
+that cross or end on each other, points that stand there twice, sheets in any plane, `J` edges within a facet.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import InputFileError
+from hcsearch.search.own_patterns.fold_frames import pattern_frame
+from hcsearch.search.own_patterns.fold_values import MOST, FrameValues
+from hcsearch.search.own_patterns.lines import CrossingError, split_lines
+from hcsearch.search.own_patterns.places import in_plane, place_text
+from hcsearch.shape.mesh import Facet, facet_area
+from hcsearch.shape.outlines import (
+    faces_between,
+    joined_faces,
+    without_dead_ends,
+    without_spurs,
+    without_straight_corners,
+)
+from hcsearch.shape.pattern import RIGID, Crease, Face, Pair, Pattern
+from hcsearch.system.reading import read_text
+
+MOST_BYTES = 32 * 2**20
+POINT_ERROR = 1e-3
+"""Share of a side that points may be off, in both directions of the plane and square to it, as drawings are rounded."""
+NEAR = 3.0 * POINT_ERROR
+"""Two points that are off by so much are nearer to each other than this share of a side."""
+STRAIGHT = 5.0 * POINT_ERROR
+"""How far a point in the middle of a side may be off it, over the root of a panel's area."""
+TOLERANCES = (NEAR, 3.0 * NEAR, 10.0 * NEAR)
+"""Shares of a typical edge within which points are one: a greater one where all lines meet with it alone."""
+LONGER = 1.5
+"""Edges are drawn longer or shorter than panels are where they differ by this factor."""
+
+Side = tuple[int, int]
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Join:
+    """What joins two facets: M, V, F or U; the face of a hinge where the file says so."""
+
+    assignment: str
+    face: Face | None = None
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A flat pattern as a file has it.
+
+    facets : corners counterclockwise, seen from above, in units of the file. joins : of pairs of facets, the lower
+        first; other pairs that share an edge have a slit between them.
+    unit : metres to a unit, None where the file has no physical one. thickness : in units, None where it has none.
+    notation : of the design or assembly that it was written from, or empty. loops : as of `Pattern`.
+    remarks : what a user should know of how the file was read, a sentence each.
+    """
+
+    facets: tuple[Facet, ...]
+    joins: Mapping[Pair, Join]
+    unit: float | None
+    thickness: float | None
+    notation: str
+    loops: tuple[tuple[Pair, ...], ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def read_fold(path: str) -> Drawing:
+    """The drawing in a file; InputFileError as of `read_text`, and for what is no FOLD file of a flat pattern."""
+    return parse_fold(read_text(path, most=MOST_BYTES), path)
+
+
+def parse_fold(text: str, path: str = "the text") -> Drawing:
+    """The drawing in a FOLD text; path : named in messages."""
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        syntax = isinstance(error, json.JSONDecodeError | RecursionError)
+        why = error if syntax else "a number in it has thousands of digits"
+        raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
+    if not isinstance(data, dict):
+        raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
+    return _Reader(FrameValues(pattern_frame(data, path))).drawing()
+
+
+def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
+    """The pattern of thick panels that a drawing shows, m.
+
+    thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
+    rigid unless the file says which face carries a hinge. InputFileError where creases are unassigned, or nothing says
+    how thick panels are.
+    """
+    unit = 1.0 if drawing.unit is None else drawing.unit
+    if thickness is None:
+        if drawing.thickness is None:
+            raise InputFileError("the file does not say how thick panels are: give a thickness")
+        thickness = unit * drawing.thickness
+    creases = {}
+    for pair, join in drawing.joins.items():
+        if join.assignment == "U":
+            raise InputFileError(f"the edge between facets {pair[0]} and {pair[1]} is unassigned: write M, V, F or C")
+        if join.assignment == "F":
+            creases[pair] = RIGID if join.face is None else Crease(join.face, closes=False)
+        else:
+            creases[pair] = Crease("top" if join.assignment == "V" else "bottom")
+    facets = tuple(tuple((unit * x, unit * y) for x, y in facet) for facet in drawing.facets)
+    return Pattern.from_polygons(facets, creases, thickness, drawing.loops)
+
+
+class _Reader:
+    """One crease pattern of a file: its points, edges and faces, as they are listed."""
+
+    def __init__(self, values: FrameValues) -> None:
+        self.values = values
+        points = values.points()
+        self.edges = values.edges(len(points))
+        self.faces = values.faces(len(points))
+        if not self.edges and not self.faces:
+            raise values.wrong("it has neither edges nor faces")
+        self.named = bool(self.edges)  # else edges are those of faces, of which the file says nothing
+        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in _sides(face))
+        if not self.edges:
+            self.edges = list(sides)
+        # sides of faces are split where lines of the drawing are, so that faces share whole sides
+        listed = {(min(edge), max(edge)) for edge in self.edges}
+        self.lines = [*self.edges, *(side for side in sides if side not in listed)]
+        ends = points[np.array(self.edges)]
+        lengths = np.sort(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+        drawn = np.cumsum(lengths)
+        if not drawn[-1] > 0.0:
+            raise values.wrong("all of its edges are points")
+        # half, and a quarter, of all that is drawn is in shorter edges: specks count little, however many there are
+        self.median, self.short = (float(lengths[np.searchsorted(drawn, share * drawn[-1])]) for share in (0.5, 0.25))
+        self.points = self._flat(points)
+
+    def _flat(self, points: Reals) -> Reals:
+        """The points in the plane of those at which lines end."""
+        used = np.array(sorted({v for line in self.lines for v in line}))
+        own, off = in_plane(points[used])
+        worst = int(off.argmax())
+        if off[worst] > NEAR * self.median:
+            where, far = place_text(points[used[worst]].tolist(), self.median), place_text([off[worst]], self.median)
+            raise self.values.wrong(
+                f"it is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
+                "others; put the flat crease pattern first"
+            )
+        flat = np.zeros((len(points), 2))
+        flat[used] = own
+        return flat
+
+    def drawing(self) -> Drawing:
+        """The facets and what joins them.
+
+        Points that are nearer than a share of a typical edge are one. Where lines then end at no other, greater shares
+        are tried, and that of a shorter edge, until all lines meet. Edges may be drawn across several panels or in
+        parts: where the sides of the panels have another length than edges, that length counts.
+        """
+        tolerances = [share * self.median for share in TOLERANCES]
+        if self.short < self.median / LONGER:
+            tolerances.append(NEAR * self.short)
+        read: list[_Reading] = []
+        first: InputFileError | None = None
+        for tolerance in tolerances:
+            try:
+                reading = _Reading(self, tolerance)
+            except InputFileError as error:
+                first = first or error
+                continue
+            read.append(reading)
+            if not reading.loose:
+                break
+        if not read:
+            assert first is not None
+            raise first
+        best = read[0] if read[-1].loose else read[-1]
+        if not self.median / LONGER < best.side < LONGER * self.median:
+            try:
+                again = _Reading(self, NEAR * best.side)
+            except InputFileError:
+                return best.drawing()
+            best = min((again, best), key=lambda reading: reading.loose)
+        return best.drawing()
+
+
+class _Reading:
+    """The panels of a pattern with points nearer than a tolerance made one.
+
+    loose : how many lines end at no other.
+    """
+
+    def __init__(self, whole: _Reader, tolerance: float) -> None:
+        self.values, self.whole = whole.values, whole
+        try:
+            split = split_lines(whole.points, whole.lines, tolerance, MOST)
+        except CrossingError:
+            raise self.values.wrong(f"its lines cross more than {MOST} times") from None
+        self.points, self.place = split.points, split.place
+        self.ways = split.ways[: len(whole.edges)]
+        self.between = {(way[0], way[-1]): way for way in split.ways if way}
+        self.marks = self._marks()
+        self.loose = 0
+        self.faces = self._panels()
+        if sum(facet_area([self.points[v] for v in face]) for face in self.faces) < 0.0:  # drawn as seen from below
+            self.points = [(-x, y) for x, y in self.points]
+        self.facets, self.sides = self._facets()
+        self.joins = self._joins()
+
+    @property
+    def side(self) -> float:
+        """The median side of the panels."""
+        lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
+        return lengths[(len(lengths) - 1) // 2]
+
+    def drawing(self) -> Drawing:
+        """What was read."""
+        values = self.values
+        unit, remark = values.unit()
+        remarks = [] if remark is None else [remark]
+        if self.loose:
+            remarks.append(f"{self._first_loose()}; lines that lead to no other are left out")
+        return Drawing(
+            tuple(self.facets),
+            self._ordered(),
+            unit,
+            values.length("hcsearch:thickness"),
+            values.text("hcsearch:notation"),
+            values.loops("hcsearch:loops"),
+            tuple(remarks),
+        )
+
+    def _at(self, *places: int) -> str:
+        """Places as messages write them."""
+        return " to ".join(place_text(self.points[v], self.whole.median) for v in places)
+
+    def _facets(self) -> tuple[list[Facet], dict[Side, int]]:
+        """The corners of each face, and the face on the left of each side."""
+        facets = []
+        sides: dict[Side, int] = {}
+        for f, listed in enumerate(self.faces):
+            # some programs list faces in either sense
+            face = listed if facet_area([self.points[v] for v in listed]) >= 0.0 else listed[::-1]
+            self.faces[f] = face
+            corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT))
+            whole = 2 < len(corners) == len(set(corners))
+            if not whole or not facet_area(corners) > POINT_ERROR * math.dist(corners[0], corners[1]) ** 2:
+                raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
+            facets.append(corners)
+            for side in _sides(face):
+                if side in sides:
+                    raise self.values.wrong(
+                        f"faces {sides[side]} and {f} overlap: they lie on one side of the edge from {self._at(*side)}"
+                    )
+                sides[side] = f
+        return facets, sides
+
+    def _panels(self) -> list[list[int]]:
+        """The faces, with those made one that `J` edges join; those between the edges where no faces are listed."""
+        marks = self.marks
+        if self.whole.faces:
+            rings = [self._ring(face) for face in self.whole.faces]
+            faces = [ring for ring in rings if len(ring) > 2]
+            faces = joined_faces(faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
+        else:
+            drawn = [pair for pair in marks if marks[pair].assignment != "J"]
+            closed = without_dead_ends(drawn)
+            self.loose = len(drawn) - len(closed)
+            faces = faces_between(closed, self.points)
+            faces = [face for face in faces if not _is_hole(face, marks)]
+        if not faces:
+            loose = "" if not self.loose else f": {self._first_loose()}"
+            raise self.values.wrong(f"its edges bound no panel{loose}")
+        return faces
+
+    def _first_loose(self) -> str:
+        """The first edge that ends at no other one, as a sentence."""
+        drawn = [pair for pair, mark in self.marks.items() if mark.assignment != "J"]
+        closed = set(without_dead_ends(drawn))
+        for k, way in enumerate(self.ways):
+            for pair in pairwise(way):
+                if (min(pair), max(pair)) not in closed:
+                    return f"edge {k} from {self._at(way[0], way[-1])} ends at no other edge"
+        return "edges end at no others"  # pragma: no cover
+
+    def _ring(self, face: Sequence[int]) -> list[int]:
+        """A listed face with the places that lie on its sides, and without lines that end within it."""
+        ring: list[int] = []
+        for a, b in _sides([self.place[v] for v in face]):
+            ring += self._way(a, b)[:-1] if a != b else []
+        return without_spurs(ring)
+
+    def _way(self, a: int, b: int) -> list[int]:
+        """The places along a line between two."""
+        return self.between[a, b] if (a, b) in self.between else self.between[b, a][::-1]
+
+    def _joins(self) -> dict[Pair, Join]:
+        """What joins each two faces that share an edge."""
+        joins: dict[Pair, Join] = {}
+        kinds: dict[Pair, dict[Join | None, Side]] = defaultdict(dict)
+        for (a, b), f in self.sides.items():
+            g = self.sides.get((b, a), -1)
+            if g > f:
+                mark = self.marks.get((min(a, b), max(a, b)), Join("U"))
+                kinds[f, g][None if mark.assignment in {"B", "C"} else mark] = (a, b)
+        for pair, own in sorted(kinds.items()):
+            if len(own) > 1:
+                own.pop(Join("U"), None)
+            if len(own) > 1:
+                where = " and ".join(
+                    f"{'slit' if join is None else join.assignment} from {self._at(*side)}"
+                    for join, side in own.items()
+                )
+                raise self.values.wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments: {where}")
+            join = next(iter(own))
+            if join is not None:
+                joins[pair] = join
+        return joins
+
+    def _ordered(self) -> dict[Pair, Join]:
+        """Joins in the order of the file's edges, which numbers hinges."""
+        at: dict[Pair, int] = {}
+        for k, way in enumerate(self.ways):
+            for a, b in pairwise(way):
+                beside = sorted({self.sides.get((a, b), -1), self.sides.get((b, a), -1)})
+                if len(beside) == 2 and beside[0] >= 0:
+                    at.setdefault((beside[0], beside[1]), k)
+        return dict(sorted(self.joins.items(), key=lambda item: at.get(item[0], len(self.ways))))
+
+    def _marks(self) -> dict[tuple[int, int], Join]:
+        """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
+        letters, angles, hinges = (
+            self.values.of_edges(key) if self.whole.named else None
+            for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
+        )
+        marks: dict[tuple[int, int], Join] = {}
+        of: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for k, way in enumerate(self.ways):
+            for a, b in pairwise(way):
+                of[min(a, b), max(a, b)].append(k)
+        own = [self._mark(k, letters, angles, hinges) for k in range(len(self.ways))]
+        for pair, edges in of.items():
+            if letters is None and len(edges) > 1 and all(own[k].assignment == "U" for k in edges):
+                marks[pair] = Join("B")  # an edge that stands there twice is a slit
+                continue
+            for k in edges:
+                mark, other = own[k], marks.get(pair)
+                if other is None or other == Join("U"):
+                    marks[pair] = mark
+                elif mark not in (other, Join("U")) and {mark.assignment, other.assignment} != {"B", "C"}:
+                    first = next(j for j in edges if own[j] == other)
+                    raise self.values.wrong(
+                        f"edge {k} ({mark.assignment}) lies on edge {first}, another one with another assignment "
+                        f"({other.assignment}), from {self._at(*pair)}"
+                    )
+        return marks
+
+    def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> Join:
+        """What the file says of an edge."""
+        if letters is not None:
+            letter = str(letters[k]).upper()
+        elif angles is not None and angles[k]:
+            letter = "V" if self._angle(k, angles[k]) > 0.0 else "M"
+        else:
+            letter = "U"
+        if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
+            raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
+        return Join(letter, hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None)
+
+    def _angle(self, edge: int, value: Any) -> float:
+        if not isinstance(value, int | float) or math.isnan(value):
+            raise self.values.wrong(f"edge {edge} has the fold angle {value!r}, which is no number")
+        return value
+
+
+def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:
+    """Whether a face has borders alone: a panel would hang on nothing."""
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
+
+
+def _sides(ring: Sequence[_T]) -> list[tuple[_T, _T]]:
+    """Each corner with the next."""
+    return list(zip(ring, [*ring[1:], *ring[:1]], strict=True))

@@ -1,0 +1,146 @@
+"""Values in a frame of a FOLD file, of the types and lengths that the format gives them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import InputFileError
+from hcsearch.designs.grid.arrays import MAX_CELLS
+from hcsearch.search.own_patterns.fold_frames import Frame
+from hcsearch.shape.pattern import Pair
+
+MOST = 10 * MAX_CELLS
+"""Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
+
+FAR = 1e12
+"""Coordinates are below this, so that areas do not overflow."""
+
+_METRES = {
+    "in": (0.0254, ("inch", "inches", '"')),
+    "ft": (0.3048, ("foot", "feet")),
+    "pt": (0.0254 / 72, ("point", "points")),
+    "m": (1.0, ("metre", "metres", "meter", "meters")),
+    "cm": (0.01, ("centimetre", "centimetres", "centimeter", "centimeters")),
+    "mm": (1e-3, ("millimetre", "millimetres", "millimeter", "millimeters")),
+    "um": (1e-6, ("µm", "μm", "micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers")),
+    "nm": (1e-9, ("nanometre", "nanometres", "nanometer", "nanometers")),
+}
+_UNIT_NAMES = {name: metres for unit, (metres, others) in _METRES.items() for name in (unit, *others)}
+_NO_UNITS = ("", "unit", "units")
+"""Units of length by the names that programs give them, and names of none."""
+
+
+class FrameValues:
+    """The values of one frame; InputFileError, which names frame and key, for what has not the format's type."""
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame, self._name = frame.values, frame.name
+
+    def points(self) -> Reals:
+        """`vertices_coords`, shape (k, 3); the third is 0 where a file has two."""
+        rows = self._listed("vertices_coords")
+        if not rows:
+            raise self.wrong("it has no vertices_coords")
+        for k, row in enumerate(rows):
+            if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
+                raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
+        return np.array([[*map(float, row), 0.0][:3] for row in rows])
+
+    def edges(self, n_points: int) -> list[tuple[int, int]]:
+        """`edges_vertices`, which may be missing."""
+        edges = [self._vertices(row, n_points) for row in self._listed("edges_vertices")]
+        for k, edge in enumerate(edges):
+            if len(edge) != 2:
+                raise self.wrong(f"edge {k} has not two ends")
+        return [(edge[0], edge[1]) for edge in edges]
+
+    def faces(self, n_points: int) -> list[list[int]]:
+        """`faces_vertices`, which may be missing."""
+        faces = [self._vertices(row, n_points) for row in self._listed("faces_vertices")]
+        for k, face in enumerate(faces):
+            if len(face) < 3:
+                raise self.wrong(f"face {k} is no polygon: it has {len(face)} corners")
+        return faces
+
+    def of_edges(self, key: str) -> list[Any] | None:
+        """A value for each edge; None where the frame has none."""
+        if key not in self._frame:
+            return None
+        values, edges = self._listed(key), self._listed("edges_vertices")
+        if len(values) != len(edges):
+            raise self._unsound(f"{key} has {len(values)} values for {len(edges)} edges")
+        return values
+
+    def length(self, key: str) -> float | None:
+        """A positive length; None where the frame has none."""
+        value = self._frame.get(key)
+        if value is None:
+            return None
+        if not _is_number(value) or value <= 0:
+            raise self._unsound(f"{key} is not a length above 0")
+        return float(value)
+
+    def unit(self) -> tuple[float | None, str | None]:
+        """Metres to a unit of `frame_unit`, None where it is no physical one; what to say of one that is unknown."""
+        return metres_of(self._frame.get("frame_unit"))
+
+    def text(self, key: str) -> str:
+        """A text; empty where the frame has none."""
+        value = self._frame.get(key, "")
+        return value if isinstance(value, str) else ""
+
+    def loops(self, key: str) -> tuple[tuple[Pair, ...], ...]:
+        """Lists of pairs of whole numbers."""
+        loops = self._listed(key)
+        for loop in loops:
+            if not (isinstance(loop, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in loop)):
+                raise self._unsound(f"{key} are not lists of pairs of faces")
+        if not all(type(face) is int for loop in loops for pair in loop for face in pair):
+            raise self._unsound(f"{key} are not lists of pairs of faces")
+        return tuple(tuple((i, j) for i, j in loop) for loop in loops)
+
+    def wrong(self, what: str) -> InputFileError:
+        """The error for a frame whose pattern is wrong."""
+        return InputFileError(f"{self._name} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+
+    def _unsound(self, what: str) -> InputFileError:
+        return InputFileError(f"{self._name} is no sound FOLD file: {what}; export it anew")
+
+    def _listed(self, key: str) -> list[Any]:
+        values = self._frame.get(key)
+        if values is None:
+            return []
+        if not isinstance(values, list):
+            raise self._unsound(f"{key} is not a list")
+        if len(values) > MOST:
+            raise self._unsound(f"{key} has more than {MOST} values")
+        return values
+
+    def _vertices(self, row: Any, n_points: int) -> list[int]:
+        if not isinstance(row, list):
+            raise self._unsound(f"{row!r} is no list of vertices")
+        for number in row:
+            if type(number) is not int or not 0 <= number < n_points:  # True is no number here
+                raise self.wrong(f"{number!r} is no vertex")
+        return row
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value) and abs(value) < FAR
+
+
+def metres_of(unit: object) -> tuple[float | None, str | None]:
+    """Metres to a unit, None where it is no physical one; and what a user should know of a name that is none."""
+    if unit is None:
+        return None, None
+    name = unit.strip().rstrip(".").lower() if isinstance(unit, str) else None
+    if name in _NO_UNITS:
+        return None, None
+    if name is not None and name in _UNIT_NAMES:
+        return _UNIT_NAMES[name], None
+    known = ", ".join(_METRES)
+    return None, f"frame_unit {unit!r} is no unit of length: sizes are not taken from the file; write {known}"

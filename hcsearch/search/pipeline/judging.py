@@ -1,0 +1,106 @@
+"""The stages in a scene, in pieces of seconds: little is lost when a run is killed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from hcsearch.designs.grid import grid_named
+from hcsearch.designs.records import StagedDesigns, StageResult, VerdictBatch
+from hcsearch.motion.collision.margins import check_margin, margin_of
+from hcsearch.scenes import Scene, check_verdicts, panel_of
+from hcsearch.search.pipeline.rows import verdict_rows
+from hcsearch.search.stages.stage import Stage, run_stages
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
+
+FOLDING_SECONDS = 0.4
+"""Core seconds that a folding of `_PANELS` panels takes, with its second looks; they grow as the square of their number
+(measured: 0.4 s of 12 hexagons, 2.5 s of the 30 squares of 6x5)."""
+PIECE_SECONDS = 4.0
+"""Core seconds that a piece takes, about."""
+_PANELS = 12
+_MARK = "#"
+_KEY = re.compile(rf"(.*){_MARK}[0-9]{{1,9}}/([0-9]{{1,9}})", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some candidates of a shard of the search; key : its own name among finished work."""
+
+    key: str
+    candidates: StagedDesigns
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a piece gives: verdicts for the store, and the results of the stages."""
+
+    key: str
+    verdicts: VerdictBatch
+    results: tuple[StageResult, ...]
+    foldings: int
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Verdicts on pieces in a scene, by the stages that depend on one, with a budget or the usual one."""
+
+    scene: Scene
+    stages: tuple[Stage, ...]
+    budget: int | None = None
+
+    def __call__(self, piece: Piece) -> Verdict:
+        """Judge one piece."""
+        candidates = replace(piece.candidates, budget=self.budget)
+        designs, results = run_stages(candidates, self.stages, self.scene)
+        return Verdict(piece.key, verdict_rows(designs, self.scene), results, len(designs.folded))
+
+
+def check_scene(scene: Scene, grid: str, n: int) -> None:
+    """Refuse a scene that the foldings of n panels of a grid cannot be judged in."""
+    check_verdicts(scene, grid, n)
+    length, width, thickness = panel_of(scene, grid)
+    tiling = grid_named(grid)
+    facet = tuple((length * x, width * y) for x, y in tiling.corners(tiling.cell((1, 1))))
+    panel = Linkage(Pattern.from_polygons((facet,), {}, thickness))
+    check_margin(panel, margin_of(panel) if scene.margin is None else scene.margin)
+
+
+def seconds_of(foldings: float, n: int) -> float:
+    """About how many core seconds the verdicts on foldings of n panels take."""
+    return foldings * FOLDING_SECONDS * (n / _PANELS) ** 2
+
+
+def pieces(shard: str, candidates: StagedDesigns) -> Iterator[Piece]:
+    """Pieces of the candidates of a shard; what they are depends on the candidates alone."""
+    n, designs = candidates.circuits.words.shape[1], len(candidates.circuits)
+    most = max(1, round(PIECE_SECONDS / seconds_of(1.0, n)))
+    counts = np.bincount(candidates.folded.row, minlength=designs)
+    numbers = np.arange(designs)
+    ends: list[int] = []
+    waiting = 0
+    for design, count in enumerate(counts.tolist()):
+        if waiting and waiting + count > most:
+            ends.append(design)
+            waiting = 0
+        waiting += count
+    bounds = [0, *ends, designs] if designs else []
+    for k, (begin, end) in enumerate(pairwise(bounds)):
+        yield Piece(f"{shard}{_MARK}{k}/{len(bounds) - 1}", candidates.take((numbers >= begin) & (numbers < end)))
+    if not designs:
+        yield Piece(f"{shard}{_MARK}0/1", candidates)
+
+
+def unfinished(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
+    """Shards of which not all pieces are among finished ones; keys of no piece are those of none."""
+    counted: dict[str, tuple[int, int]] = {}
+    for key in keys:
+        if (piece := _KEY.fullmatch(key)) is not None:
+            shard, done = piece[1], counted.get(piece[1], (0, 0))[0]
+            counted[shard] = (done + 1, int(piece[2]))
+    return [shard for shard in shards if shard not in counted or counted[shard][0] < counted[shard][1]]

@@ -1,0 +1,34 @@
+"""Stage `deployment`: which foldings springs bring flat without a collision, in a scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.designs.records import StagedDesigns
+from hcsearch.scenes import Scene
+from hcsearch.search.stages import motion
+from hcsearch.search.stages.stage import Stage
+from hcsearch.springs.deployment import VERSION
+
+
+def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
+    from hcsearch.springs.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
+
+    assert designs.mobility is not None
+    assert designs.motion is not None
+    deployments = verdicts(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
+    return replace(designs, deployment=deployments)
+
+
+def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
+    """Designs of which a folding deploys."""
+    assert designs.deployment is not None
+    return designs.with_folding(designs.deployment.deploys)
+
+
+STAGE = Stage(
+    "deployment", VERSION, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deploys", they="deploy"
+)

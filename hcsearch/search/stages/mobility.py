@@ -1,0 +1,211 @@
+"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.arrays import Flags, Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.designs.folding import Folding, folding_at
+from hcsearch.designs.grid import Grid, grid_named
+from hcsearch.designs.panel_sizes import PanelSize, default_panel
+from hcsearch.designs.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
+from hcsearch.kernels.linkage.cones import LOCKED, OPEN, PASSED, settle
+from hcsearch.kernels.linkage.lines import survey
+from hcsearch.kernels.linkage.loops import generic_states
+from hcsearch.motion.kinematics.closing import CLOSED
+from hcsearch.motion.kinematics.generic import TRIES, generic_rank, heading
+from hcsearch.motion.kinematics.rank import decide_rank
+from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.scenes import Scene
+from hcsearch.search.stages.stage import Stage
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import facet_area
+
+_TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
+
+
+@dataclass(frozen=True, eq=False)
+class _Lattice(ByValue):
+    """A grid as `survey` takes it: steps, edges (start and end, counterclockwise), whole units to a step, metres."""
+
+    steps: NDArray[np.int64]
+    edges: NDArray[np.int64]
+    scale: int
+    basis: Reals
+    thickness: float
+    size: float
+
+
+@lru_cache(maxsize=8)
+def _lattice(grid: Grid) -> _Lattice:
+    length, width, thickness = default_panel(grid.name)
+    steps = np.array(grid.steps)
+    before, after = np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0)
+    if grid.is_triangle:  # a corner of a triangle lies opposite a face, and its point counts in thirds
+        scale, edges = 1, np.hstack([before, after])
+    else:
+        scale, edges = (2 if grid.directions == 4 else 3), np.hstack([before + steps, steps + after])
+    unit = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
+    basis = np.diag([length, width]) @ unit / scale
+    area = facet_area(grid.corners((0, 0, 0) if grid.is_triangle else (0, 0)))
+    return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
+
+
+def mobility(
+    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], *, locks: bool = True
+) -> MobilityBatch:
+    """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
+
+    Flat pairs are hinged for the freedoms; locks are of rigid ones, and `locked_hinged` of hinged ones. `dof` is the
+    least at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
+    first-order locks do not depend on the size of panels (docs/explanation/theory.md). Source: thesis 2.3.3, 3.2.2.
+    """
+    parts = []
+    for at in range(0, max(len(foldings), 1), _TOGETHER):
+        some = slice(at, at + _TOGETHER)
+        part = FoldingBatch(foldings.row[some], foldings.crease[some])
+        parts.append(_part(circuits, part, twists[some] == 0, locks))
+    columns: dict[str, Any] = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(MobilityBatch)
+        if field.name != "kutzbach"
+    }
+    return replace(parts[0], **columns)
+
+
+def locked_with(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
+    """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
+
+    Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
+    """
+    return batch.locked_hinged if "hinged" in allowed else batch.locked
+
+
+def locks_of(
+    circuits: CircuitBatch, foldings: FoldingBatch, locks: tuple[Flags, Flags], panel: PanelSize
+) -> tuple[Flags, Flags]:
+    """Which foldings that are locked in the scene `default` are proved locked with other panels, too.
+
+    locks : (n_foldings,) each, with rigid and with hinged flat pairs. Locks of first order do not depend on the size of
+    panels; those of second order may.
+    """
+    if panel == default_panel(circuits.grid):
+        return locks
+    proved = tuple(np.zeros(len(foldings), bool) for _ in locks)
+    for hinged, (before, own) in enumerate(zip(locks, proved, strict=True)):
+        for i in np.flatnonzero(before).tolist():
+            linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, flat_pairs=("rigid", "hinged")[hinged]))
+            own[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
+    return proved[0], proved[1]
+
+
+def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_], locks: bool) -> MobilityBatch:
+    words, lattice = circuits.words, _lattice(grid_named(circuits.grid))
+    count, n = len(foldings), words.shape[1]
+    rows, creases = foldings.row.astype(np.int32), foldings.crease.astype(np.int16)
+    steps, edges, scale = lattice.steps, lattice.edges, lattice.scale
+    basis, thickness, size = lattice.basis, lattice.thickness, lattice.size
+    ranks, mirrors = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
+    lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
+    survey(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
+    pairs, joints = mirrors.T
+    dof, dof_merged = np.full(count, NONE), np.full(count, NONE)
+    dof[untwisted] = _generic(screws[untwisted, 1])
+    for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
+        nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), "merged")).nullity
+        dof_merged[i] = NONE if nullity is None else nullity
+    asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
+    rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
+    locked = (rigid == LOCKED).any(axis=1)
+    # motions with rigid pairs are motions with hinged ones: an end that is not locked so, is not locked with hinges
+    asked = locked[:, None] & (rigid != PASSED)
+    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == LOCKED).any(axis=1)
+    return MobilityBatch(
+        kutzbach=6 * (n - 1) - 5 * n,
+        dof=dof,
+        dof_folded=n - ranks[:, 0],
+        dof_flat=n - ranks[:, 1],
+        merged_panels=pairs,
+        kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NONE),
+        dof_merged=dof_merged,
+        locked=locked,
+        locked_hinged=locked_hinged,
+    )
+
+
+def _ends(
+    circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: Whole, screws: Reals, *, hinged: bool
+) -> NDArray[np.int8]:
+    """LOCKED, PASSED or OPEN for the ends of foldings, shape (n_foldings, 2), with rigid or with hinged flat pairs.
+
+    PASSED where it is not asked for. An end is left OPEN where the other one is locked without long proofs.
+    """
+    n = lines.shape[2]
+    turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
+    settled = np.empty(int(asked.sum()), np.int8)
+    own = np.ascontiguousarray(lines[asked][:, turning])
+    settle(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
+    verdicts = np.full(asked.shape, PASSED, np.int8)
+    verdicts[asked] = settled
+    for i in np.flatnonzero((verdicts == OPEN).any(axis=1) & (verdicts != LOCKED).all(axis=1)).tolist():
+        linkage = _linkage(folding_at(circuits, foldings, i), "hinged" if hinged else "rigid")
+        for end, angles in enumerate((linkage.folded, linkage.flat)):
+            if verdicts[i, end] == OPEN:
+                verdicts[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
+            if verdicts[i, end] == LOCKED:
+                break
+    return verdicts
+
+
+def _linkage(folding: Folding, flat_pairs: Way) -> Linkage:
+    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), flat_pairs=flat_pairs))
+
+
+def _generic(screws: Reals) -> Whole:
+    """Least nullity at closed states reached from the folded one; NONE where no rank is decided.
+
+    screws : shape (n_loops, n, 6), of the flat state, moments divided by the panel's size.
+    """
+    count, n, _ = screws.shape
+    directions = np.ascontiguousarray(screws[:, :, :3])
+    points = np.cross(directions, screws[:, :, 3:])
+    folded = np.full(n, math.pi)
+    folded[[n // 2 - 1, n - 1]] = 0.0
+    nullities = np.full(count, NONE)
+    todo = np.arange(count)
+    for attempt in range(TRIES):
+        jacobians, residuals = np.empty((len(todo), 6, n)), np.empty(len(todo))
+        generic_states(directions[todo], points[todo], folded, heading(folded, attempt), 1.0, jacobians, residuals)
+        values = np.linalg.svd(jacobians, compute_uv=False)
+        for i, singular, residual in zip(todo, values, residuals, strict=True):
+            nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED else None
+            if nullity is not None and (nullities[i] == NONE or nullity < nullities[i]):
+                nullities[i] = nullity
+        todo = todo[(nullities[todo] == NONE) | (nullities[todo] > max(n - 6, 0))]  # no rank is greater than 6
+        if not len(todo):
+            break
+    return nullities
+
+
+def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
+    assert designs.twists is not None
+    return replace(designs, mobility=mobility(designs.circuits, designs.folded, designs.twists))
+
+
+def _passed(designs: StagedDesigns, _scene: Scene) -> Flags:
+    """Designs with an untwisted folding that is not proved locked for every way of joining flat pairs."""
+    assert designs.twists is not None
+    assert designs.mobility is not None
+    return designs.with_folding((designs.twists == 0) & ~locked_with(designs.mobility, WAYS))
+
+
+STAGE = Stage("mobility", 2, _run, _passed)

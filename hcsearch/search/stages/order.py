@@ -1,0 +1,38 @@
+"""The stages in the order in which they run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hcsearch.basics.errors import StageError
+from hcsearch.search.stages import circuits, deployment, foldings, mobility, motion, twist
+from hcsearch.search.stages.stage import Stage
+
+STAGES: dict[str, Stage] = {
+    module.STAGE.name: module.STAGE for module in (circuits, foldings, twist, mobility, motion, deployment)
+}
+
+
+def stages_until(last: str) -> tuple[Stage, ...]:
+    """Every stage up to `last`; StageError when it is unknown."""
+    if last not in STAGES:
+        raise StageError(f"stage {last!r} is unknown: use --until {', '.join(STAGES)}")
+    names = list(STAGES)
+    return tuple(STAGES[name] for name in names[: names.index(last) + 1])
+
+
+def numbers(stages: Iterable[Stage]) -> dict[str, int]:
+    """Names of stages, and the numbers under which their finished work is stored."""
+    return {stage.name: stage.number for stage in stages}
+
+
+def stage_keeping(keep: str) -> Stage:
+    """The stage whose passing designs a word of `--keep` names."""
+    return next(stage for stage in STAGES.values() if stage.keep == keep)
+
+
+def check_keep(keep: str, until: str) -> None:
+    """Refuse to keep designs by a stage that does not run."""
+    needed = stage_keeping(keep)
+    if needed not in stages_until(until):
+        raise StageError(f"--keep {keep} needs the stage {needed.name}: use --until {needed.name}")

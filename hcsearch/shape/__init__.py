@@ -1,0 +1,1 @@
+"""What a design looks like: patterns of panels, linkages in space, names and drawings."""

@@ -1,0 +1,222 @@
+"""Pictures of arrays, circuits and foldings as small inline SVG texts.
+
+Plain data in, text out: cells, their tiling, and the fold of each crease. Imports nothing of the package, so that
+every value above can draw itself. All coordinates are integers, `SIDE` to the side of a panel, y downwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from html import escape
+from itertools import pairwise
+from typing import Protocol
+
+SIDE = 100
+"""Units to the (shorter) side of a panel: rounding to integers is then half a percent of it."""
+
+PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
+"""Screen pixels to the side of a panel in a picture that stands alone: panels of about equal area."""
+
+STYLES: dict[str, dict[str, str]] = {
+    "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
+    "outer": {"fill": "#cfd3da", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
+    "circuit": {"fill": "none", "stroke": "#2f8f6b", "stroke-width": "4", "stroke-linejoin": "round"},
+    "start": {"fill": "#2f8f6b"},
+    "flat": {"stroke": "#6b707b", "stroke-width": "4"},
+    "hinge": {"stroke": "#6a4fc0", "stroke-width": "8", "stroke-dasharray": "5 10"},
+    "mountain": {"stroke": "#d1202f", "stroke-width": "8", "stroke-dasharray": "25 8 6 8"},
+    "valley": {"stroke": "#1c5fd4", "stroke-width": "8", "stroke-dasharray": "14 9"},
+    "slit": {"stroke": "#20242e", "stroke-width": "10", "stroke-linecap": "round"},
+    "numbers": {
+        "fill": "#20242e",
+        "font-family": "sans-serif",
+        "font-size": "22",
+        "text-anchor": "middle",
+        "stroke": "#f7f5ef",
+        "stroke-width": "6",
+        "paint-order": "stroke",
+    },
+}
+"""Look of each class of lines, in the order they are drawn. Mountains and valleys differ in colour and in dashes."""
+
+# A corner-to-corner line of a rim panel is half as wide as its stroke, and slits have round ends.
+MARGIN = 8
+"""Units between the outermost panels and the rim of a picture."""
+
+Cell = tuple[int, ...]
+Point = tuple[int, int]
+Segment = tuple[Point, Point]
+
+
+class Tiling(Protocol):
+    """What a picture needs to know of a grid; `hcsearch.designs.grid.Grid` fits."""
+
+    @property
+    def name(self) -> str:
+        """Name of the grid."""
+
+    def point(self, cell: Cell) -> Point:
+        """Lattice point of a cell."""
+
+    def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
+        """Directions and lattice points of the neighbours of a cell."""
+
+    def position(self, point: tuple[float, float]) -> tuple[float, float]:
+        """Cartesian coordinates of a lattice point."""
+
+    def corners(self, cell: Cell) -> list[tuple[float, float]]:
+        """Cartesian corners of a panel; corner i begins the edge facing the ith neighbour."""
+
+
+def draw_array(
+    tiling: Tiling,
+    cells: Sequence[Cell],
+    *,
+    size: tuple[float, float] | None = None,
+    title: str = "",
+    standalone: bool = True,
+) -> str:
+    """Draw the panels of an array.
+
+    size : length and width of a panel on the square grids; only their ratio matters. Default: 1, rectangles 50 x 40.
+    standalone : with the look of each line and a size in pixels; without, the page styles the classes (`stylesheet`).
+    """
+    sheet = _Sheet(tiling, cells, size)
+    return sheet.svg([svg_path("panel", sheet.panels, closed=True)], title or f"{tiling.name} array", standalone)
+
+
+def draw_circuit(
+    tiling: Tiling,
+    cells: Sequence[Cell],
+    assignment: Sequence[str] | None = None,
+    *,
+    numbers: bool = False,
+    size: tuple[float, float] | None = None,
+    title: str = "",
+    standalone: bool = True,
+) -> str:
+    """Draw a circuit through its panels, with hinges where it crosses an edge and slits where it does not.
+
+    cells : in circuit order; crease k joins panels k and k + 1.
+    assignment : shape (n,), `mountain`, `valley` or `flat` for each crease; the panels at flat creases, which are the
+        outer layers of a folding, are shaded. None: hinges of no known fold.
+    numbers : write the numbers of the creases, and mark panel 0.
+    size, standalone : as in `draw_array`.
+    """
+    sheet = _Sheet(tiling, cells, size)
+    n = len(cells)
+    folds = list(assignment) if assignment is not None else ["hinge"] * n
+    creases = [sheet.edges.pop((min(k, (k + 1) % n), max(k, (k + 1) % n))) for k in range(n)]
+    outer = {panel for k, fold in enumerate(folds) if fold == "flat" for panel in (k, (k + 1) % n)}
+    marks = [
+        svg_path("panel", [p for k, p in enumerate(sheet.panels) if k not in outer], closed=True),
+        svg_path("outer", [p for k, p in enumerate(sheet.panels) if k in outer], closed=True),
+        svg_path("circuit", [sheet.centres], closed=True),
+    ]
+    for kind in ("flat", "hinge", "mountain", "valley"):
+        marks.append(svg_path(kind, [crease for crease, fold in zip(creases, folds, strict=True) if fold == kind]))
+    marks.append(svg_path("slit", sheet.edges.values()))
+    if numbers:
+        marks += [_start(sheet.centres[0]), _numbers(creases)]
+    return sheet.svg(marks, title or f"{tiling.name} circuit", standalone)
+
+
+def stylesheet(scope: str = "svg") -> str:
+    """Return CSS rules that give pictures without a look of their own the same one as those that stand alone."""
+    return "\n".join(
+        f"{scope} .{kind} {{ {'; '.join(f'{name}: {value}' for name, value in look.items())} }}"
+        for kind, look in STYLES.items()
+    )
+
+
+class _Sheet:
+    """The panels on integer coordinates, and the edges between neighbouring ones.
+
+    edges : (i, j) with i < j, panels that share an edge, and its two ends.
+    """
+
+    def __init__(self, tiling: Tiling, cells: Sequence[Cell], size: tuple[float, float] | None) -> None:
+        length, width = size or ((50, 40) if tiling.name == "rectangle" else (1, 1))
+        if len(tiling.corners(cells[0])) != 4:
+            length = width = 1  # hexagons and triangles are regular
+        scale = SIDE / min(length, width)
+        corners = [[(scale * length * x, -scale * width * y) for x, y in tiling.corners(cell)] for cell in cells]
+        left = min(x for panel in corners for x, _ in panel) - MARGIN
+        top = min(y for panel in corners for _, y in panel) - MARGIN
+
+        def pixel(x: float, y: float) -> Point:
+            return round(x - left), round(y - top)
+
+        self.pixels = PIXELS.get(tiling.name, 40)
+        self.panels = [[pixel(x, y) for x, y in panel] for panel in corners]
+        points = [tiling.point(cell) for cell in cells]
+        places = [tiling.position(point) for point in points]
+        self.centres = [pixel(scale * length * x, -scale * width * y) for x, y in places]
+        self.width = max(x for panel in self.panels for x, _ in panel) + MARGIN
+        self.height = max(y for panel in self.panels for _, y in panel) + MARGIN
+        self.edges: dict[tuple[int, int], Segment] = {}
+        index = {point: k for k, point in enumerate(points)}
+        for k, point in enumerate(points):
+            panel = self.panels[k]
+            for side, (_, to) in enumerate(tiling.neighbours(point)):
+                if index.get(to, -1) > k:
+                    self.edges[k, index[to]] = (panel[side], panel[(side + 1) % len(panel)])
+
+    def svg(self, marks: Sequence[str], title: str, standalone: bool) -> str:
+        """Write the whole picture."""
+        return svg(marks, title, (self.width, self.height), self.pixels if standalone else None)
+
+
+def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int | None) -> str:
+    """Write a picture of an extent (width, height) in units.
+
+    pixels : screen pixels to `SIDE` units in a picture that stands alone, with its own size and the look of each line;
+        None where the page gives both.
+    """
+    body = "".join(marks)
+    head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
+    if pixels is not None:
+        width, height = (round(length * pixels / SIDE) for length in extent)
+        head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
+        for kind, look in STYLES.items():
+            attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
+            body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
+    return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
+
+
+def _by_steps(line: Sequence[Point]) -> str:
+    """Write the first point, then the steps to the others, with as few separators as SVG allows."""
+    numbers = [line[0], *((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(line))]
+    first, *steps = ["".join(f" {v}" if v >= 0 else f"{v}" for v in pair) for pair in numbers]
+    return f"{first.lstrip()}l{''.join(steps).lstrip()}"
+
+
+def by_points(line: Sequence[Point]) -> str:
+    """Write every point of a line with its own coordinates."""
+    return " ".join(f"{x},{y}" for x, y in line)
+
+
+def svg_path(
+    kind: str,
+    lines: Iterable[Sequence[Point]],
+    *,
+    closed: bool = False,
+    write: Callable[[Sequence[Point]], str] = _by_steps,
+) -> str:
+    """Write one path element with a subpath for each line; empty without lines."""
+    data = "".join(f"M{write(line)}{'z' if closed else ''}" for line in lines)
+    return f'<path class="{kind}" d="{data}"/>' if data else ""
+
+
+def _start(centre: Point) -> str:
+    """Mark panel 0 with a dot."""
+    return f'<circle class="start" cx="{centre[0]}" cy="{centre[1]}" r="9"/>'
+
+
+def _numbers(creases: Sequence[Segment]) -> str:
+    """Write the number of each crease on its line but beside the circuit, which crosses it in the middle."""
+    texts = (
+        f'<text x="{round(0.72 * a[0] + 0.28 * b[0])}" y="{round(0.72 * a[1] + 0.28 * b[1]) + 7}">{k}</text>'
+        for k, (a, b) in enumerate(creases)
+    )
+    return f'<g class="numbers">{"".join(texts)}</g>'

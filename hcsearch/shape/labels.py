@@ -1,0 +1,106 @@
+"""Names of panels and hinges, as pictures, files and the command line write them.
+
+Panels of a design have the numbers of its circuit, and hinges those of its creases, whatever is rigid or merged: panels
+that are one are named together, `3+4`, and so are creases that are one hinge. Panels and hinges of an assembly have the
+numbers of its pattern.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.shape.linkage import Linkage
+
+
+@dataclass(frozen=True)
+class Labels:
+    """A name for each panel and for each hinge of a linkage, in their order.
+
+    design : whether these are numbers of a circuit; crease k joins its panels k and k + 1, cyclically.
+    """
+
+    panels: tuple[str, ...]
+    hinges: tuple[str, ...]
+    design: bool = field(default=False, compare=False)
+
+    @property
+    def merged(self) -> tuple[str, ...]:
+        """Names of the panels that are made of several."""
+        return tuple(name for name in self.panels if "+" in name)
+
+    def hinge(self, name: str) -> int:
+        """The hinge of a name, or of one of the creases that are one hinge; HcsearchError where there is none."""
+        hinge = _find(self.hinges, name)
+        if hinge is not None:
+            return hinge
+        there = f"the hinges are {ranges(self.hinges)}" if self.hinges else "there are no hinges"
+        if self.design and name.isdigit() and int(name) < self._n:
+            own = self.panels[self.panel(name)]
+            raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {own}: {there}")
+        raise HcsearchError(f"there is no hinge {name}: {there}")
+
+    def panel(self, name: str) -> int:
+        """The panel of a name, or that one of several belongs to; HcsearchError where there is none."""
+        panel = _find(self.panels, name)
+        if panel is None:
+            raise HcsearchError(f"there is no panel {name}: the panels are {ranges(self.panels)}")
+        return panel
+
+    @property
+    def _n(self) -> int:
+        return sum(len(name.split("+")) for name in self.panels)
+
+
+def labels_of(linkage: Linkage, *, design: bool | None = None) -> Labels:
+    """The names of a linkage's panels and hinges.
+
+    design : whether its facets are the panels of a circuit, in order; unless given, what its pattern says.
+    """
+    pattern = linkage.pattern
+    if not (pattern.of_circuit if design is None else design):
+        return Labels(tuple(map(str, range(linkage.n_panels))), tuple(map(str, range(linkage.n_hinges))))
+    n = len(pattern.facets)
+    creases: list[list[int]] = [[] for _ in range(linkage.n_hinges)]
+    for pair, crease in pattern.creases.items():
+        if crease.face is not None:
+            creases[pattern.hinge_of(pair)].append(n - 1 if pair == (0, n - 1) and n > 2 else pair[0])
+    return Labels(
+        tuple("+".join(map(str, panel)) for panel in pattern.panels),
+        tuple("+".join(map(str, sorted(own))) for own in creases),
+        design=True,
+    )
+
+
+def named_hinges(linkage: Linkage, hinges: Iterable[int]) -> str:
+    """Some hinges of a linkage by their names, in a sentence."""
+    names = labels_of(linkage).hinges
+    return ", ".join(names[hinge] for hinge in hinges) or "none"
+
+
+def is_name(text: str) -> bool:
+    """Whether a text may name a panel or a hinge: a number, or several that are one, `3+4`."""
+    return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
+
+
+def plain(name: str) -> int | str:
+    """A name as data: a number, but a text where it is one of several, `3+4`."""
+    return int(name) if name.isdigit() else name
+
+
+def ranges(names: Sequence[str]) -> str:
+    """Names in one line: numbers that follow each other as `0 to 3`."""
+    runs: list[list[str]] = []
+    for name in names:
+        if runs and name.isdigit() and runs[-1][-1].isdigit() and int(name) == int(runs[-1][-1]) + 1:
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs)
+
+
+def _find(names: Iterable[str], name: str) -> int | None:
+    """Which name has all the numbers of another, written in any order."""
+    wanted = {part.lstrip("0") or "0" for part in name.split("+")}
+    return next((k for k, own in enumerate(names) if wanted <= set(own.split("+"))), None)

@@ -1,0 +1,242 @@
+"""Linkages: the panels and hinges of a flat pattern in space, their loops, closure and its derivative.
+
+The flat state is the reference: every fold angle is 0 there and pi where a hinge is closed, so the dihedral angle of
+the thesis is phi = pi - angle. Positive angles close the face that carries the hinge. Top faces of the flat state lie
+at z = thickness, bottom faces at z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError, expect
+from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
+from hcsearch.shape.hinge_trees import HingeTree, hinge_tree
+from hcsearch.shape.pattern import Pattern
+
+Walk = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Twin(ByValue):
+    """A linkage that is congruent to another one, and how: rotated, reflected or turned upside down.
+
+    panels, hinges : its panel and its hinge for each of the other one's. turn : shape (3, 3), the matrix that takes
+    directions in space from the other one to this one.
+    """
+
+    linkage: Linkage
+    panels: tuple[int, ...]
+    hinges: tuple[int, ...]
+    turn: Reals
+
+    @staticmethod
+    def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> Twin:
+        """The twin of a pattern's linkage. facets : the twin's facet for each of the pattern's."""
+        own, other = pattern, linkage.pattern
+        panels, hinges = [0] * len(own.panels), [0] * len(own.hinges)
+        for facet, image in enumerate(facets):
+            panels[own.panel_of[facet]] = other.panel_of[image]
+        for pair, crease in own.creases.items():
+            if crease.face is not None:
+                first, second = sorted(facets[facet] for facet in pair)
+                hinges[own.hinge_of(pair)] = other.hinge_of((first, second))
+        return Twin(linkage, tuple(panels), tuple(hinges), turn)
+
+
+@dataclass(frozen=True, repr=False)
+class Linkage:
+    """The panels and hinges of a pattern in space; fold angles are in rad, lengths in metres.
+
+    base : the panel that stays where it is. made_by : a Python expression that gives an equal linkage, or empty.
+    twin : the congruent linkage that is simulated in place of this one, so that no verdict hangs on how a circuit is
+    written; None where it is this one.
+    """
+
+    pattern: Pattern
+    base: int = 0
+    made_by: str = field(default="", compare=False)
+    twin: Twin | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        expect("the pattern of a linkage", self.pattern, Pattern, "a Pattern, or use Folding.linkage")
+        if not 0 <= self.base < self.n_panels:
+            raise HcsearchError(f"there is no panel {self.base} to stand on: give 0 to {self.n_panels - 1}")
+
+    def __repr__(self) -> str:
+        return self.made_by or f"<Linkage of {self.n_panels} panels and {self.n_hinges} hinges, base {self.base}>"
+
+    @property
+    def n_panels(self) -> int:
+        """Number of panels."""
+        return len(self.pattern.panels)
+
+    @property
+    def n_hinges(self) -> int:
+        """Number of hinges, which is the number of fold angles."""
+        return len(self.pattern.hinges)
+
+    @cached_property
+    def directions(self) -> Reals:
+        """Unit directions of the hinge lines in the flat state, shape (n_hinges, 3).
+
+        The second panel of a hinge turns about it by the fold angle, right-handed, as seen from the first.
+        """
+        directions = np.zeros((self.n_hinges, 3))
+        for k, hinge in enumerate(self.pattern.hinges):
+            # the second panel lies on the right from start to end: it turns down, which closes the bottom face
+            sign = -1.0 if hinge.face == "top" else 1.0
+            dx, dy = hinge.end[0] - hinge.start[0], hinge.end[1] - hinge.start[1]
+            length = math.hypot(dx, dy)
+            directions[k, :2] = sign * dx / length, sign * dy / length
+        return directions
+
+    @cached_property
+    def points(self) -> Reals:
+        """A point of each hinge line in the flat state: the middle of the hinge, shape (n_hinges, 3)."""
+        height = {"top": self.pattern.thickness, "bottom": 0.0}
+        return np.array(
+            [
+                (0.5 * (h.start[0] + h.end[0]), 0.5 * (h.start[1] + h.end[1]), height[h.face])
+                for h in self.pattern.hinges
+            ]
+        ).reshape(-1, 3)
+
+    @cached_property
+    def flat(self) -> Reals:
+        """Fold angles of the flat state: all 0."""
+        return np.zeros(self.n_hinges)
+
+    @cached_property
+    def folded(self) -> Reals:
+        """Fold angles of the folded state: pi, but 0 where a hinge stays flat."""
+        return np.array([math.pi if hinge.closes else 0.0 for hinge in self.pattern.hinges])
+
+    @cached_property
+    def _tree(self) -> HingeTree:
+        return hinge_tree(self.pattern, self.base)
+
+    @cached_property
+    def loops(self) -> tuple[Walk, ...]:
+        """Independent loops, as closed walks of pairs (hinge, sense); sense 1 leads from its first panel to its second.
+
+        Those of the pattern where it names enough of them, else one for each hinge that the tree leaves out.
+        """
+        in_tree = {int(h) for h in self._tree.hinges if h >= 0}
+        own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
+        if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
+            return own
+        walks = []
+        for k, hinge in enumerate(self.pattern.hinges):
+            if k in in_tree:
+                continue
+            out, back = self._tree.way(hinge.first), self._tree.way(hinge.second)
+            common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
+            shared = min(len(out), len(back)) if common is None else common
+            walks.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
+        return tuple(walks)
+
+    def _independent(self, walks: Sequence[Walk]) -> bool:
+        """Whether none of some closed walks is made of the others: else closing them would not close all loops."""
+        crossed = np.zeros((len(walks), self.n_hinges))
+        for row, walk in enumerate(walks):
+            for hinge, sign in walk:
+                crossed[row, hinge] += sign
+        return int(np.linalg.matrix_rank(crossed)) == len(walks) if walks else True
+
+    def walk(self, hinges: Sequence[int]) -> Walk:
+        """A closed walk across hinges that are given in order, with the sense in which each is crossed.
+
+        It begins at the panel before the first hinge.
+        """
+        joints = [self.pattern.hinges[h] for h in hinges]
+        after = {joints[1].first, joints[1].second}
+        # of two panels joined twice, the walk goes from the first to the second and back
+        panel = joints[0].first if joints[0].second in after else joints[0].second
+        steps = []
+        for h, joint in zip(hinges, joints, strict=True):
+            sign = 1 if joint.first == panel else -1
+            panel = joint.second if sign == 1 else joint.first
+            steps.append((h, sign))
+        return tuple(steps)
+
+    @cached_property
+    def loop_arrays(self) -> tuple[Whole, Whole, Whole]:
+        """The loops as three arrays: where each loop begins, then the hinges and the senses of all loops."""
+        starts = np.cumsum([0, *map(len, self.loops)])
+        steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
+        return starts, steps[:, 0].copy(), steps[:, 1].copy()
+
+    @cached_property
+    def looped(self) -> Whole:
+        """The hinges that are in a loop, rising."""
+        return np.array(sorted({hinge for loop in self.loops for hinge, _ in loop}), np.int64)
+
+    @property
+    def n_rows(self) -> int:
+        """Number of closure equations: six a loop."""
+        return 6 * len(self.loops)
+
+    def closure(self, angles: Reals) -> tuple[Reals, Reals]:
+        """The closure residual, shape (n_rows,), and its Jacobian in screw form, shape (n_rows, n_hinges).
+
+        For each loop the rotation (rad) and the gap, divided by the pattern's size, that going around it leaves; the
+        Jacobian's columns are the screws of the hinges, as seen from the first panel of the loop.
+        """
+        residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
+        angles = self._of_hinges("fold angles", angles)
+        lines = (self.directions, self.points)
+        close_loops(*lines, *self.loop_arrays, angles, self.pattern.size, residual, jacobian, np.empty((3, 4)))
+        return residual, jacobian
+
+    def bend(self, jacobian: Reals, velocity: Reals) -> Reals:
+        """The second-order closure error of rates of the fold angles, shape (n_rows,).
+
+        Moving by t v + t^2 w / 2 keeps the loops closed to second order when J v = 0 and J w + bend = 0.
+        """
+        velocity = self._of_hinges("rates of the fold angles", velocity)
+        bend = np.empty(self.n_rows)
+        starts, hinges, _ = self.loop_arrays
+        bend_loops(starts, hinges, jacobian, velocity, bend)
+        return bend
+
+    @property
+    def chain(self) -> Chain:
+        """The lines of the hinges and a tree of panels from the base, as compiled functions take them."""
+        tree = self._tree
+        return Chain(self.directions, self.points, tree.order, tree.parents, tree.hinges, tree.signs)
+
+    def poses(self, angles: Reals) -> Reals:
+        """The rotation and translation of each panel from the flat state, shape (n_panels, 3, 4)."""
+        poses = np.empty((self.n_panels, 3, 4))
+        place_panels(self.chain, self._of_hinges("fold angles", angles), poses)
+        return poses
+
+    def _of_hinges(self, name: str, values: Reals) -> Reals:
+        """Values of the hinges as the kernels take them, which do not look where an array ends."""
+        if isinstance(values, np.ndarray) and values.shape == self.flat.shape and values.dtype == np.float64:
+            return values
+        try:
+            array = np.ascontiguousarray(values, float)
+        except (TypeError, ValueError):
+            array = np.empty(())
+        if array.shape != (self.n_hinges,):
+            raise HcsearchError(f"{name} are one number for each hinge: give {self.n_hinges} of them")
+        return array
+
+    def solids(self, angles: Reals) -> list[Reals]:
+        """The corners of each facet's prism in space, shape (2, n_corners, 3): the bottom face, then the top face."""
+        poses = self.poses(angles)
+        solids = []
+        for facet, panel in zip(self.pattern.facets, self.pattern.panel_of, strict=True):
+            flat = np.array([[(x, y, z) for x, y in facet] for z in (0.0, self.pattern.thickness)])
+            pose = poses[panel]
+            solids.append(flat @ pose[:, :3].T + pose[:, 3])
+        return solids

@@ -1,0 +1,44 @@
+"""Pictures of flat patterns as small SVG texts: panels, valleys, mountains and slits, with the looks of `drawing`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from hcsearch.shape.drawing import MARGIN, SIDE, by_points, svg, svg_path
+from hcsearch.shape.drawing import Point as Pixel
+from hcsearch.shape.mesh import Point
+from hcsearch.shape.pattern import Pattern
+
+PIXELS = 48
+"""Screen pixels to the side of a square of a panel's mean area."""
+
+_path = partial(svg_path, write=by_points)
+
+
+def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
+    """Draw a flat pattern seen from above: hinges on the top face are valleys, on the bottom face mountains.
+
+    Hinges that stay flat in the folded state are drawn as hinges, shared edges without a crease as slits.
+    """
+    scale = SIDE / pattern.size
+    left, top = min(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
+
+    def pixel(point: Point) -> Pixel:
+        return round(scale * (point[0] - left)) + MARGIN, round(scale * (top - point[1])) + MARGIN
+
+    pixels = [pixel(point) for point in pattern.vertices]
+    kinds: dict[str, list[Sequence[Pixel]]] = {"hinge": [], "mountain": [], "valley": [], "slit": []}
+    for pair, ends in pattern.edges.items():
+        crease = pattern.creases.get(pair)
+        if crease is not None and crease.face is not None:
+            kind: str = "hinge" if crease.fold == "flat" else crease.fold
+        elif crease is None and pattern.panel_of[pair[0]] != pattern.panel_of[pair[1]]:
+            kind = "slit"
+        else:
+            continue
+        kinds[kind].append([pixels[end] for end in ends])
+    outlines = [[pixels[v] for v in walk] for outline in pattern.outlines for walk in outline]
+    marks = [_path("panel", outlines, closed=True), *(_path(kind, lines) for kind, lines in kinds.items())]
+    width, height = (max(values) + MARGIN for values in zip(*pixels, strict=True))
+    return svg(marks, title, (width, height), PIXELS) + "\n"

@@ -1,0 +1,1 @@
+"""Whether springs or motors move a folding: bodies, deployments, tuning, drives, measured springs."""

@@ -1,0 +1,346 @@
+"""A scene compiled to just the terms that it needs, and what was left out, why it may be, and how exact that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Formulation
+from hcsearch.motion.collision.solids import kept_apart
+from hcsearch.scenes import Scene
+from hcsearch.scenes.laws import scaled
+from hcsearch.scenes.setup import Setup, settle
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.starts import start_state
+from hcsearch.springs.dynamics.bodies import Body, joined
+from hcsearch.springs.dynamics.mirror import Mirror, mirror_of
+from hcsearch.springs.dynamics.panels import PanelTree, panel_bodies, panel_tree
+from hcsearch.springs.dynamics.simulation import cut_states
+from hcsearch.springs.dynamics.system import CutHinge, JointDrive, System
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+
+OMISSIONS = ("half", "third dimension", "stops")
+"""What the compiler leaves out of its own accord, by name."""
+
+
+AT = 1e-6
+"""A hinge is at a stop within this (rad)."""
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something left out: what, and why it may be; all are exact."""
+
+    name: str
+    what: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled(ByValue):
+    """A scene of a linkage as a system of bodies.
+
+    setup : the scene in numbers of the linkage.
+    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k where it is cut k.
+    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
+        half of a hinge is left, else 1.
+    factor : what energies are to be multiplied by, 2 where half of the array is left out.
+    apart : pairs of panels, the lower number first, that cannot meet, or only when others do.
+    """
+
+    linkage: Linkage
+    setup: Setup
+    formulation: Formulation
+    system: System
+    start: Reals
+    joint_of: Whole
+    hinged: NDArray[np.bool_]
+    shares: Reals
+    factor: float
+    apart: frozenset[tuple[int, int]]
+    omissions: tuple[Omission, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long it is simulated, s."""
+        return self.setup.seconds
+
+    @property
+    def margin(self) -> float:
+        """By which panels are shrunk on every face where collisions are looked for, m."""
+        return self.setup.margin
+
+    def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
+        """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
+        angles, rates = q[:, self.joint_of], v[:, self.joint_of]
+        cut = np.flatnonzero(self.joint_of < 0)
+        if len(cut):
+            own, turning = cut_states(self.system, q, v)
+            angles[:, cut], rates[:, cut] = own[:, -1 - self.joint_of[cut]], turning[:, -1 - self.joint_of[cut]]
+        return angles, rates
+
+    def hinges_of(self, joint: int) -> list[int]:
+        """The hinges that move as a joint does; cut hinges are counted after the joints."""
+        cut = joint - len(self.system.joints)
+        hinges = np.flatnonzero(self.joint_of == (joint if cut < 0 else -1 - cut))
+        return [int(hinge) for hinge in hinges]
+
+    def at_stops(self, q: Reals) -> Stops:
+        """Hinges that are closed and open at one state."""
+        angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
+        return Stops(
+            tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT)),
+            tuple(int(k) for k in np.flatnonzero(angles <= AT)),
+        )
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Hinges at their stops."""
+
+    closed: tuple[int, ...]
+    open: tuple[int, ...]
+
+
+def compile_scene(
+    linkage: Linkage,
+    scene: Scene | Setup,
+    formulation: Formulation = "constrained",
+    *,
+    keep: frozenset[str] = frozenset(),
+) -> Compiled:
+    """Compile a scene of a linkage. keep : names of `OMISSIONS` that are not to be left out.
+
+    Bodies and joints are those of the linkage's twin, where it has one.
+    """
+    unknown = keep - set(OMISSIONS)
+    if unknown:
+        raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
+    setup, twin = settle(scene, linkage), linkage.twin
+    if twin is None:
+        return _Compiler(linkage, setup, formulation, keep).run()
+    compiled = compile_scene(twin.linkage, setup.of_twin(linkage), formulation, keep=keep)
+    panel_of = {image: panel for panel, image in enumerate(twin.panels)}
+    apart = frozenset(
+        (min(pair), max(pair)) for one, two in compiled.apart for pair in ((panel_of[one], panel_of[two]),)
+    )
+    joint_of = compiled.joint_of[list(twin.hinges)]
+    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, apart=apart)
+
+
+class _Compiler:
+    """The compilation of one setup while it runs."""
+
+    def __init__(self, linkage: Linkage, setup: Setup, formulation: Formulation, keep: frozenset[str]) -> None:
+        self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
+        self.laws = setup.laws
+        self.angles = start_state(linkage, setup.start)
+        self.left_out: list[Omission] = []
+        self.unreached = self._unreached()
+
+    def run(self) -> Compiled:
+        mirror = self._mirror()
+        penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
+        springy = penalty or compliant
+        if springy and self.linkage.loops and not self.setup.cut_stiffness:
+            raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
+        tree = panel_tree(self.linkage, self.setup.density, self.setup.held, cut_hinges=penalty, mirror=mirror)
+        joints, bodies, welds, shift = self._based(tree, mirror)
+        drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
+        if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
+            raise HcsearchError(
+                "quasistatic motion has only dampers to set its speed: give every hinge one (damping above 0, springs "
+                "that are not free) and hold a panel, or take the constrained formulation"
+            )
+        system = System(
+            joints,
+            bodies,
+            drives,
+            self._welds(welds),
+            gravity=self.setup.gravity,
+            size=self.linkage.pattern.size,
+            stop_stiffness=self.setup.stop_stiffness if springy else 0.0,
+            stop_damping=self.setup.stop_damping if springy else 0.0,
+            cuts=self._cuts(tree, shift),
+            cut_stiffness=self.setup.cut_stiffness,
+            cut_damping=self.setup.cut_damping,
+            closure_stiffness=self.setup.cut_stiffness if compliant else 0.0,
+            closure_damping=self.setup.cut_damping if compliant else 0.0,
+            overdamped=self.formulation == "quasistatic",
+        )
+        joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
+        start = np.zeros(len(joints))
+        start[joint_of[joint_of >= 0]] = self.angles[joint_of >= 0]
+        for cut, (hinge, _, _) in enumerate(tree.cuts):
+            joint_of[hinge] = -1 - cut
+        hinged = np.arange(len(joints)) >= shift
+        self._say_rest()
+        factor = 1.0 if mirror is None else 2.0
+        return Compiled(
+            self.linkage,
+            self.setup,
+            self.formulation,
+            system,
+            start,
+            joint_of,
+            hinged,
+            np.concatenate([np.ones(shift), tree.shares]),
+            factor,
+            self._apart(mirror),
+            tuple(self.left_out),
+        )
+
+    def _leave_out(self, name: str, what: str, why: str) -> None:
+        self.left_out.append(Omission(name, what, why))
+
+    def _mirror(self) -> Mirror | None:
+        """The mirror of the whole scene, if half of it determines the other half."""
+        # springs that close the loops of a half are other ones than those of the whole, and in other places
+        springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
+        if "half" in self.keep or springy:
+            return None
+        mirror = mirror_of(self.linkage, self.setup.held)
+        if mirror is None:
+            return None
+        images = list(mirror.hinges)
+        laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
+        even = all(laws[k] == laws[image] for k, image in enumerate(images))
+        level = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.setup.gravity))
+        if not (even and level) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
+            return None
+        self.angles = 0.5 * (self.angles + self.angles[images])
+        self._leave_out(
+            "half",
+            f"half of the array: {sum(mirror.beyond)} panels",
+            "pattern, springs, gravity and start are symmetric in a plane through the held panel, so the motion is",
+        )
+        return mirror
+
+    def _based(
+        self, tree: PanelTree, mirror: Mirror | None
+    ) -> tuple[tuple[Joint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
+        """Joints, bodies and welds with the floating base before them, and how many joints that has."""
+        if not self.setup.free:
+            return tree.joints, tree.bodies, tree.welds, 0
+        panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
+        base = joined([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
+        base = base.share(1.0 if mirror is None else 0.5)
+        upright = np.array([0.0, 0.0, 1.0])
+        if mirror is None:
+            slides, turns = np.eye(3), np.eye(3)
+        else:  # in the mirror plane it slides two ways and turns about one
+            slides, turns = np.array([np.cross(upright, mirror.normal), upright]), mirror.normal[None]
+        axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
+        shift = len(axes)
+        still = Body(0.0, panel.centre, np.zeros((3, 3)))
+        joints = [Joint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
+        joints += [
+            Joint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides) for j in tree.joints
+        ]
+        bodies = (*(still for _ in range(shift - 1)), base, *tree.bodies)
+
+        def moved(body: int, held: bool) -> int:
+            return body + shift if body != GROUND else (shift - 1 if held else GROUND)
+
+        # welds that close loops at the held panel move with it; those of the mirror plane stay
+        welds = tuple(
+            Weld(moved(w.first, len(w.kinds) == 6), w.second + shift, w.point, w.kinds, w.frame) for w in tree.welds
+        )
+        return tuple(joints), bodies, welds, shift
+
+    def _drives(self, tree: PanelTree) -> list[JointDrive]:
+        """Law, damping and stops of each joint of a hinge."""
+        drives = [JointDrive()] * len(tree.joints)
+        for hinge, joint in enumerate(tree.joint_of):
+            if joint >= 0:
+                drives[joint] = self._drive(hinge, float(tree.shares[joint]))
+        return drives
+
+    def _drive(self, hinge: int, share: float = 1.0) -> JointDrive:
+        law = self.laws[hinge]
+        upper = math.inf if hinge in self.unreached else math.pi
+        return JointDrive(law if share == 1.0 else scaled(law, share), share * self.setup.damping_of(law), 0.0, upper)
+
+    def _unreached(self) -> set[int]:
+        """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
+        if "stops" in self.keep or any(self.setup.gravity):
+            return set()
+        at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
+        least = [min(0.0, law.least_energy) for law in self.laws]
+        spare = sum(at_start) - sum(least)
+        unreached = {
+            k
+            for k, law in enumerate(self.laws)
+            if self.angles[k] < math.pi and law.energy(math.pi) - least[k] > spare * (1.0 + 1e-9)
+        }
+        if unreached:
+            self._leave_out(
+                "stops",
+                f"the folded stops of {len(unreached)} hinges",
+                "the energy at the start is less than one of their springs would take to close again",
+            )
+        return unreached
+
+    def _cuts(self, tree: PanelTree, shift: int) -> tuple[CutHinge, ...]:
+        cuts = []
+        for hinge, first, second in tree.cuts:
+            own = self.linkage.pattern.hinges[hinge]
+            height = self.linkage.points[hinge][2]
+            ends = (np.array([*own.start, height]), np.array([*own.end, height]))
+            base = shift - 1 if self.setup.free else GROUND
+            bodies = [body + shift if body != GROUND else base for body in (first, second)]
+            cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
+        return tuple(cuts)
+
+    def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
+        """The welds; where all hinges are parallel, only with what moves in the plane across them."""
+        directions = self.linkage.directions
+        if not welds or np.abs(np.cross(directions, axis := directions[0])).max() > 1e-9:
+            return welds
+        # what keeps panels in a mirror plane across the hinges says 0 = 0: rounding would choose among such rows
+        welds = tuple(w for w in welds if len(w.kinds) == 6 or np.abs(np.cross(w.frame[0], axis)).max() > 1e-9)
+        if "third dimension" in self.keep:
+            return welds
+        whole = [weld for weld in welds if len(weld.kinds) == 6]
+        if whole:
+            self._leave_out(
+                "third dimension",
+                f"{3 * len(whole)} of {6 * len(whole)} closure equations",
+                "all hinges are parallel, so panels move in planes across them",
+            )
+        upright = np.array([0.0, 0.0, 1.0])
+        frame = np.array([axis, np.cross(upright, axis), upright])
+        return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
+
+    def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
+        """Pairs of panels among which no contact is looked for."""
+        joined = kept_apart(self.linkage)
+        images = set()
+        if mirror is not None:
+            for pair in combinations(range(self.linkage.n_panels), 2):
+                image = sorted(mirror.panels[panel] for panel in pair)
+                if image < list(pair):
+                    images.add(pair)
+        apart = frozenset(joined | images)
+        self._leave_out(
+            "pairs",
+            f"{len(apart)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
+        )
+        return apart
+
+    def _say_rest(self) -> None:
+        """What is never there to begin with."""
+        if not self.linkage.loops:
+            self._leave_out("closure", "closure", "the array is an open chain")
+        if not any(self.setup.gravity):
+            self._leave_out("gravity", "gravity", "the scene has none")
+        if not self.setup.free:
+            self._leave_out("base", "six freedoms of a floating base", "a panel is held")

@@ -1,0 +1,71 @@
+"""How much play between panels a deployment needs: the least margin at which its motion is certified clear.
+
+Beside it stands the least gap of the panels as built, with no margin taken off, below 0 where they overlap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hcsearch.motion.collision.clearance import certify, least_gap
+from hcsearch.motion.collision.margins import LEAST_PLAY, TOUCHING, scale_of
+from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.courses import Path, path_of
+from hcsearch.springs.dynamics.simulation import Motion
+
+
+@dataclass(frozen=True)
+class Play:
+    """The play of a motion that is certified clear at the margin of its scene.
+
+    needed_margin : m, the least at which it is certified clear, of the multiples of `LEAST_PLAY` in proportion to the
+        panels, and of the scene's own.
+    least_gap : m, of the panels as built at any time, below 0 where they overlap, but for `TOUCHING` in proportion to
+        the panels: gaps and overlaps that are less are 0. None where no two panels are compared.
+    """
+
+    needed_margin: float
+    least_gap: float | None
+
+    def clearance(self, gap: float | None) -> float | None:
+        """The smallest gap to which panels come back (`Clearance.gap`), or the least gap of panels that overlap."""
+        return self.least_gap if self.least_gap is not None and self.least_gap < 0.0 else gap
+
+
+def play_of(compiled: Compiled, motion: Motion, above: float = 0.0) -> Play:
+    """The play of a motion that is certified clear; above : as of `needed_margin_of`."""
+    path = path_of(compiled, motion)
+    touching = TOUCHING * scale_of(compiled.linkage)
+    gap = least_gap(compiled.linkage, path.course, resolution=touching, apart=compiled.apart)
+    if gap is not None and abs(gap) < touching:
+        gap = 0.0
+    return Play(_needed(compiled, path, above), gap)
+
+
+def needed_margin_of(compiled: Compiled, motion: Motion, above: float = 0.0) -> float:
+    """The least margin (m) at which a motion is certified clear that is so at the scene's; above : no less than this.
+
+    What is certified with a margin is so with any greater one, so that the least is found by halving.
+    """
+    return _needed(compiled, path_of(compiled, motion), above)
+
+
+def _needed(compiled: Compiled, path: Path, above: float) -> float:
+    linkage = compiled.linkage
+    step = LEAST_PLAY * scale_of(linkage)
+    count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
+    margins = [margin for k in range(1, count + 1) if (margin := k * step) >= above * (1.0 - 1e-9)]
+    margins.append(compiled.margin)
+    low, high = 0, len(margins) - 1
+    tried = 0  # the least first: most motions in which panels hardly touch need no more
+    while low < high:
+        clearance = certify(
+            linkage, path.course, margin=margins[tried], slack=path.slack, apart=compiled.apart, measured=False
+        )
+        if clearance.kind == "clear":
+            high = tried
+        else:
+            low = tried + 1
+        tried = (low + high) // 2
+    return margins[high]

@@ -1,0 +1,174 @@
+"""A folding as a machine: its certified path smoothed, timed, driven by few hinges, and simulated under control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.planning.motions import PlannedMotion, motion_of
+from hcsearch.motion.planning.reasons import reason_of
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.setup import Setup, settle
+from hcsearch.shape.labels import labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.deploying import Deployment, compile_driven, run_driven
+from hcsearch.springs.deployment.driving import LONGEST, SHORTEST, Drives
+from hcsearch.springs.drive.choosing import FIRM, Choice, choice_of, choose
+from hcsearch.springs.drive.gains import PERIOD, controlled
+from hcsearch.springs.drive.latches import Latch, latches_on, release
+from hcsearch.springs.drive.smoothing import NEAR, smooth_path
+from hcsearch.springs.drive.timing import ACCELERATION, RATE, TimedPath, timed
+from hcsearch.springs.drive.torques import Torques, torques_along
+
+SETTLING = 0.5
+"""Time that is simulated after the end of the course (s)."""
+STEPS = ("motion", "driven hinges", "torques", "simulation")
+"""What is computed, one after the other."""
+Progress = Callable[[int, int, str], None]
+COUNT, PLACES = 1000, 600
+"""Times at which torques are computed, and places on the path at which driven hinges are judged."""
+
+
+@dataclass(frozen=True)
+class DriveOptions:
+    """What a drive is asked for.
+
+    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
+    driven motion begins and ends. hinges : to drive, by their names; chosen where empty. firm : least singular value of
+    the reduced Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
+    """
+
+    rate: float = RATE
+    acceleration: float = ACCELERATION
+    near: tuple[float, float] = NEAR
+    hinges: tuple[str, ...] = ()
+    firm: float = FIRM
+    period: float = PERIOD
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A driven folding.
+
+    play : least play of each face (m) at which its path is proved clear. scene : with panels and flat pairs as the way
+    of the path says. setup : the same in numbers of the linkage, with the time of the course. deployment : the motion
+    simulated under control, certified at the scene's margin.
+    """
+
+    folding: Folding
+    way: Way
+    linkage: Linkage
+    scene: Scene
+    setup: Setup
+    play: float
+    choice: Choice
+    timed: TimedPath
+    torques: Torques
+    drives: Drives
+    deployment: Deployment
+
+    @property
+    def greatest(self) -> Reals:
+        """Greatest torque of each driven hinge under control, until the course is over, (n_driven,), N m."""
+        assert self.deployment.driven is not None
+        return self.deployment.driven.greatest
+
+    @property
+    def missed(self) -> float:
+        """Greatest difference of a hinge, driven or not, from its planned course while the motion lasted (rad)."""
+        return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
+
+
+class NoPathError(HcsearchError):
+    """No path of a folding is proved along which it could be driven."""
+
+
+def find_motion(folding: Folding, scene: Scene) -> PlannedMotion:
+    """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
+    own = [way for way in scene.flat_pairs if folding.can_join(way)]
+    if not own:
+        raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
+    return motion_of(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
+
+
+def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
+    """What is known of a folding of which no path is proved, in one line."""
+    from hcsearch.motion.locks.proofs import lock_at  # noqa: PLC0415 - only of foldings without a path
+
+    turns = twist(folding)
+    if turns:
+        return f"the folding is twisted, with linking number {turns}: no motion leads from packed to flat"
+    panel = panel_of(scene, folding.circuit.grid.name)
+    for end in ("folded", "flat"):
+        linkages = [folding.linkage(panel, flat_pairs=way) for way, _ in motion.growths]
+        locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
+        if locks and all(lock.locked for lock in locks):
+            return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
+    hinged = [] if "hinged" in scene.flat_pairs else ["--flat-pairs hinged"]
+    remedies = " or ".join(["other panels", *hinged, "a scene file with a greater margin_mm"])
+    return f"undecided: {reason_of(motion)}; try {remedies}"
+
+
+def drive_along(
+    folding: Folding,
+    scene: Scene,
+    motion: PlannedMotion,
+    options: DriveOptions | None = None,
+    progress: Progress | None = None,
+) -> Drive:
+    """The drive of a folding along a proved motion in a scene; HcsearchError for options that cannot be met.
+
+    progress : called with steps done, their number, and what comes next; the first step is the search for the motion.
+    """
+    options = options or DriveOptions()
+
+    def say(done: int) -> None:
+        if progress is not None:
+            progress(done, len(STEPS), STEPS[done])
+
+    if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
+        raise NoPathError(why_not(folding, scene, motion))
+    if not SHORTEST <= options.period <= LONGEST:
+        raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
+    panel = panel_of(scene, folding.circuit.grid.name)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
+    say(1)
+    path = smooth_path(linkage, motion.proof.motion, options.near)
+    angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
+    labels = labels_of(linkage)
+    choice = (
+        choice_of(linkage, angles, tuple(sorted({labels.hinge(name) for name in options.hinges})))
+        if options.hinges
+        else choose(linkage, angles, options.firm)
+    )
+    say(2)
+    course = timed(path, options.rate, options.acceleration)
+    setup = replace(settle(scene, linkage), seconds=float(f"{course.seconds + SETTLING:.4g}"))
+    compiled = compile_driven(linkage, setup, None)
+    torques = torques_along(compiled, course, choice, COUNT)
+    drives = controlled(compiled, torques, options.period)
+    say(3)
+    deployment = run_driven(started(compiled, drives), drives)
+    return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
+
+
+def released(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+    """Latches that give the order of the path, and what springs alone make of the folding with them."""
+    path = driven.timed.path
+    latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
+    scene = replace(driven.scene, seconds=None)
+    return latches, release(compile_driven(driven.linkage, scene, None), latches)
+
+
+def started(compiled: Compiled, drives: Drives) -> Compiled:
+    """A compiled scene that starts where drives do."""
+    return replace(compiled, start=drives.start_in(compiled))

@@ -1,0 +1,133 @@
+"""A certified path as a smooth one: splines through closed states, with continuous rates, accelerations and jerks.
+
+The path of a proof is made of cubics whose second derivatives jump. It is resampled, smoothed by a Gaussian window of a
+given width, moved to the nearest closed states within the stops, and splines of fifth degree are put through these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.planning.closing import close, new_closing
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.dynamics.interpolation import between
+
+NEAR = (0.01, 0.005)
+"""How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing
+drives them. Flat counts as flat from 0.01 on."""
+WIDTHS = (0.05, 0.025, 0.0125, 0.006)
+"""Standard deviation of the window, rad of length of a path, widest first."""
+BEYOND = 5e-4
+"""What hinges of the smoothed path may pass their stops by (rad): a wider window rounds off more where they wait."""
+SPACING = 0.02
+"""Length of a path, in the norm of all fold angles (rad), between two states that splines go through."""
+FEWEST, MOST = 200, 4000
+"""States that splines go through."""
+OFF, ROUNDS = 1e-3, 3
+"""A hinge that waits at a stop is kept off it by this (rad), about: stops that are met on the way make kinks. Pushing
+off and closing take turns so often."""
+GIVE = 0.05
+"""What closing may take a hinge beyond its stop (rad), where it is pushed off again."""
+CLOSED = 1e-12
+"""Closure residual of these states (rad, or gap over size)."""
+
+
+@dataclass(frozen=True)
+class SmoothPath:
+    """A path as splines of its length, from one state near the packed one to one near the flat one.
+
+    length : rad. near : (2,), the widest turn of a hinge (rad) from the packed state at its start, from the flat state
+    at its end. opening : closure residual between the states that splines go through. width : of the window, rad.
+    beyond : rad, by which hinges would pass their stops.
+    """
+
+    spline: Any
+    length: float
+    near: tuple[float, float]
+    opening: float
+    width: float
+    beyond: float
+
+    def at(self, places: Reals) -> tuple[Reals, Reals, Reals]:
+        """Fold angles and their first and second derivatives by the length, each (k, n_hinges)."""
+        return tuple(np.asarray(self.spline(places, order), float) for order in range(3))  # type: ignore[return-value]
+
+
+def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = NEAR) -> SmoothPath:
+    """The part of a path between its ends, smoothed by the widest window that keeps hinges within their stops.
+
+    near : rad, by which the widest hinge has left the packed state at the start, and is away from flat at the end,
+    about.
+    """
+    from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
+
+    length, states = _between_ends(linkage, course, near)
+    for width in WIDTHS:
+        own = _closed(linkage, _smoothed(states, width * (len(states) - 1) / length))
+        beyond = max(-float(own.min()), float(own.max()) - np.pi, 0.0)
+        if beyond <= BEYOND:
+            break
+    places = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))]
+    spline = make_interp_spline(places, own, k=5)
+    middle = np.asarray(spline(0.5 * (places[1:] + places[:-1])), float)
+    opening = max(float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) for state in middle)
+    ends = float(np.abs(own[0] - linkage.folded).max()), float(np.abs(own[-1]).max())
+    return SmoothPath(spline, float(places[-1]), ends, opening, width, beyond)
+
+
+def _closed(linkage: Linkage, states: Reals) -> Reals:
+    """The states moved to closed ones, off the stops where that can be."""
+    loops = loops_of(linkage)
+    work = new_closing(loops)
+    for _ in range(ROUNDS):
+        states = _off_stops(states)
+        for state in states:
+            if not close(loops, state, CLOSED, GIVE, 40, work):
+                raise HcsearchError("the smoothed path does not close: give another --near")
+    return states
+
+
+def _off_stops(states: Reals) -> Reals:
+    """States pushed off the stops by a smooth function: a hinge at its stop by `OFF`, one far from it by nothing."""
+    up = 0.5 * (states + np.hypot(states, 2.0 * OFF))
+    left = np.pi - up
+    pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * OFF))
+    return pushed
+
+
+def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:
+    """The length of a path between its ends (in its own times), and states evenly along it."""
+    fine = np.linspace(course.times[0], course.times[-1], 20 * FEWEST)
+    angles = between(course.times, course.angles, course.rates, None, fine)
+    left = np.abs(angles - linkage.folded).max(axis=1) >= near[0]
+    away = np.abs(angles).max(axis=1) >= near[1]
+    first, last = int(left.argmax()), len(fine) - 1 - int(away[::-1].argmax())
+    if not (left.any() and away.any() and last > first + 10):
+        raise HcsearchError(
+            f"nothing of the path is further than {max(near):g} rad from its ends: give a smaller --near"
+        )
+    length = float(fine[last] - fine[first])
+    count = int(np.clip(length / SPACING, FEWEST, MOST))
+    return length, between(
+        course.times, course.angles, course.rates, None, np.linspace(fine[first], fine[last], count + 1)
+    )
+
+
+def _smoothed(states: Reals, width: float) -> Reals:
+    """States under a Gaussian window of a width in steps; both ends keep their places and slopes."""
+    from scipy.ndimage import gaussian_filter1d  # noqa: PLC0415 - loads slowly
+
+    if width < 0.1:
+        return states.copy()
+    more = min(len(states) - 1, int(4.0 * width) + 1)
+    before = 2.0 * states[0] - states[more:0:-1]
+    after = 2.0 * states[-1] - states[-2 : -more - 2 : -1]
+    wide = gaussian_filter1d(np.concatenate([before, states, after]), width, axis=0, mode="nearest")
+    return np.asarray(wide[more : more + len(states)], float)

@@ -1,0 +1,115 @@
+"""Inverse dynamics of a tree of turning bodies: the joint forces that a given motion asks for, at many times at once.
+
+The recursive Newton-Euler algorithm in world axes (Featherstone 2008, chapter 5). It shares nothing with the compiled
+recursions, so that each can be checked by the other. Loops are not closed here: `joint_forces` gives those of the tree,
+and what works along closed motions is for the caller to project.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.dynamics.system import System
+from hcsearch.springs.dynamics.trees import GROUND
+
+
+@dataclass(frozen=True, eq=False)
+class Forces(ByValue):
+    """What a motion asks for at k times.
+
+    joints : (k, n_joints), moments along the joints that inertia and gravity ask for, N m.
+    kinetic, height : (k,), energies of motion and of gravity, J.
+    """
+
+    joints: Reals
+    kinetic: Reals
+    height: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed(ByValue):
+    """A body at k times: its rotation, joint, velocity and acceleration there, and its own turning."""
+
+    turn: Reals
+    place: Reals
+    spin: Reals
+    speed: Reals
+    spin_up: Reals
+    speed_up: Reals
+
+
+def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
+    """Moments of inertia and gravity along the joints for coordinates, velocities and accelerations, (k, n_joints)."""
+    if any(joint.slides for joint in system.joints):
+        raise HcsearchError("inverse dynamics is for a base that is held: hold a panel, such as held = 'bottom'")
+    count, n = q.shape
+    gravity = np.array(system.gravity)
+    lines, placed = _outward(system, q, v, a)
+    pulls, couples = np.zeros((n, count, 3)), np.zeros((n, count, 3))
+    kinetic, height = np.zeros(count), np.zeros(count)
+    forces = np.empty((count, n))
+    for i in range(n - 1, -1, -1):
+        body, own = system.bodies[i], placed[i]
+        arm = own.turn @ (body.centre - system.joints[i].point)
+        inertia = own.turn @ body.inertia @ own.turn.transpose(0, 2, 1)
+        momentum = _times(inertia, own.spin)
+        speed = own.speed + np.cross(own.spin, arm)
+        speed_up = own.speed_up + np.cross(own.spin_up, arm) + np.cross(own.spin, np.cross(own.spin, arm))
+        force = body.mass * (speed_up - gravity)
+        couple = _times(inertia, own.spin_up) + np.cross(own.spin, momentum)
+        pulls[i] += force
+        couples[i] += couple + np.cross(arm, force)
+        kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (own.spin * momentum).sum(axis=1)
+        height -= body.mass * (own.place + arm) @ gravity
+        forces[:, i] = (lines[i] * couples[i]).sum(axis=1)
+        parent = system.joints[i].parent
+        if parent != GROUND:
+            pulls[parent] += pulls[i]
+            couples[parent] += couples[i] + np.cross(own.place - placed[parent].place, pulls[i])
+    return Forces(forces, kinetic, height)
+
+
+def _outward(system: System, q: Reals, v: Reals, a: Reals) -> tuple[list[Reals], list[_Placed]]:
+    """Lines of the joints, (k, 3) each, and the motion of the bodies."""
+    count = len(q)
+    still = np.zeros((count, 3))
+    ground = _Placed(np.broadcast_to(np.eye(3), (count, 3, 3)), still, still, still, still, still)
+    lines: list[Reals] = []
+    placed: list[_Placed] = []
+    for i, joint in enumerate(system.joints):
+        base = ground if joint.parent == GROUND else placed[joint.parent]
+        origin = np.zeros(3) if joint.parent == GROUND else system.joints[joint.parent].point
+        line: Reals = base.turn @ joint.axis
+        arm = base.turn @ (joint.point - origin)
+        turning = v[:, i, None] * line
+        lines.append(line)
+        placed.append(
+            _Placed(
+                base.turn @ _rotations(joint.axis, q[:, i]),
+                base.place + arm,
+                base.spin + turning,
+                base.speed + np.cross(base.spin, arm),
+                base.spin_up + a[:, i, None] * line + np.cross(base.spin, turning),
+                base.speed_up + np.cross(base.spin_up, arm) + np.cross(base.spin, np.cross(base.spin, arm)),
+            )
+        )
+    return lines, placed
+
+
+def _rotations(axis: Reals, angles: Reals) -> Reals:
+    """Rotations about an axis by angles (rad), shape (k, 3, 3): Rodrigues' formula."""
+    across = np.cross(axis, np.eye(3)).T
+    sine, cosine = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
+    rotations: Reals = np.eye(3) + sine * across + (1.0 - cosine) * (across @ across)
+    return rotations
+
+
+def _times(matrices: Reals, vectors: Reals) -> Reals:
+    """Products of matrices (k, 3, 3) and vectors (k, 3)."""
+    products: Reals = np.einsum("kij,kj->ki", matrices, vectors)
+    return products

@@ -1,0 +1,65 @@
+"""Integrators by name: explicit Runge-Kutta methods, and an implicit one."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import INTEGRATORS
+from hcsearch.kernels.multibody.explicit import Method
+
+SOLVERS = {
+    "bogacki-shampine": "RK23",
+    "dormand-prince": "RK45",
+    "dormand-prince-8": "DOP853",
+}
+"""Explicit integrators by the names of SciPy's solvers."""
+IMPLICIT, ORDER = "implicit", 4
+"""Extrapolated linearly implicit Euler, and its order."""
+
+_DORMAND_PRINCE = (
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+_DORMAND_PRINCE_ERRORS = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40)
+
+
+@cache
+def method_named(name: str) -> Method:
+    """Coefficients of a method.
+
+    SciPy holds them, but takes longer to load than many deployments to compute: those of Dormand and Prince (1980),
+    which nearly all motions take, stand here.
+    """
+    if name == IMPLICIT:
+        return Method(np.zeros((ORDER, ORDER)), np.zeros(ORDER), np.zeros((2, ORDER + 1)), ORDER, ORDER)
+    if name == "dormand-prince":
+        return _dormand_prince()
+    if name not in SOLVERS:
+        raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join(INTEGRATORS)}")
+    from scipy import integrate  # noqa: PLC0415 - see above
+
+    solver = getattr(integrate, SOLVERS[name])
+    stages = solver.n_stages
+    a = np.zeros((stages, stages))
+    a[:, : solver.A.shape[1]] = solver.A[:stages, :stages]
+    if name == "dormand-prince-8":
+        errors, order = np.array([solver.E5, solver.E3]), 8
+    else:
+        errors, order = np.array([solver.E, np.zeros(stages + 1)]), solver.error_estimator_order + 1
+    return Method(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order, 0)
+
+
+def _dormand_prince() -> Method:
+    stages = len(_DORMAND_PRINCE)
+    a = np.zeros((stages, stages))
+    for row, weights in enumerate(_DORMAND_PRINCE[:-1], 1):
+        a[row, :row] = weights
+    errors = np.array([_DORMAND_PRINCE_ERRORS, np.zeros(stages + 1)])
+    return Method(a, np.array(_DORMAND_PRINCE[-1]), errors, 5, 0)

@@ -1,0 +1,101 @@
+"""Mirror symmetry of a pattern about a line through its held panel: half of a symmetric motion gives the other.
+
+A reflection of the drawing that maps facets, creases and faces onto themselves keeps tops on top, so it is a reflection
+of space in an upright plane. A motion that begins symmetric, with equal springs at mirror hinges, stays so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.shape.isometries import Isometry
+from hcsearch.shape.linkage import Linkage
+
+
+@dataclass(frozen=True, eq=False)
+class Mirror(ByValue):
+    """A mirror plane: normal (unit, in the plane of the drawing) and a point on it (m), and what it maps.
+
+    panels, hinges : the image of each. beyond : panels on the side away from the normal.
+    """
+
+    normal: Reals
+    point: Reals
+    panels: tuple[int, ...]
+    hinges: tuple[int, ...]
+    beyond: tuple[bool, ...]
+
+
+def mirror_of(linkage: Linkage, held: int) -> Mirror | None:
+    """A mirror plane of the pattern that maps the held panel onto itself; None where there is none.
+
+    Patterns with a hinge between a panel and its image are left out: that hinge lies in the plane.
+    """
+    centres = _centres(linkage)
+    middle = centres.mean(axis=0)
+    spread = np.linalg.norm(centres - middle, axis=1)
+    farthest = int(spread.argmax())
+    for k in np.flatnonzero(np.abs(spread - spread[farthest]) < 1e-6 * linkage.pattern.size):
+        way = centres[k] - centres[farthest]
+        if k == farthest:  # the farthest facet maps onto itself: the line runs through it
+            way = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
+        if np.linalg.norm(way) < 1e-9 * linkage.pattern.size:
+            continue
+        mirror = _checked(linkage, held, way / np.linalg.norm(way), middle)
+        if mirror is not None:
+            return mirror
+    return None
+
+
+def _centres(linkage: Linkage) -> Reals:
+    return np.array([np.mean(facet, axis=0) for facet in linkage.pattern.facets])
+
+
+def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirror | None:
+    """The mirror with this normal, if it maps the pattern and the held panel onto themselves."""
+    pattern = linkage.pattern
+    step = 1e-4 * math.sqrt(pattern.area / len(pattern.facets))
+
+    mirror = Isometry.mirror(complex(*middle), complex(*normal))
+
+    def reflected(points: Reals) -> Reals:
+        images = mirror(points[:, 0] + 1j * points[:, 1])
+        return np.column_stack([images.real, images.imag])
+
+    facets = _matched(_centres(linkage), reflected(_centres(linkage)), step)
+    if facets is None or any(
+        (crease := pattern.creases.get((min(facets[i], facets[j]), max(facets[i], facets[j])))) is None or crease != own
+        for (i, j), own in pattern.creases.items()
+    ):
+        return None
+    for facet, image in enumerate(facets):
+        corners = reflected(np.array(pattern.facets[facet]))
+        if _matched(np.array(pattern.facets[image]), corners, step) is None:
+            return None
+    panels = tuple(pattern.panel_of[facets[parts[0]]] for parts in pattern.panels)
+    hinges = _matched(linkage.points[:, :2], reflected(linkage.points[:, :2]), step)
+    if panels[held] != held or hinges is None:
+        return None
+    if any(panels[hinge.first] == hinge.second for hinge in pattern.hinges):
+        return None
+    sides = (_centres(linkage) - middle) @ normal
+    beyond = tuple(
+        panels[panel] != panel and float(sides[list(parts)].mean()) < 0.0 for panel, parts in enumerate(pattern.panels)
+    )
+    return Mirror(np.array([*normal, 0.0]), np.array([*middle, 0.0]), panels, tuple(hinges), beyond)
+
+
+def _matched(points: Reals, images: Reals, step: float) -> Sequence[int] | None:
+    """The point at which each image lies; None where one lies nowhere."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - takes longer to load than a deployment to compute
+
+    distances, nearest = cKDTree(points).query(images)
+    if not len(images) or distances.max() > step or len(set(nearest.tolist())) < len(images):
+        return None
+    return [int(k) for k in nearest]

@@ -1,0 +1,127 @@
+"""Panels and hinges of a linkage as a tree: loops are cut through panels, so that every hinge is a joint of the tree.
+
+The panel at which a breadth-first tree from the held panel closes a loop is cut into two bodies of half its mass that
+are welded; of a panel where k loops close there are k + 1. Springs, dampers and stops then act in joints only.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.equality import ByValue
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.dynamics.bodies import Body, joined, prism
+from hcsearch.springs.dynamics.mirror import Mirror
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+
+
+@dataclass(frozen=True, eq=False)
+class PanelTree(ByValue):
+    """The joints, bodies and welds of a linkage.
+
+    joint_of : (n_hinges,), the joint of each hinge, whose coordinate is the fold angle; -1 where the hinge is cut.
+    body_of : (n_panels,), a body of each panel, GROUND for the held one.
+    cuts : hinges that are cut (in the place of panels), with the bodies of their first and second panels.
+    shares : (n_joints,), 1/2 where the joint lies across a mirror plane and half of it is left, else 1.
+    """
+
+    joints: tuple[Joint, ...]
+    bodies: tuple[Body, ...]
+    welds: tuple[Weld, ...]
+    joint_of: Whole
+    body_of: Whole
+    cuts: tuple[tuple[int, int, int], ...]
+    shares: Reals
+
+
+def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
+    """Mass properties of each panel; density in kg/m^3."""
+    pattern = linkage.pattern
+    return [
+        joined(prism(pattern.facets[facet], pattern.thickness, density) for facet in facets)
+        for facets in pattern.panels
+    ]
+
+
+def panel_tree(
+    linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False, mirror: Mirror | None = None
+) -> PanelTree:
+    """The tree of a linkage with one panel held.
+
+    cut_hinges : whether loops are cut at hinges, as the thesis does (4.1.2), and not through panels.
+    mirror : of which one half is left: panels across it are halved and stay in it, and mirror hinges share a joint.
+    """
+    panels = panel_bodies(linkage, density)
+    hinges = linkage.pattern.hinges
+    steps = _steps(linkage, held, mirror)
+    cuts = [step.hinge for step in steps if step.closes and cut_hinges]
+    steps = [step for step in steps if not (step.closes and cut_hinges)]
+    copies = np.bincount([step.after for step in steps], minlength=len(panels))
+    joints, bodies, welds = [], [], []
+    body_of = np.full(len(panels), GROUND)
+    joint_of = np.full(len(hinges), -1)
+    shares = np.ones(len(steps))
+    for i, step in enumerate(steps):
+        sense = 1.0 if hinges[step.hinge].first == step.before else -1.0
+        axis, point = sense * linkage.directions[step.hinge], linkage.points[step.hinge]
+        joints.append(Joint(int(body_of[step.before]), axis, point))
+        across = mirror is not None and mirror.panels[step.after] == step.after
+        bodies.append(panels[step.after].share((0.5 if across else 1.0) / copies[step.after]))
+        joint_of[step.hinge] = i
+        if mirror is not None:
+            joint_of[mirror.hinges[step.hinge]] = i
+            shares[i] = 0.5 if mirror.hinges[step.hinge] == step.hinge else 1.0
+        if step.closes:
+            welds.append(Weld(int(body_of[step.after]), i, panels[step.after].centre))
+        else:
+            body_of[step.after] = i
+            if mirror is not None and across and shares[i] == 1.0:
+                welds.append(_kept_in(mirror, i))
+    ends = tuple((k, int(body_of[hinges[k].first]), int(body_of[hinges[k].second])) for k in cuts)
+    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends, shares)
+
+
+def _kept_in(mirror: Mirror, body: int) -> Weld:
+    """What keeps a body in the mirror plane: no gap along its normal, no turn about directions in it."""
+    upright = np.array([0.0, 0.0, 1.0])
+    frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
+    return Weld(GROUND, body, mirror.point, (1, 2, 3), frame)
+
+
+class _Step(NamedTuple):
+    """A hinge as the tree comes to it, from one panel to another, which it has seen before where a loop closes."""
+
+    before: int
+    after: int
+    hinge: int
+    closes: bool
+
+
+def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
+    """All hinges in the order of a breadth-first tree; with a mirror, one of each pair."""
+    around: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
+    for k, hinge in enumerate(linkage.pattern.hinges):
+        around[hinge.first].append((hinge.second, k))
+        around[hinge.second].append((hinge.first, k))
+    steps: list[_Step] = []
+    seen, used = {held}, set()
+    waiting = deque([held])
+    while waiting:
+        panel = waiting.popleft()
+        for neighbour, between in around[panel]:
+            to, k = neighbour, between
+            if mirror is not None and mirror.beyond[to]:
+                to, k = mirror.panels[to], mirror.hinges[k]
+            if k in used:
+                continue
+            used.add(k)
+            steps.append(_Step(panel, to, k, to in seen))
+            if to not in seen:
+                seen.add(to)
+                waiting.append(to)
+    return steps

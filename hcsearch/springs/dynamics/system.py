@@ -1,0 +1,180 @@
+"""A system of bodies, joints, laws, stops and struts, as the compiled kernels read it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.kernels.multibody.cuts import Cuts
+from hcsearch.kernels.multibody.hinges import Hinges, Struts
+from hcsearch.kernels.multibody.motion import Mechanism
+from hcsearch.kernels.multibody.targets import Targets, no_targets
+from hcsearch.kernels.multibody.tree import INERTIA, MASS
+from hcsearch.scenes.laws import FREE, Law, tables_of
+from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld, tree_of
+
+
+@dataclass(frozen=True, eq=False)
+class Strut(ByValue):
+    """A spring with a damper between points of two bodies (m, in the reference state); the ground is -1.
+
+    stiffness : N/m. damping : Ns/m. rest : length without force, m.
+    """
+
+    first: int
+    second: int
+    first_point: Reals
+    second_point: Reals
+    stiffness: float
+    damping: float = 0.0
+    rest: float = 0.0
+
+
+@dataclass(frozen=True)
+class JointDrive:
+    """What acts in one joint: a moment-angle law (N m by rad; a sliding joint: N by m), damping, and stops.
+
+    damping : N m s/rad. lower, upper : rad, infinite where there is no stop.
+    """
+
+    law: Law = FREE
+    damping: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class CutHinge(ByValue):
+    """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
+
+    first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
+        turns by the fold angle, as seen from the first; in the reference state. drive : what acts about it.
+    """
+
+    first: int
+    second: int
+    ends: tuple[Reals, Reals]
+    axis: Reals
+    drive: JointDrive
+
+
+@dataclass(frozen=True, eq=False)
+class System(ByValue):
+    """Bodies that hang on joints, the welds that close their loops, and what acts on them.
+
+    gravity : m/s^2. size : length that gaps of welds are divided by, m.
+    stop_stiffness, stop_damping : of compliant stops (N m/rad, N m s/rad); 0 for hard ones.
+    cuts : hinges held together by springs; cut_stiffness, cut_damping : of each spring (N/m, Ns/m).
+    closure_stiffness, closure_damping : of springs that close the loops across the welds (N/m, Ns/m; turns are held as
+        by springs at the distance `size`); 0 for exact closure.
+    overdamped : whether inertia is left out, so that dampers alone resist: every joint needs one.
+    targets : of drives; None without drives.
+    """
+
+    joints: tuple[Joint, ...]
+    bodies: tuple[Body, ...]
+    drives: tuple[JointDrive, ...]
+    welds: tuple[Weld, ...] = ()
+    struts: tuple[Strut, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    size: float = 1.0
+    stop_stiffness: float = 0.0
+    stop_damping: float = 0.0
+    cuts: tuple[CutHinge, ...] = ()
+    cut_stiffness: float = 0.0
+    cut_damping: float = 0.0
+    closure_stiffness: float = 0.0
+    closure_damping: float = 0.0
+    overdamped: bool = False
+    targets: Targets | None = None
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The tables that the kernels read."""
+        tree = tree_of(self.joints, self.bodies, self.welds, gravity=self.gravity, size=self.size)
+        loads = np.zeros((0, 3))
+        if self.overdamped:
+            loads = np.outer(tree.bodies[:, MASS], tree.gravity)
+            tree.bodies[:, INERTIA:] = 0.0
+            tree.gravity[:] = 0.0
+        hinges = self._hinges(self.drives)
+        area = self.size**2
+        closure = (self.closure_stiffness * area, self.closure_damping * area)
+        targets = no_targets() if self.targets is None else self.targets
+        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped, targets)
+
+    def driven(self, drives: tuple[JointDrive, ...]) -> System:
+        """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
+        system = replace(self, drives=drives)
+        system.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
+        return system
+
+    def under_control(self, targets: Targets) -> System:
+        """The same bodies and laws with drives that follow targets; the tables are kept."""
+        system = replace(self, targets=targets)
+        system.__dict__["mechanism"] = self.mechanism._replace(targets=targets)
+        return system
+
+    def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
+        pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])
+        return Hinges(
+            pieces=pieces,
+            breaks=breaks,
+            cubics=cubics,
+            energies=energies,
+            snaps_up=np.array([drive.law.snap_up for drive in drives]),
+            snaps_down=np.array([drive.law.snap_down for drive in drives]),
+            damping=np.array([drive.damping for drive in drives]),
+            lower=np.array([drive.lower for drive in drives]),
+            upper=np.array([drive.upper for drive in drives]),
+            stop_stiffness=float(self.stop_stiffness),
+            stop_damping=float(self.stop_damping),
+        )
+
+    def _arm(self, body: int, point: Reals) -> Reals:
+        return point if body == GROUND else point - self.joints[body].point
+
+    def _cuts(self) -> Cuts:
+        points = [
+            [*self._arm(body, cut.ends[0]), *self._arm(body, cut.ends[1])]
+            for cut in self.cuts
+            for body in (cut.first, cut.second)
+        ]
+        frames = []
+        for cut in self.cuts:
+            across = np.cross(cut.axis, np.eye(3)[np.abs(cut.axis).argmin()])
+            across /= np.linalg.norm(across)
+            frames.append([*cut.axis, *across, *np.cross(cut.axis, across)])
+        return Cuts(
+            bodies=np.array([(cut.first, cut.second) for cut in self.cuts], np.int64).reshape(-1, 2),
+            points=np.array(points, float).reshape(-1, 12),
+            frames=np.array(frames, float).reshape(-1, 9),
+            hinges=self._hinges([cut.drive for cut in self.cuts]),
+            stiffness=float(self.cut_stiffness),
+            damping=float(self.cut_damping),
+        )
+
+    def _struts(self) -> Struts:
+        points = [
+            [*self._arm(strut.first, strut.first_point), *self._arm(strut.second, strut.second_point)]
+            for strut in self.struts
+        ]
+        return Struts(
+            bodies=np.array([(strut.first, strut.second) for strut in self.struts], np.int64).reshape(-1, 2),
+            points=np.array(points, float).reshape(-1, 6),
+            stiffness=np.array([strut.stiffness for strut in self.struts], float),
+            damping=np.array([strut.damping for strut in self.struts], float),
+            rests=np.array([strut.rest for strut in self.struts], float),
+        )

@@ -1,0 +1,126 @@
+"""The sampling rate of times that a logger rounded, and the places of gaps among them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.system.terminal import short
+
+LEAST_SAMPLES = 64
+"""Fewer do not show a vibration."""
+JITTER = 0.1
+"""How far a time may be from even sampling, as a share of a step."""
+COARSE = 0.98
+"""Rounding explains uneven steps only where its unit is below this share of a step: times in whole steps are exact."""
+MOST_DECIMALS = 12
+ROUNDED = 1e-4
+"""Share of its unit by which rounding seems to move a time further, as the narrowest strip is searched for."""
+
+
+def sampling_rate(times: Reals, path: str) -> float:
+    """The sampling rate (Hz) of even times (s), which may be rounded to decimals or to significant digits.
+
+    Errors: HcsearchError for times that do not grow, or are uneven by more than rounding, with the place.
+    """
+    if len(times) < 2:
+        raise HcsearchError(f"{path} has {len(times)} rows: a vibration needs many")
+    steps, unit = np.diff(times), _unit(times)
+    numbers: Reals = np.arange(len(times), dtype=float) - 0.5 * (len(times) - 1)
+    step = float(numbers @ times / (numbers @ numbers))
+    width = _strip(times, numbers, step, unit)
+    if not (steps > 0.0).all():
+        if (steps >= 0.0).all() and step < COARSE * unit and width <= unit * (1.0 + ROUNDED):
+            raise HcsearchError(
+                f"the times of {path} are rounded to {unit:g} s, more than a step: give the sampling rate by --rate HZ"
+            )
+        k = int(np.argmin(steps > 0.0))
+        raise HcsearchError(f"{times[k + 1]:g} s comes after {times[k]:g} s in {path}: sort the rows, each time once")
+    rounding = unit * (1.0 + ROUNDED) if unit < COARSE * step else 0.0
+    if width > max(2.0 * JITTER * step, rounding):
+        raise HcsearchError(f"{path} is not sampled evenly{_place(times, steps, unit)}")
+    return 1.0 / step
+
+
+def _unit(times: Reals) -> float:
+    """What the last digit of the largest times counts, s; 0 where times have all the digits of a computer."""
+    decimals = np.full(len(times), -1)
+    for k in range(MOST_DECIMALS + 1):
+        scaled = times * 10.0**k
+        open_yet = decimals < 0
+        decimals[open_yet & (abs(scaled - np.round(scaled)) <= 1e-6)] = k
+        if (decimals >= 0).all():
+            break
+    if (decimals < 0).any():
+        return 0.0
+    sizes = np.floor(np.log10(np.maximum(abs(times), 1e-300)))
+    # as many decimals everywhere, or as many significant digits, which are fewer decimals of larger times
+    digits = (sizes + 1 + decimals)[times != 0.0].max(initial=1.0)
+    return float(max(10.0 ** -decimals.max(), 10.0 ** (sizes.max() + 1 - digits)))
+
+
+def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
+    """The width (s) of the narrowest strip between parallel lines over the numbers of samples that holds all times."""
+    level = times - step * numbers
+
+    def width(tilt: float) -> float:
+        return float(np.ptp(level - tilt * numbers))
+
+    reach = max(2.0 * unit, width(0.0)) / max(1.0, float(numbers[-1]))
+    found = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
+    return min(width(0.0), float(found.fun))
+
+
+def _place(times: Reals, steps: Reals, unit: float) -> str:
+    """Where times are uneven, and what to do."""
+    usual, gaps = _gaps(times, steps, unit)
+    digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # that tell a sample from the next
+    if len(gaps):
+        named = ", ".join(f"{short(times[k], digits)} to {short(times[k + 1], digits)} s" for k in gaps[:3])
+        more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+        return (
+            f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
+            f"{short(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
+        )
+    k = int(np.argmax(abs(steps - usual)))
+    return (
+        f", near {short(times[k], digits)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: "
+        "resample it, or give the sampling rate by --rate HZ if it is even"
+    )
+
+
+def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
+    """How to keep a stretch without gaps: the last that is long enough for a vibration, or else the longest."""
+    begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
+    lengths = ends - begins + 1
+    k = -1 if lengths[-1] >= LEAST_SAMPLES else int(lengths.argmax())
+    begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
+    if lengths[k] < LEAST_SAMPLES:
+        return f"measure anew: at most {lengths.max()} samples follow each other, and {LEAST_SAMPLES} are needed"
+    if k == -1:
+        return f"begin after it by --from {begin}"
+    return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
+
+
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+    """The usual step (s), which no single one of rounded steps is, and the numbers of steps with samples missing.
+
+    Steps of one unit and of two are rounded ones if with them all times fit a line; else the longer ones are gaps.
+    """
+    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < most].mean())
+        rounding = unit if unit < COARSE * usual else 0.0
+        gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
+        counted = np.ones(len(steps))
+        counted[gaps] = np.maximum(1.0, np.round(steps[gaps] / usual))
+        numbers = np.concatenate(([0.0], np.cumsum(counted)))
+        numbers -= numbers.mean()
+        step = float(numbers @ times / (numbers @ numbers))
+        if _strip(times, numbers, step, unit) <= max(2.0 * JITTER * step, rounding * (1.0 + ROUNDED)):
+            break
+    return step, gaps

@@ -1,0 +1,218 @@
+"""Natural frequencies and damping ratios from accelerations in free vibration, by subspace identification."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lstsq, qr
+from scipy.signal import firwin, oaconvolve
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.identification.sampling import LEAST_SAMPLES
+
+Complexes = NDArray[np.complex128]
+
+MOST_SAMPLES = 2000
+"""Longer records are cut and thinned to at most so many: the decomposition takes the cube of their number."""
+STILL = 0.8
+"""What decays has less than this share of its variance in the quarter after."""
+MOST_ORDER = 20
+LEAST_ORDERS = 10
+"""A pole is physical if it occurs in so many orders in a row; those of noise seldom last for seven."""
+SAME_FREQUENCY, SAME_DAMPING = 0.01, 0.05
+"""How much both may change from one order to the next, as shares."""
+ALIKENESS = 0.95
+"""How alike its shapes over the channels must be (modal assurance criterion)."""
+LEAST_SHARE = 1e-6
+"""Of the energy, that a mode must have; what thinning lets through of higher modes is less."""
+LEAST_SURENESS = 3.0
+"""How many times its standard error a mode's damping ratio must be; most poles of noise that got so far are less."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A damped sinusoid exp(-decay t) cos(2 pi frequency sqrt(1 - damping^2) t) that all channels share.
+
+    frequency : natural (undamped) frequency, Hz. damping : damping ratio. decay : damping times angular frequency, 1/s.
+    The three `_error`s are standard errors. share : of the energy of all channels about their means.
+    """
+
+    frequency: float
+    damping: float
+    decay: float
+    frequency_error: float
+    damping_error: float
+    decay_error: float
+    share: float
+
+
+@dataclass(frozen=True)
+class FreeVibration:
+    """The modes of a record, lowest frequency first, and its noise: what they leave, rms, in the unit of the record."""
+
+    modes: tuple[Mode, ...]
+    noise: float
+
+
+def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
+    """Modes of a free vibration: eigensystem realisation (Juang and Pappa 1985), with poles that stay over orders.
+
+    accelerations : shape (channels, samples), in one unit, sampled evenly at `rate` Hz after the excitation has ended.
+    Damped sinusoids make a block Hankel matrix whose rank is the number of their poles. Its left singular vectors,
+    one time step on, are the same times the state matrix, whose eigenvalues exp(s / rate) hold frequency abs(s) / 2 pi
+    and damping ratio -Re s / abs(s) (Reynders 2012). One decomposition serves all orders up to 20.
+
+    Departures from the thesis (4.5.3): it takes the frame's acceleration as the input of N4SID and filters below
+    0.5 Hz. In free vibration the frame is but one more channel of the same poles; offset and drift are poles of their
+    own, without a whole cycle in the record, so no filter is needed that would change the decay. What pulls on the
+    sensor (weight, its place on the block) changes amplitudes, not poles.
+
+    Standard errors are the least that white noise of the size of the residuals allows (Cramer and Rao).
+    Errors: HcsearchError for too few samples, numbers that are not finite, channels that are constant.
+    """
+    records = _lively(_checked(accelerations, rate))
+    thinning = -(-records.shape[1] // MOST_SAMPLES)
+    if thinning > 1:
+        records, rate = _thinned(records, thinning), rate / thinning
+    poles = _physical_poles(records, rate)
+    poles = poles[np.argsort(abs(poles))]
+    # what has no whole cycle in the record cannot be distinguished from drift
+    poles = poles[abs(poles) * records.shape[1] > 2.0 * math.pi * rate]
+    vibration = _described(records, rate, poles)
+    sure = [mode.share > LEAST_SHARE and mode.damping > LEAST_SURENESS * mode.damping_error for mode in vibration.modes]
+    return vibration if all(sure) else _described(records, rate, poles[sure])
+
+
+def _checked(accelerations: Reals, rate: float) -> Reals:
+    records = np.atleast_2d(np.asarray(accelerations, float))
+    if not 0.0 < rate < math.inf:
+        raise HcsearchError(f"a sampling rate of {rate:g} Hz: give a positive number")
+    if not np.isfinite(records).all():
+        raise HcsearchError("accelerations hold values that are not numbers: cut the record before or after them")
+    if records.shape[1] < LEAST_SAMPLES:
+        raise HcsearchError(f"{records.shape[1]} samples do not show a vibration: give {LEAST_SAMPLES} or more")
+    for k, record in enumerate(records):
+        if np.ptp(record) == 0.0:
+            raise HcsearchError(f"acceleration {k} is {record[0]:g} all the time: leave out what was not measured")
+    return records
+
+
+def _lively(records: Reals) -> Reals:
+    """A long record without the halves at its end in which nothing decays any more: there is only noise."""
+    while (samples := records.shape[1]) > MOST_SAMPLES:
+        third, fourth = np.array_split(records[:, samples // 2 :], 2, axis=1)
+        if float(fourth.var(axis=1).sum()) < STILL * float(third.var(axis=1).sum()):
+            break
+        records = records[:, : samples // 2]
+    return records
+
+
+def _thinned(records: Reals, factor: int) -> Reals:
+    """One sample in so many, after a low pass that keeps damped sinusoids what they are: its ends are left out."""
+    low_pass = firwin(20 * factor + 1, 0.75 / factor, window=("kaiser", 8.0))
+    return np.asarray(oaconvolve(records, low_pass[None, :], mode="valid", axes=1)[:, ::factor])
+
+
+def _physical_poles(records: Reals, rate: float) -> Complexes:
+    """Poles s (1/s, positive imaginary part) that decay and stay where they are over many orders."""
+    channels, samples = records.shape
+    block_rows = samples // 2
+    windows = np.lib.stride_tricks.sliding_window_view(records, samples - block_rows + 1, axis=1)
+    hankel = windows.transpose(1, 0, 2).reshape(block_rows * channels, -1)
+    left, values, _ = np.linalg.svd(hankel, full_matrices=False)
+    # beyond its rank a record holds nothing: there higher orders repeat the last one
+    rank = int((values > values[0] * max(hankel.shape) * np.finfo(float).eps).sum())
+    chains: list[_Chain] = []
+    ended: list[_Chain] = []
+    for order in range(1, MOST_ORDER + 1):
+        grown = []
+        poles, shapes = _poles(left[:, : min(order, rank)], channels, rate)
+        for pole, shape in zip(poles, shapes, strict=True):
+            alike = [chain for chain in chains if _near(chain.pole, pole) and _likeness(chain.shape, shape) > ALIKENESS]
+            before = min(alike, key=lambda chain: abs(chain.pole - pole), default=None)
+            if before is not None:
+                chains.remove(before)
+            grown.append(_Chain(pole, shape, 1 + (before.length if before else 0)))
+        ended += chains
+        chains = grown
+    return np.array([chain.pole for chain in ended + chains if chain.length >= LEAST_ORDERS], complex)
+
+
+@dataclass(frozen=True, eq=False)
+class _Chain:
+    """A pole, its shape over the channels, and in how many orders in a row it has occurred."""
+
+    pole: complex
+    shape: Complexes
+    length: int
+
+
+def _poles(left: Reals, channels: int, rate: float) -> tuple[Complexes, Complexes]:
+    """Decaying poles of one order with positive imaginary part, and their shapes over the channels, one a row."""
+    state = lstsq(left[:-channels], left[channels:])[0]
+    eigenvalues, vectors = np.linalg.eig(state)
+    kept = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
+    poles = rate * np.log(eigenvalues[kept].astype(complex))
+    ascending = np.argsort(abs(poles))
+    return poles[ascending], (left[:channels] @ vectors[:, kept]).T[ascending]
+
+
+def _near(one: complex, two: complex) -> bool:
+    dampings = -one.real / abs(one), -two.real / abs(two)
+    same = abs(abs(one) - abs(two)) < SAME_FREQUENCY * abs(two)
+    return same and abs(dampings[0] - dampings[1]) < SAME_DAMPING * max(dampings)
+
+
+def _likeness(one: Complexes, two: Complexes) -> float:
+    return float(abs(np.vdot(one, two)) ** 2 / (np.vdot(one, one).real * np.vdot(two, two).real))
+
+
+def _described(records: Reals, rate: float, poles: Complexes) -> FreeVibration:
+    """Modes with their shares and standard errors, from amplitudes fitted to the whole record."""
+    time = np.arange(records.shape[1]) / rate
+    waves = np.exp(np.outer(time, poles))
+    columns = np.column_stack([np.ones(len(time)), waves.real, waves.imag])
+    amplitudes = lstsq(columns, records.T)[0]
+    residuals = records.T - columns @ amplitudes
+    freedom = records.size - amplitudes.size - 2 * len(poles)
+    noise = float(np.sqrt((residuals**2).sum() / freedom))
+    errors = _pole_errors(time, waves, amplitudes, columns) * noise
+    energy = float(((records - records.mean(axis=1, keepdims=True)) ** 2).sum())
+    modes = []
+    for k, pole in enumerate(poles):
+        own = columns[:, [1 + k, 1 + len(poles) + k]] @ amplitudes[[1 + k, 1 + len(poles) + k]]
+        modes.append(_mode(complex(pole), errors[2 * k : 2 * k + 2], float((own**2).sum()) / energy))
+    return FreeVibration(tuple(modes), noise)
+
+
+def _pole_errors(time: Reals, waves: Complexes, amplitudes: Reals, columns: Reals) -> Reals:
+    """Root E of the covariance E E^T of (decay, angular frequency) of all modes for noise 1, amplitudes unknown."""
+    count = waves.shape[1]
+    basis = qr(columns, mode="economic")[0]
+    slopes = []
+    for own in amplitudes.T:
+        moved = time[:, None] * waves * (own[1 : 1 + count] - 1j * own[1 + count :])
+        slope = np.stack([-moved.real, -moved.imag], axis=2).reshape(len(time), -1)
+        slopes.append(slope - basis @ (basis.T @ slope))
+    triangle = qr(np.concatenate(slopes), mode="economic")[1]
+    return np.asarray(np.linalg.inv(triangle))
+
+
+def _mode(pole: complex, roots: Reals, share: float) -> Mode:
+    """A pole's mode; `roots`: its two rows of the root of the covariance."""
+    size, decay, turning = abs(pole), -pole.real, pole.imag
+    changes = np.array([[decay, turning], [turning**2 / size, -decay * turning / size]]) / size
+    frequency_error, damping_error = np.linalg.norm(changes @ roots, axis=1)
+    return Mode(
+        frequency=size / (2.0 * math.pi),
+        damping=decay / size,
+        decay=decay,
+        frequency_error=float(frequency_error) / (2.0 * math.pi),
+        damping_error=float(damping_error) / size,
+        decay_error=float(np.linalg.norm(roots[0])),
+        share=share,
+    )

@@ -1,0 +1,213 @@
+"""The choice among spring sets that a search has seen: confirmed, and the least likely to collide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.scenes.setup import Setup, with_stiffnesses
+from hcsearch.springs.deployment.agreement import Agreement, confirmed
+from hcsearch.springs.deployment.deploying import Deployment, deploy
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.tuning.catalogue import Levels, descend, nearest_levels
+from hcsearch.springs.tuning.objective import DEFAULT, Scales, objective
+from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
+from hcsearch.springs.tuning.search import MORE, SpringSearch, spread_out, strategy_from
+
+STAGES = ((8, 4), (3, 8))
+"""Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
+STARTS = 31
+"""Sets, beside the best, that are rounded to catalogue springs, where the search of catalogue springs begins."""
+TRIES = 6
+"""Sets that are simulated precisely until one is confirmed."""
+HARDENED = STAGES[0][0] // 2 + 1
+"""Sets that the search for robust ones leaves, which are evaluated."""
+HARDENING = (8, 4)
+"""Sets of a generation of the search for robust ones, and samples that each is judged by."""
+
+
+@dataclass(frozen=True)
+class SpringSet:
+    """Springs and what they do.
+
+    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
+        it was not simulated. agreement : with the same at tighter tolerances, where it becomes flat, as of `hcsearch
+        deploy`. robustness : None where no samples were drawn. scales : of its scene.
+    """
+
+    stiffnesses: tuple[float, ...]
+    check: Check
+    deployment: Deployment | None = None
+    robustness: Robustness | None = None
+    scales: Scales = DEFAULT
+    agreement: Agreement | None = None
+
+    @property
+    def value(self) -> float:
+        """The objective, with no slack for loops that give way."""
+        return objective(self.check, 0.0, self.scales)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the precise simulation becomes flat, certified clear."""
+        return self.deployment is not None and self.deployment.deploys
+
+    @property
+    def doubt(self) -> str:
+        """Why simulations at tighter tolerances do not confirm that it deploys; empty where they do."""
+        agreed = self.agreement is None or self.agreement.verdict == "deploys"
+        return "" if self.agreement is None or agreed else self.agreement.reason
+
+    @property
+    def flat_time(self) -> float | None:
+        """When the precise simulation is flat, s, in the digits that all tolerances agree on."""
+        if self.agreement is not None:
+            return self.agreement.flat_time
+        return None if self.deployment is None else self.deployment.flat_time
+
+
+class Shares(NamedTuple):
+    """How many evaluations there are in all, and how many are kept for robust sets and for catalogue springs."""
+
+    total: int
+    hardened: int
+    rounded: int
+
+
+def shares_of(evaluations: int, samples: int, catalogue: bool) -> Shares:
+    """The shares of a number of evaluations; the rest is the search's, one at least."""
+    rounded = min(max(1, evaluations // 4), evaluations - 1) if catalogue else 0
+    return Shares(evaluations, min(HARDENED, evaluations // 8) if samples else 0, rounded)
+
+
+class Finder:
+    """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
+
+    def __init__(self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: Shares) -> None:
+        self.search, self.setup, self.samples, self.spread, self.shares = search, setup, samples, spread, shares
+        self.evaluator = search.evaluator
+        self.best: SpringSet | None = None
+
+    def choose(self, sets: Sequence[Reals], begin: SpringSet) -> None:
+        """Set `best` to the one of these that is confirmed and the least likely to fail, once hardened.
+
+        It is never worse than the set that the search began with, once that one is confirmed.
+        """
+        best = self._chosen([*self._hardened(sets), *sets])
+        self.best = min(best, self.sampled(begin) if begin.confirmed else best, key=_risk)
+
+    def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
+        """Sets near the most robust one of these that are better in the mean over some samples, the best first.
+
+        Among sets that come flat and clear the objective says little of how near they are to those that do not; its
+        mean over samples of the tolerances does.
+        """
+        clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
+        if not self.samples or not clear:
+            return []
+        chances = most_robust(self.evaluator, clear, self.spread, STAGES, self.search.seed)
+        first, chance = chances[0]
+        if not chance.failures:
+            return []
+        tied, seed = self.search.tied, self.search.seed
+        begin = np.log([clear[first][hinges[0]] for hinges in tied])
+        rng = np.random.default_rng([seed, 1_000_000])
+        strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
+        trials: list[tuple[float, int, Reals]] = []
+        least, idle = math.inf, 0
+        generations = max(1, self.shares.total // (2 * HARDENING[0] * HARDENING[1]))
+        for k in range(generations):
+            points = np.array(strategy.ask())
+            near = [spread_out(np.exp(point), tied) for point in points]
+            means = self._means(near)
+            strategy.tell(list(points), means)
+            trials += [(mean, len(trials) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
+            self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
+            least, idle = (min(means), 0) if min(means) < least - MORE else (least, idle + 1)
+            if strategy.stop() or idle == 2:
+                break
+        middle = spread_out(np.exp(strategy.result.xfavorite), tied)
+        left = self.shares.total - self.evaluator.done - self.shares.rounded
+        return [middle, *(one for _, _, one in sorted(trials)[: HARDENED - 1])][: max(0, left)]
+
+    def _means(self, sets: Sequence[Reals]) -> list[float]:
+        """Mean objective of each set over the same few samples."""
+        count = HARDENING[1]
+        setups = [
+            setup
+            for one in sets
+            for setup in sampled(self.evaluator.setup, one, self.spread, count, self.search.seed + 1)
+        ]
+        values = [self.evaluator.value(check) for check in self.evaluator.of_setups(setups)]
+        return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
+
+    def round(self, levels: Sequence[float]) -> SpringSet | None:
+        """Catalogue springs near the best set; None where no evaluation is left."""
+        assert self.best is not None
+        left = self.shares.total - self.evaluator.done
+        if left < 1:
+            return None
+        tied = self.search.tied
+        # sets further from the best one may round to better ones
+        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
+        starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
+
+        def sets(chosen: Sequence[Levels]) -> list[Reals]:
+            return [spread_out([levels[level] for level in one], tied) for one in chosen]
+
+        def costs(chosen: list[Levels]) -> list[float]:
+            values = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
+            self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
+            return values
+
+        seen = descend(starts, len(levels), costs, budget=min(left, max(self.shares.rounded, STARTS + 1)))
+        ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
+        clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
+        return self._chosen(sets(clear or ranked[:1]))
+
+    def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
+        """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
+        total = self.search.budget
+        checks = self.evaluator.of_springs(sets)
+        scales = self.evaluator.scales
+        places = [SpringSet(tuple(one.tolist()), check, scales=scales) for one, check in zip(sets, checks, strict=True)]
+        clear = [place for place in places if place.check.deploys]
+        # packed neighbours have two margins between them: where loops give way by more, nothing is certain
+        clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear
+        if self.samples and len(clear) > 1:
+            self.search.progress(total, total, "comparing by samples")
+            springs = [place.stiffnesses for place in clear]
+            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
+            clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+        tried: list[SpringSet] = []
+        for place in clear[:TRIES]:
+            self.search.progress(total, total, "confirming")
+            tried.append(self.precise(place))
+            if tried[-1].confirmed:
+                return self.sampled(tried[-1])
+        return (tried or places)[0]
+
+    def precise(self, place: SpringSet) -> SpringSet:
+        """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
+        setup = with_stiffnesses(self.setup, place.stiffnesses)
+        deployment = deploy(self.evaluator.linkage, setup, self.evaluator.formulation)
+        return replace(place, deployment=deployment, agreement=confirmed(deployment))
+
+    def sampled(self, place: SpringSet) -> SpringSet:
+        """With what becomes of samples of the tolerances, where they are wanted."""
+        if not self.samples:
+            return place
+        total = self.search.budget
+        self.search.progress(total, total, "drawing samples")
+        (chance,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
+        return replace(place, robustness=chance)
+
+
+def _risk(one: SpringSet) -> tuple[bool, int]:
+    """The order of two sets: confirmed, then how many samples fail."""
+    return not one.confirmed, 0 if one.robustness is None else one.robustness.failures

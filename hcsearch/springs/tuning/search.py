@@ -1,0 +1,200 @@
+"""The search for springs with which an array becomes flat without a collision (thesis 4.4).
+
+The thesis starts at equal springs and follows gradients; from where they lead nowhere it starts anew. The objective has
+jumps where one collision takes the place of another, so here CMA-ES (Hansen 2016, the library `cma`) searches over
+the logarithms of the stiffnesses, from equal springs first and then from random ones, and gradients serve where the
+objective is smooth: up to the largest gap from where there is no collision. On the 4x4 array of the thesis under
+gravity CMA-ES takes some hundred evaluations, where SciPy's differential evolution takes several times as many, or
+finds nothing; descents from equal springs end at collisions there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.arrays import Reals
+from hcsearch.basics.equality import ByValue
+from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.tuning.evaluation import Evaluator
+from hcsearch.system.terminal import short
+
+Progress = Callable[[int, int, str], None]
+
+GENERATION, GENERATIONS = 16, 40
+"""Sets of a generation of CMA-ES, and generations until it starts anew."""
+LATER, MORE = 2, 0.01
+"""Generations without a gain, of this in the objective, after the first set that becomes flat and clear."""
+APART = 0.05
+"""Sets count as different where a stiffness differs by this share."""
+GOOD = -0.999
+"""Objective of a set whose gap is ample."""
+
+
+def spread_out(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
+    """Stiffnesses of all hinges from those of the tied groups, to four digits: nobody makes springs more precisely."""
+    stiffnesses = np.empty(sum(map(len, tied)))
+    for value, hinges in zip(values, tied, strict=True):
+        stiffnesses[list(hinges)] = float(f"{value:.4g}")
+    return stiffnesses
+
+
+def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
+    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
+
+    low, high = np.log(bounds)
+    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION)
+    logarithms: Reals = low + (high - low) * points
+    logarithms[0] = np.log([start[hinges[0]] for hinges in tied])
+    return logarithms
+
+
+class SpentError(Exception):
+    """The evaluations are spent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place(ByValue):
+    """A spring set that was seen: logarithms of the tied groups' stiffnesses, and its check."""
+
+    point: Reals
+    stiffnesses: Reals
+    check: Check
+    value: float
+
+
+class SpringSearch:
+    """The search for springs: starts of CMA-ES until a set becomes flat and clear, or evaluations are spent."""
+
+    def __init__(
+        self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: Progress
+    ) -> None:
+        self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
+        self.spent = 0
+        self.best: Place | None = None
+        self.clear: list[Place] = []
+        self.success = False
+        self._own: Place | None = None
+        low, high = evaluator.setup.spring_range
+        self.bounds = self.low, self.high = math.log(low), math.log(high)
+
+    def run(self, start: Reals, first: Reals) -> None:
+        """Search; ends quietly when the evaluations are spent."""
+        try:
+            self.values(first)
+            number = 0
+            while not self.success:
+                self._round(number, first[0])
+                number += 1
+        except SpentError:
+            pass
+
+    def candidates(self) -> list[Reals]:
+        """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
+        kept: list[Reals] = []
+        for place in sorted(self.clear, key=lambda place: place.value):
+            if all(np.abs(np.log(place.stiffnesses / other)).max() > APART for other in kept):
+                kept.append(place.stiffnesses)
+        return kept or ([self.best.stiffnesses] if self.best else [])
+
+    def values(self, points: Reals) -> Reals:
+        """Objectives of points, (k, len(tied)), checked together; those beyond the bounds count as on them."""
+        inside = np.clip(points[: self.budget - self.spent], self.low, self.high)
+        if not len(inside):
+            raise SpentError
+        sets = [spread_out(np.exp(point), self.tied) for point in inside]
+        self.spent += len(sets)
+        places = [
+            Place(point, stiffnesses, check, self.evaluator.value(check))
+            for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
+        ]
+        self.clear += [place for place in places if place.check.deploys]
+        least = min(places, key=lambda place: place.value)
+        if self.best is None or least.value < self.best.value:
+            self.best = least
+        if self._own is None or least.value < self._own.value:
+            self._own = least
+        self.progress(self.spent, self.budget, summary(self.best.check))
+        if len(inside) < len(points):
+            raise SpentError
+        return np.array([place.value for place in places])
+
+    def _round(self, number: int, start: Reals) -> None:
+        """One start of CMA-ES, and from the best set, where that becomes flat and clear, up to its largest gap."""
+        rng = np.random.default_rng([self.seed, number])
+        self._own = None
+        known = len(self.clear)
+        begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
+        own = self._evolve(begin, rng)
+        if own.check.deploys:
+            self.success = True
+            self._descend(own.point)
+            # the middle of the sets that do is further from those that do not
+            self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
+
+    def _evolve(self, start: Reals, rng: np.random.Generator) -> Place:
+        """The best set of one start."""
+        strategy = strategy_from(start, 0.2, self.bounds, GENERATION, rng)
+        idle, least = 0, math.inf
+        while not strategy.stop() and idle < LATER:
+            points = np.array(strategy.ask())
+            values = self.values(points)
+            strategy.tell(list(points), values.tolist())
+            assert self._own is not None
+            own = self._own
+            if own.value <= GOOD:
+                break
+            if own.check.deploys:
+                idle = 0 if own.value < least - MORE else idle + 1
+                least = min(least, own.value)
+        assert self._own is not None
+        return self._own
+
+    def _descend(self, point: Reals) -> None:
+        """Down the gradient, a few steps; differences to both sides, all in one call."""
+        from scipy.optimize import minimize  # noqa: PLC0415 - takes longer to load than many checks
+
+        step = 0.02
+
+        def value_and_slope(x: Reals) -> tuple[float, Reals]:
+            ways = step * np.eye(len(x))
+            values = self.values(np.vstack([x, x + ways, x - ways]))
+            up, down = values[1 : len(x) + 1], values[len(x) + 1 :]
+            return float(values[0]), (up - down) / (2.0 * step)
+
+        bounds = [(self.low, self.high)] * len(point)
+        options = {"maxiter": 1, "maxls": 2}
+        minimize(value_and_slope, point, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+
+
+def strategy_from(
+    start: Reals, share: float, bounds: tuple[float, float], population: int, rng: np.random.Generator
+) -> Any:
+    """CMA-ES from a point, with steps that are a share of the bounds to begin with."""
+    import cma  # noqa: PLC0415 - takes seconds to load
+
+    low, high = bounds
+    options = {
+        "bounds": [low, high],
+        "popsize": population,
+        "maxiter": GENERATIONS,
+        "tolfun": 1e-3,
+        "tolx": 1e-2,
+        "verbose": -9,
+        "randn": lambda *shape: rng.standard_normal(shape),  # else the generator that all of NumPy shares is seeded
+        "seed": math.nan,
+    }
+    return cma.CMAEvolutionStrategy(start, share * (high - low), options)
+
+
+def summary(check: Check) -> str:
+    """A check in a few words."""
+    if check.deploys:
+        return "flat, clear" if check.gap is None else f"flat, clear by {short(1e3 * check.gap, 2)} mm"
+    verdict = {True: "clear", False: "collides", None: "undecided"}[check.clear]
+    return f"{check.outcome}, {verdict}"

@@ -1,0 +1,1 @@
+"""What is shown: pages of designs, the player of motions, and the server."""

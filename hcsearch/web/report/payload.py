@@ -1,0 +1,127 @@
+"""The data of a page for its script: columns of designs and foldings, grids to draw them on, in one JSON text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import STATUSES
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.grid import GRIDS, Grid
+from hcsearch.store.columns import FOLDINGS, Quantity
+from hcsearch.web.report.data import ReportData, Row
+from hcsearch.web.report.reasons import asked_scene, best_try, verdict_in, why
+
+Packed = list[object] | dict[str, object]
+"""A column in little text: what is the same everywhere once, words that repeat once each."""
+
+FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
+
+
+def page_data(data: ReportData) -> dict[str, Any]:
+    """Everything that the script of a page draws, as JSON takes it.
+
+    Foldings are in the order of their designs; `design` is the place of the one each belongs to, `best` the crease that
+    is drawn first.
+    """
+    rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(id_of(design), ())]
+    keys = [(id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
+    tried = [data.tried.get(key, ()) for key in keys]
+    best = [drawn_crease(data, design) for design in data.designs]
+    reasons = [why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)]
+    foldings: dict[str, list[Any]] = {
+        "design": [k for k, _ in rows],
+        **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
+        "scene": [
+            None if (best_ := best_try(own)) is None else asked_scene(best_, verdict_in(row, own))
+            for (_, row), own in zip(rows, tried, strict=True)
+        ],
+        "why": [reason or None for reason in reasons],
+    }
+    return {
+        "total": data.total,
+        "scene": data.scene,
+        "where": data.where,
+        "pages": data.pages,
+        "size": data.size,
+        "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
+        "statuses": [*STATUSES, "twisted", "no_folding"],
+        "quantities": [described(quantity) for quantity in data.columns],
+        "folding_quantities": [described(quantity) for quantity in FOLDING_COLUMNS],
+        "count": len(data.designs),
+        "folding_count": len(rows),
+        "designs": {q.name: packed([design.get(q.name) for design in data.designs]) for q in data.columns},
+        "readable": packed([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
+        "best": packed(best),
+        "foldings": {name: packed(values) for name, values in foldings.items()},
+        "players": [data.players.get(key) for key in keys] if data.players else [],
+    }
+
+
+def drawn_crease(data: ReportData, design: Row) -> int | None:
+    """The crease of the folding that stands for a design; None without foldings.
+
+    It is the one that the database names. Before any stage has compared them, it is the first untwisted one.
+    """
+    foldings = data.foldings.get(id_of(design), ())
+    creases = [int(str(row["crease"])) for row in foldings]
+    best = data.best.get(id_of(design))
+    if best in creases:
+        return best
+    untwisted = [crease for crease, row in zip(creases, foldings, strict=True) if row.get("untwisted")]
+    return min(untwisted or creases, default=None)
+
+
+def described(quantity: Quantity) -> dict[str, object]:
+    """Name, unit and meaning of a quantity for a page, and the words by which its values compare."""
+    return {
+        "name": quantity.name,
+        "label": quantity.title,
+        "kind": quantity.kind,
+        "unit": quantity.unit,
+        "note": quantity.note,
+        "words": list(quantity.words),
+    }
+
+
+def packed(values: Sequence[object]) -> Packed:
+    """A column as JSON takes it; `unpack` of table.js gives the values back.
+
+    `{"all": value}` where all are alike, `{"words": [...], "at": [...]}` where few texts repeat, else the values.
+    """
+    kinds = list(dict.fromkeys(values))
+    if len(kinds) <= 1:
+        return {"all": kinds[0] if kinds else None}
+    if all(value is None or isinstance(value, str) for value in kinds) and 2 * len(kinds) < len(values):
+        places = {value: place for place, value in enumerate(kinds)}
+        return {"words": kinds, "at": [places[value] for value in values]}
+    return list(values)
+
+
+def id_of(design: Row) -> int:
+    """The id of a design's row."""
+    return int(str(design.get("id", 0)))
+
+
+def _grid(grid: Grid) -> dict[str, Any]:
+    """What drawing takes of a grid; corners about the centre, for each parity of triangles."""
+    starts: Sequence[range] = (
+        [range(d, grid.directions, 2) for d in (0, 1)] if grid.is_triangle else [range(grid.directions)]
+    )
+    return {
+        "directions": grid.directions,
+        "steps": grid.steps,
+        "triangle": grid.is_triangle,
+        "faces": [list(faces) for faces in starts],
+        "corners": [grid.corners_from_centre(list(faces)) for faces in starts],
+        "regular": grid.directions != 4,
+    }
+
+
+def _is_readable(notation: str) -> bool:
+    try:
+        Circuit.from_notation(notation)
+    except HcsearchError:
+        return False
+    return True

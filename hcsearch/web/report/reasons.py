@@ -1,0 +1,82 @@
+"""Why a folding has its status: one sentence of what the stages recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+from hcsearch.basics.play import play_sentence
+from hcsearch.basics.vocabulary import STATUSES, Way
+from hcsearch.scenes import joined_name
+from hcsearch.scenes.looks import Look, described
+from hcsearch.store import StoredVerdict
+from hcsearch.web.report.data import Row
+
+UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
+LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
+
+
+def best_try(tried: Sequence[Row]) -> Row | None:
+    """The deployment that counts: the first that deploys, else the first."""
+    return next((row for row in tried if row["status"] == "deploys"), tried[0] if tried else None)
+
+
+def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
+    """The sentence behind the status of a folding; empty where no stage has decided anything.
+
+    motion : the sentence behind the planned motion. tried : its deployments.
+    """
+    status, best = folding.get("status"), best_try(tried)
+    if folding.get("twist"):
+        return f"twist {folding['twist']}: the closed band of panels cannot reach the two stacks"
+    if status == "locked":
+        return motion or LOCKED
+    if status == "deploys" and best is not None:
+        return "; ".join(filter(None, (str(best["reason"]), play_of(folding), springs_in(best))))
+    if motion is None and best is None:
+        return UNTRIED if status == "undecided" or folding.get("kutzbach") is not None else ""
+    springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
+    return "; ".join(filter(None, (springs, motion, play_of(folding))))
+
+
+def play_of(row: Row) -> str | None:
+    """How much to leave between faces for the motion that gives a folding its status; None where it has none."""
+    needed = row.get("needed_margin")
+    return play_sentence(needed if isinstance(needed, float) else None)
+
+
+def springs_in(row: Row) -> str:
+    """The springs and the flat pairs of a deployment."""
+    text = f"springs: {described(str(row['springs']))}" if row["springs"] else f"springs of the scene {row['base']}"
+    return f"{text}, flat pairs {row['pairs']}"
+
+
+def asked_scene(row: Row, verdict: StoredVerdict | None) -> str:
+    """The name of a deployment's scene by which `hcsearch deploy` repeats it.
+
+    verdict : on the folding in the scene that it serves. Where another look gave it, the scene as it stands names its
+    flat pairs: they are joined otherwise unless somebody says so.
+    """
+    scene, pairs = str(row["scene"]), str(row["pairs"])
+    if verdict is None or scene != row["base"]:
+        return scene
+    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path is not None
+    deployed = verdict.deployed
+    other = deployed is not None and not deployed.first if deploys else moves and verdict.path != pairs
+    return joined_name(scene, pairs) if other else scene
+
+
+def way_option(way: str | None) -> str:
+    """The option by which `hcsearch drive` joins flat pairs in a way; nothing for none."""
+    return "" if way is None else f" --flat-pairs {way}"
+
+
+def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
+    """The verdict of a row of `foldings`, with its deployments; None where no stage has judged it."""
+    status, best = folding.get("status"), best_try(tried)
+    if status not in STATUSES:
+        return None
+    deployed = None
+    if best is not None and best["status"] == "deploys":
+        deployed = Look(cast("Way", best["pairs"]), str(best["springs"]), first=best["scene"] == best["base"])
+    return StoredVerdict(status, cast("Way | None", folding.get("flat_pairs")), deployed)

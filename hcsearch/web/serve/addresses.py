@@ -1,0 +1,160 @@
+"""What an address asks for: parameters read with limits, and addresses written from them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+from urllib.parse import quote, urlencode
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.scenes import DEFAULT
+from hcsearch.store import grammar
+
+Shape = Literal["cards", "table"]
+
+LONGEST = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
+"""Characters of each parameter of a list."""
+LONGEST_QUERY_STRING = 8000
+_NUMBER = re.compile(r"(?<![^\s(])#([0-9]+)(?![^\s)])")
+MOST_SHAPES, MOST_CELLS = 10, 2500
+"""Arrays and circuits in a query, and cells of such an array: each is brought to its canonical form first."""
+
+
+class AddressError(HcsearchError):
+    """An address that cannot be read."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a list shows: rows of a view that satisfy a query, in an order, from a page on; `shape` is of designs.
+
+    usual : the scene that is shown where an address names none.
+    columns, limit : of CSV and JSON alone; all where not given. page : from 1; None for all rows, in CSV and JSON.
+    """
+
+    view: str
+    query: str = ""
+    sort: str = ""
+    page: int | None = None
+    scene: str = DEFAULT
+    usual: str = DEFAULT
+    shape: Shape = "cards"
+    columns: str = ""
+    limit: int | None = None
+
+    @property
+    def named(self) -> str:
+        """The scene as addresses name it: not at all where it is the usual one."""
+        return "" if self.scene == self.usual else self.scene
+
+    @property
+    def number(self) -> int:
+        """The number of the page."""
+        return self.page or 1
+
+
+def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> dict[str, str]:
+    """Parameters by name; AddressError for unknown, repeated, long and undecodable ones.
+
+    known : the longest that each may be, in characters.
+    """
+    given: dict[str, str] = {}
+    for name, value in pairs:
+        if name not in known:
+            raise AddressError(f"addresses here have no parameter {name!r}: they have {', '.join(known)}")
+        if name in given:
+            raise AddressError(f"the parameter {name} is given twice: give it once")
+        if len(value) > known[name]:
+            raise AddressError(f"the parameter {name} has {len(value)} characters: give {known[name]} at most")
+        if not value.isprintable() or "\ufffd" in value:
+            raise AddressError(f"the parameter {name} holds what is no text in UTF-8: write it anew")
+        given[name] = value
+    return given
+
+
+def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked:
+    """What the parameters of a list ask for; its query is not yet read. scene : where they name none.
+
+    `#24` in a query of designs is read as `id=24`, as cards name them.
+    """
+    given = parameters(pairs, LONGEST)
+    shapes: dict[str, Shape] = {"": "cards", "cards": "cards", "table": "table"}
+    shape = given.get("as", "")
+    if shape not in shapes:
+        raise AddressError(f"there is no list as {shape!r}: write as=cards or as=table")
+    query = given.get("q", "").strip()
+    if view == "designs":
+        query = _NUMBER.sub(r"id=\1", query)
+    return Asked(
+        view=view,
+        query=query,
+        sort=given.get("sort", ""),
+        page=_whole("page", given["page"], 1) if given.get("page") else None,
+        scene=given.get("scene") or scene,
+        usual=scene,
+        shape=shapes[shape],
+        columns=given.get("columns", ""),
+        limit=_whole("limit", given["limit"], 0) if given.get("limit") else None,
+    )
+
+
+def _whole(name: str, text: str, least: int) -> int:
+    if not (text.isascii() and text.isdigit()) or int(text) < least:
+        raise AddressError(f"{name} is a whole number from {least} on, not {text!r}: write {name}={max(1, least)}")
+    return int(text)
+
+
+def check_query(query: str) -> None:
+    """AddressError for a query that would read a file of this machine, or take long before anything is asked.
+
+    QueryError for one that cannot be read.
+    """
+    shapes = [value for name, value in _conditions(grammar.parse(query)) if name in ("array", "circuit")]
+    if len(shapes) > MOST_SHAPES:
+        raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MOST_SHAPES} at most")
+    for value in shapes:
+        if value.startswith("@"):
+            raise AddressError("files are not read here: write the array as 6x5, 3-4-3 or by its notation")
+        sizes = [int(size) for size in re.findall("[0-9]+", value)] if ":" not in value else []
+        if sizes and (sum(sizes) if "-" in value else max(sizes) ** 2) > MOST_CELLS:
+            raise AddressError(f"the array {value!r} has more than {MOST_CELLS} cells: give a smaller one")
+
+
+def _conditions(tree: grammar.Tree) -> Iterator[tuple[str, str]]:
+    """Names and values of all conditions."""
+    match tree:
+        case grammar.AllOf(parts) | grammar.AnyOf(parts):
+            for part in parts:
+                yield from _conditions(part)
+        case grammar.Not(of):
+            yield from _conditions(of)
+        case grammar.Condition(name=name, value=value):
+            yield name, value or ""
+
+
+def address_of(asked: Asked, ending: str = "", **changes: Any) -> str:
+    """The address of a list, with what is as usual left out. ending : as `.csv`, where all rows are asked for."""
+    wanted = replace(asked, **changes)
+    said = {"q": wanted.query, "sort": wanted.sort, "scene": wanted.named}
+    if not ending:
+        said |= {"page": "" if wanted.number == 1 else str(wanted.number)}
+        said |= {"as": "" if wanted.shape == "cards" else wanted.shape}
+    return _joined(f"/{wanted.view}{ending}", said)
+
+
+def design_address(number: object, named: str = "", after: str = "", **more: str) -> str:
+    """The address of a design's page, or of what lies below it; named : its scene, empty for the usual one."""
+    return _joined(f"/designs/{number}{after}", {"scene": named} | more)
+
+
+def motion_address(number: int, crease: int, named: str = "") -> str:
+    """The address of the stored path of a folding, as the player takes it."""
+    return design_address(number, named, f"/foldings/{crease}/motion.json")
+
+
+def _joined(path: str, said: Mapping[str, str]) -> str:
+    # `=`, `<` and commas may stand in a query string, and are read more easily there
+    text = urlencode({name: value for name, value in said.items() if value}, quote_via=quote, safe="=,:/<>!()-")
+    return f"{path}?{text}" if text else path

@@ -1,0 +1,206 @@
+"""The WSGI application: addresses, answers, and what is said of errors.
+
+| address | answer |
+|---|---|
+| `/` | to `/designs` |
+| `/VIEW`, with `q`, `sort`, `page`, `scene`, `as` | a list: of designs as cards or a table, of other views as a table |
+| `/VIEW.csv`, `/VIEW.json`, the same with `columns`, `limit` | all rows of it, or those of a page |
+| `/designs/ID` | the page of a design |
+| `/designs/ID/export.ENDING` | an export of its array |
+| `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
+| `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as the player takes it |
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from werkzeug.exceptions import HTTPException, NotFound
+from werkzeug.routing import Map, Rule
+from werkzeug.wrappers import Request, Response
+
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.cases.names import stored_circuit
+from hcsearch.scenes import DEFAULT
+from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
+from hcsearch.store.columns import VIEWS
+from hcsearch.web.serve import jobs
+from hcsearch.web.serve.addresses import LONGEST, check_query, parameters, read_asked
+from hcsearch.web.serve.computing import BusyError, Computing
+from hcsearch.web.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
+from hcsearch.web.serve.guards import FRAMED, HEADERS, POLICY, refusal
+from hcsearch.web.serve.listing import Counts, render_list
+from hcsearch.web.serve.long_lists import LongLists
+from hcsearch.web.serve.pages import render, static_files
+
+
+class MissingError(HcsearchError):
+    """What an address names is not in the database."""
+
+
+_VIEWS = f"<any({', '.join(VIEWS)}):view>"
+_SCENE = {"scene": LONGEST["scene"]}
+"""Parameters of a design, with the most characters of each."""
+_STATUSES = ((BusyError, 503), (MissingError, 404), (DatabaseError, 500), (HcsearchError, 400))
+_FOREVER = "public, max-age=31536000, immutable"
+
+ROUTES = Map(
+    [
+        Rule("/", endpoint="home"),
+        Rule(f"/{_VIEWS}", endpoint="listed"),
+        Rule(f"/{_VIEWS}.<any(csv, json):style>", endpoint="rows"),
+        Rule("/designs/<int:number>", endpoint="design"),
+        Rule("/designs/<int:number>/export.<ending>", endpoint="export"),
+        Rule("/designs/<int:number>/foldings/<int:crease>/export.<ending>", endpoint="export"),
+        Rule("/designs/<int:number>/foldings/<int:crease>/motion.json", endpoint="motion"),
+        Rule("/static/<version>/<name>", endpoint="static"),
+    ],
+    strict_slashes=False,
+    merge_slashes=False,
+    redirect_defaults=False,
+)
+
+
+class Application:
+    """A database as web pages; read-only.
+
+    database : from `open_readonly`. db : its name as it was given, for processes that open it themselves. scene : that
+    verdicts are shown of, where an address names none. host : that the server listens on.
+    """
+
+    def __init__(self, database: Database, db: str, *, scene: str = DEFAULT, host: str = "127.0.0.1") -> None:
+        self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
+        self.closed = False
+        self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
+        self._long_lists = LongLists()
+
+    def close(self) -> None:
+        """End what is computed."""
+        self.closed = True
+        self.computing.close()
+
+    def __call__(self, environ: dict[str, Any], start_response: Callable[..., Any]) -> Iterable[bytes]:
+        """Answer a request."""
+        answer = self._answer(environ)
+        for name, value in HEADERS.items():
+            answer.headers[name] = value
+        answer.headers.setdefault("Content-Security-Policy", POLICY)
+        answer.headers.setdefault("Cache-Control", "no-cache")
+        body: Iterable[bytes] = answer(environ, start_response)
+        return body
+
+    def _answer(self, environ: dict[str, Any]) -> Response:
+        refused = refusal(environ, self.host)
+        if refused is not None:
+            return _error(*refused)
+        try:
+            endpoint, values = ROUTES.bind("localhost").match(environ.get("PATH_INFO", ""), method="GET")
+            answer: Response = getattr(self, f"_{endpoint}")(Request(environ), **values)
+            return answer
+        except Exception as error:
+            return _failed(error)
+
+    def _home(self, request: Request) -> Response:
+        return Response(status=302, headers={"Location": "/designs"})
+
+    def _static(self, request: Request, version: str, name: str) -> Response:
+        if name not in static_files():
+            raise NotFound
+        text, kind = static_files()[name]
+        return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
+
+    def _listed(self, request: Request, view: str) -> Response:
+        asked = read_asked(view, _pairs(request), self.scene)
+        text, status = render_list(self.database, asked, self._counts, self._long_lists)
+        return Response(text, status=status, mimetype="text/html")
+
+    def _rows(self, request: Request, view: str, style: str) -> Response:
+        asked = read_asked(view, _pairs(request), self.scene)
+        check_query(asked.query)
+        headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
+        if is_few(asked):
+            text = self._long_lists(lambda seconds: few_rows(self.database, asked, style, seconds))
+            return Response(text, mimetype=TYPES[style], headers=headers)
+        pieces = self._streams.start(self.database, asked, style)
+        if request.method == "HEAD":
+            pieces.close()
+        return Response(pieces, mimetype=TYPES[style], headers=headers)
+
+    def _design(self, request: Request, number: int) -> Response:
+        scene = self._scene_of(request)
+        circuit = self._circuit(number)
+        key = ("design", number, scene, self.database.fingerprint())
+        named = "" if scene == self.scene else scene
+        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
+        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
+
+    def _motion(self, request: Request, number: int, crease: int) -> Response:
+        scene = self._scene_of(request)
+        circuit = self._circuit(number)
+        if (number, crease) not in foldings_with_paths(self.database, [number], scene):
+            raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
+        key = ("motion", number, crease, scene, self.database.fingerprint())
+        text = self.computing(key, jobs.motion, self.db, circuit, number, crease, scene)
+        return Response(text, mimetype="application/json")
+
+    def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
+        form, named, motion, settings = read_export(ending, _pairs(request))
+        scene = self._scene(named)
+        self._circuit(number)  # refused without
+        subject, stem = str(number), f"design-{number}"
+        if crease is not None:
+            subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
+        elif form.of != "array":
+            below = f"/designs/{number}/foldings/CREASE/export.{ending}"
+            raise QueryError(f"{form.name} is of one folding: ask for {below}")
+        stem += f"-{form.name}" if form.by_name else ""  # another format has this ending, too
+        said = tuple(sorted(settings.items()))
+        key = (form.name, subject, stem, scene, motion, said, self.database.fingerprint())
+        made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
+        headers = {"Content-Disposition": f"attachment; filename={made.name}"}
+        return Response(made.content, mimetype="application/octet-stream", headers=headers)
+
+    def _circuit(self, number: int) -> str:
+        """The notation of a design's circuit; MissingError where there is none of its number."""
+        try:
+            _, notation = find_circuit(self.database, str(number))
+        except QueryError:
+            missing = f"no design {number} in {self.database.location}: choose one of those at /designs"
+            raise MissingError(missing) from None
+        return stored_circuit(self.database, number, notation).notation
+
+    def _scene_of(self, request: Request) -> str:
+        """The scene that an address asks for, which has no other parameter."""
+        return self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
+
+    def _scene(self, name: str) -> str:
+        """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
+        name, known = name or self.scene, scene_names(self.database)
+        if name not in known and (name != DEFAULT or known):
+            raise QueryError(f"no verdicts of the scene {name!r} in {self.database.location}: see /deployments")
+        return name
+
+
+def _pairs(request: Request) -> list[tuple[str, str]]:
+    return list(request.args.items(multi=True))
+
+
+def _failed(error: Exception) -> Response:
+    """The answer to a request that cannot be answered otherwise."""
+    if isinstance(error, HTTPException):
+        status = error.code or 500
+        return _error(status, "there is nothing at this address: begin at /designs" if status == 404 else error.name)
+    for kind, status in _STATUSES:
+        if isinstance(error, kind):
+            return _error(status, str(error))
+    traceback.print_exception(error, file=sys.stderr)
+    return _error(500, "this is a fault of hcsearch: the terminal in which it runs says more; please report it")
+
+
+def _error(status: int, reason: str) -> Response:
+    headers = {"Allow": "GET, HEAD"} if status == 405 else {"Retry-After": "5"} if status == 503 else {}
+    text = render("error.html", status=status, reason=reason)
+    return Response(text, status=status, mimetype="text/html", headers=headers)

@@ -1,0 +1,156 @@
+"""Lists: a page of the rows of a view, designs as cards that the report's script draws, everything as tables."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from markupsafe import Markup
+
+from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.scenes import DEFAULT
+from hcsearch.store import SCENIC, Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
+from hcsearch.store.columns import VIEWS
+from hcsearch.web.player.scripts import as_script
+from hcsearch.web.report.commands import database_option
+from hcsearch.web.report.data import ReportData
+from hcsearch.web.report.fetching import foldings_of, motions_of, size_of, tried_of
+from hcsearch.web.report.payload import page_data
+from hcsearch.web.serve.addresses import Asked, check_query, design_address, motion_address
+from hcsearch.web.serve.computing import BusyError
+from hcsearch.web.serve.keeping import Kept
+from hcsearch.web.serve.long_lists import LongLists
+from hcsearch.web.serve.pages import render
+
+CARDS, ROWS = 48, 100
+"""Rows of a page."""
+MOST = 100_000
+"""Rows that are counted; beyond, there are more than so many."""
+KEPT = 500
+"""Counts kept in memory."""
+
+
+class Counts:
+    """How many rows queries select, kept while the database is as it was; `None` for more than `MOST`."""
+
+    def __init__(self) -> None:
+        self._kept: Kept[int | None] = Kept(KEPT)
+
+    def of(self, database: Database, asked: Asked, seconds: float) -> int | None:
+        """The number of rows of a query, counted within some seconds."""
+        key = (asked.view, asked.query, asked.scene, database.fingerprint())
+        with suppress(KeyError):
+            return self._kept[key]
+        count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene, seconds=seconds)
+        self._kept[key] = None if count > MOST else count
+        return None if count > MOST else count
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page shows of a list.
+
+    first : number of the first row, from 1. total : of all rows; None for more than `MOST`. last : page, where known.
+    """
+
+    rows: Sequence[Mapping[str, Any]]
+    first: int
+    total: int | None
+    last: int | None
+
+
+def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) -> Page:
+    """The rows of a page, and how many there are in all; SlowQueryError where that takes more than some seconds."""
+    end = time.monotonic() + seconds
+    size = rows_of_a_page(asked)
+    skip = (asked.number - 1) * size
+    selected = select_page(
+        database,
+        asked.query,
+        sort=asked.sort,
+        skip=skip,
+        count=size,
+        view=asked.view,
+        scene=asked.scene,
+        seconds=seconds,
+    )
+    rows = selected.records()
+    # the end of the list says how long it is, and nothing is counted
+    ended = len(rows) < size and (rows or not skip)
+    total = skip + len(rows) if ended else counts.of(database, asked, end - time.monotonic())
+    return Page(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
+
+
+def rows_of_a_page(asked: Asked) -> int:
+    """How many rows a page has."""
+    return CARDS if asked.view == "designs" and asked.shape == "cards" else ROWS
+
+
+def render_list(database: Database, asked: Asked, counts: Counts, long_lists: LongLists) -> tuple[str, int]:
+    """The page of a list, and its status: with what is wrong with the query, where something is."""
+    wrong, status, page = "", 200, Page([], 1, 0, 1)
+    try:
+        check_query(asked.query)
+        page = long_lists(lambda seconds: page_of(database, asked, counts, seconds))
+    except (DatabaseError, BusyError):
+        raise
+    except HcsearchError as error:
+        wrong, status = str(error), 400
+    scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
+    text = render(
+        "list.html",
+        asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),
+        page=page,
+        wrong=wrong,
+        most=MOST,
+        scenes=scenes,
+        scenic=asked.view in SCENIC,
+        quantities=VIEWS[asked.view],
+        orders=_orders(asked),
+        payload=_payload(database, asked, page) if asked.view == "designs" and asked.shape == "cards" else "",
+        location=database.location,
+    )
+    return text, status
+
+
+def _orders(asked: Asked) -> list[tuple[str, str]]:
+    """Orders to choose from, as (specification, words); the one that is asked for among them."""
+    numbers = [quantity for quantity in VIEWS[asked.view] if quantity.kind != "text"]
+    orders = [("", "as stored")]
+    for quantity in numbers:
+        orders += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
+        orders += [(quantity.name, f"{quantity.title}, smallest first")]
+    if asked.sort not in dict(orders):
+        orders.append((asked.sort, asked.sort))
+    return orders
+
+
+def _payload(database: Database, asked: Asked, page: Page) -> Markup:
+    """The data of the designs of a page, for the script that draws them."""
+    ids = [row["id"] for row in page.rows]
+    known: dict[str, Any] = {}
+    if ids:
+        known = {
+            "foldings": foldings_of(database, ids, asked.scene),
+            "best": best_creases(database, ids, asked.scene),
+            "motions": motions_of(database, ids, asked.scene),
+            "tried": tried_of(database, ids, asked.scene),
+            "players": {
+                key: motion_address(*key, asked.named) for key in foldings_with_paths(database, ids, asked.scene)
+            },
+        }
+    data = ReportData(
+        title="",
+        designs=page.rows,
+        total=len(ids),
+        scene=asked.scene,
+        where=database_option(database),
+        size=size_of(database, asked.scene),
+        pages=design_address("{id}", asked.named),
+        **known,
+    )
+    # Trusted: JSON without a mark of HTML in it.
+    return Markup(as_script(page_data(data)))
