@@ -16,7 +16,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.folding import folding_of
 from hcsearch.grid import GRIDS
-from hcsearch.store.columns_page import columns_page
+from hcsearch.store.generated import columns_page
 from tests.documents import (
     DOCUMENTS,
     ROOT,
