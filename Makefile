@@ -31,12 +31,12 @@ bench: $(VENV)/benched
 	$(BIN)/hcsearch bench enumeration
 
 db: $(VENV)/installed
-	$(BIN)/python -m hcsearch.store.schema_dump > db/schema.sql
-	$(BIN)/python -m hcsearch.store.datasette_dump > db/datasette.json
+	$(BIN)/python -m hcsearch.store.generated schema > db/schema.sql
+	$(BIN)/python -m hcsearch.store.generated datasette > db/datasette.json
 
 docs: $(VENV)/installed
 	$(BIN)/python -m hcsearch.api.reference > docs/reference/api.md
-	$(BIN)/python -m hcsearch.store.columns_page > docs/reference/columns.md
+	$(BIN)/python -m hcsearch.store.generated columns > docs/reference/columns.md
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)

@@ -16,7 +16,7 @@ from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.designs.grid import GRIDS
-from hcsearch.store.columns_page import columns_page
+from hcsearch.store.generated import columns_page
 from tests.documents import (
     DOCUMENTS,
     ROOT,

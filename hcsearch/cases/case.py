@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
-from hcsearch.basics.errors import HcsearchError, SceneError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.parameters import parameters_of
 from hcsearch.designs.circuit import Circuit
@@ -43,7 +43,7 @@ class Stored:
 
     location : of the database, for messages. number : id of the design. scene : the name under which verdicts are
     looked up. verdict : on the folding; None where no stage has judged it in this scene. path : proved, in the way of
-    joining flat pairs that is meant; None without.
+    joining flat pairs that is meant; None without. damage : why the path cannot be read, if it is damaged.
     """
 
     location: str
@@ -51,6 +51,7 @@ class Stored:
     scene: str
     verdict: StoredVerdict | None = None
     path: StoredPath | None = None
+    damage: DatabaseError | None = None
 
 
 @dataclass(frozen=True, eq=False)

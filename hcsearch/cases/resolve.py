@@ -274,7 +274,10 @@ class _Door:
             return case
         if look is not None and case.look.pairs != verdict.path:
             return case
-        paths = find_paths(database, [number], stored.scene)
+        try:
+            paths = find_paths(database, [number], stored.scene)
+        except DatabaseError as error:  # of what many a case does without
+            return replace(case, stored=replace(stored, damage=error))
         path = next((path for path in paths if path.crease == canonical.crease), None)
         return replace(case, stored=replace(stored, path=path))
 

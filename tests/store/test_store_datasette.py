@@ -10,7 +10,7 @@ from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database
 from hcsearch.store.columns import DESIGNS, VIEWS
-from hcsearch.store.datasette_dump import datasette_json
+from hcsearch.store.generated import datasette_json
 from tests.judging import judge
 
 FILE = Path(__file__).parents[2] / "db" / "datasette.json"

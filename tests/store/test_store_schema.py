@@ -16,7 +16,7 @@ from store_samples import record
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import migrate, open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
-from hcsearch.store.schema_dump import schema_sql
+from hcsearch.store.generated import schema_sql
 from hcsearch.store.views import create_view, source_in
 from tests import next_schema
 
@@ -78,7 +78,7 @@ def test_views_have_the_promised_columns(database):
 
 
 def test_schema_file_is_the_generated_one():
-    assert (ROOT / "db" / "schema.sql").read_text() == schema_sql(), "run: python -m hcsearch.store.schema_dump"
+    assert (ROOT / "db" / "schema.sql").read_text() == schema_sql(), "run: make db"
 
 
 def test_schema_file_makes_a_database_by_hand(path):

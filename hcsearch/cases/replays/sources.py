@@ -50,6 +50,8 @@ def replay_case(case: Case, by: By | None = None) -> tuple[Replay, str]:
 
 def _stored(case: Case) -> Replay | None:
     """The proved path of a judged folding, where it is of the way that gave its status; None without one."""
+    if case.stored is not None and case.stored.damage is not None:
+        raise case.stored.damage
     if case.folding is None or case.stored is None or case.stored.path is None:
         return None
     path = case.stored.path
