@@ -25,7 +25,7 @@ def patterns(draw, **options):
     return folding, folding.pattern(size(circuit.grid), **options)
 
 
-@given(patterns(hinged=True), st.booleans())
+@given(patterns(flat_pairs="hinged"), st.booleans())
 def test_both_ends_close_and_lie_in_their_layers(drawn, merged):
     folding, pattern = drawn
     if merged:
@@ -47,7 +47,7 @@ def test_both_ends_close_and_lie_in_their_layers(drawn, merged):
             assert outline == pytest.approx(outlines[0], abs=1e-9)
 
 
-@given(patterns(hinged=True), st.integers(0, 2**32 - 1))
+@given(patterns(flat_pairs="hinged"), st.integers(0, 2**32 - 1))
 def test_closure_is_the_product_of_rotation_matrices(drawn, seed):
     _, pattern = drawn
     linkage = Linkage(pattern)
@@ -59,7 +59,7 @@ def test_closure_is_the_product_of_rotation_matrices(drawn, seed):
     assert naive.rotation(residual[:3]) == pytest.approx(twin[:3, :3], abs=1e-9)
 
 
-@given(patterns(hinged=True), st.booleans(), st.integers(0, 2**32 - 1))
+@given(patterns(flat_pairs="hinged"), st.booleans(), st.integers(0, 2**32 - 1))
 def test_jacobian_and_bend_are_the_derivatives_of_the_residual(drawn, flat, seed):
     _, pattern = drawn
     linkage = Linkage(pattern)
@@ -78,7 +78,7 @@ def test_jacobian_and_bend_are_the_derivatives_of_the_residual(drawn, flat, seed
     assert (ahead + back) / h**2 == pytest.approx(linkage.bend(jacobian, slow), abs=1e-5 * scale * linkage.n_hinges)
 
 
-@given(patterns(merged=True))
+@given(patterns(flat_pairs="merged"))
 def test_loops_are_closed_walks_and_independent(drawn):
     _, pattern = drawn
     linkage = Linkage(pattern)

@@ -119,7 +119,9 @@ def test_the_outline_of_a_panel_leaves_out_what_lies_between_its_facets():
 @given(st.data())
 def test_outlines_enclose_the_area_of_their_panels(data):
     circuit = data.draw(circuits(even=True).filter(foldings))
-    pattern = data.draw(st.sampled_from(foldings(circuit))).pattern(size(circuit.grid), merged=data.draw(st.booleans()))
+    pattern = data.draw(st.sampled_from(foldings(circuit))).pattern(
+        size(circuit.grid), flat_pairs=data.draw(st.sampled_from(["rigid", "merged"]))
+    )
     for panel, outline in zip(pattern.panels, pattern.outlines, strict=True):
         area = pattern.area * len(panel) / circuit.n
         assert sum(_area(pattern, walk) for walk in outline) == pytest.approx(area)

@@ -28,10 +28,9 @@ _NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch
 
 
 _DEMAND = tuple(field.name for field in fields(Demand))
-_NAMES = ("hinges", "start", *_DEMAND)
-"""What is read of a table, in this order."""
-_DRIVEN = "driven"
-"""What names the driven hinges, as on pictures; in older files `hinges` has their numbers in the linkage."""
+_NUMBERS = ("start", *_DEMAND)
+_NAMES = ("driven", *_NUMBERS)
+"""What is read of a table, in this order: the driven hinges by their names on pictures, and numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,21 +69,19 @@ class Drives(Demand):
 
 def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
     """The drives that a table of a file holds, for the linkage of some labels; SceneError where it holds none."""
-    names = _NAMES if "hinges" in table else (_DRIVEN, *_NAMES[1:])
-    wrong = [name for name in names if name not in table] + [key for key in table if key not in names]
+    wrong = [name for name in _NAMES if name not in table] + [key for key in table if key not in _NAMES]
     if wrong:
-        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(names)}; see hcsearch drive")
-    own = dict(table) | ({} if "hinges" in table else {"hinges": _driven(table[_DRIVEN], labels)})
-    values = {name: _numbers(own[name]) for name in _NAMES}
-    hinges, times = values["hinges"], values["times"]
-    k, d = times.size, hinges.size
-    shapes = {"hinges": (d,), "times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
+        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(_NAMES)}; see hcsearch drive")
+    hinges = _driven(table["driven"], labels)
+    values = {name: _numbers(table[name]) for name in _NUMBERS}
+    times = values["times"]
+    k, d = times.size, len(hinges)
+    shapes = {"times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
     good = all(values[name].shape == shape for name, shape in shapes.items())
     good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MOST and d > 0
     if not good or not all(np.isfinite(value).all() for value in values.values()):
         raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
-    whole = {int(hinge) for hinge in hinges}
-    if len(whole) < d or (hinges != np.round(hinges)).any():
+    if len(set(hinges)) < d:
         raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
     gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
     if times[0] != 0.0 or (np.diff(times) < APART).any() or not gains:
@@ -92,8 +89,8 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
     period = float(values["period"])
     if not SHORTEST <= period <= LONGEST:
         raise SceneError(f"[drive] has a period of {period:g} s: give one from {SHORTEST:g} to {LONGEST:g} s")
-    rest = {name: values[name] for name in _NAMES if name not in {"hinges", "period"}}
-    return Drives(hinges=tuple(int(h) for h in hinges), period=period, **rest)
+    rest = {name: values[name] for name in _NUMBERS if name != "period"}
+    return Drives(hinges=tuple(hinges), period=period, **rest)
 
 
 def _driven(names: Any, labels: Labels) -> list[int]:
@@ -124,8 +121,8 @@ def _numbers(value: Any) -> Reals:
 
 def drives_text(drives: Drives, labels: Labels) -> str:
     """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
-    lines = ["[drive]", f"{_DRIVEN} = {json.dumps([plain(labels.hinges[hinge]) for hinge in drives.hinges])}"]
-    for name in _NAMES[1:]:
+    lines = ["[drive]", f"driven = {json.dumps([plain(labels.hinges[hinge]) for hinge in drives.hinges])}"]
+    for name in _NUMBERS:
         value = getattr(drives, name)
         if name in {"times", "angles", "torques"}:
             value = np.round(value, 9) + 0.0
