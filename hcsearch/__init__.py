@@ -32,4 +32,7 @@ def _notebook_view(value: object) -> str | None:
 
 
 def __dir__() -> list[str]:
-    return list(__getattr__("__all__"))  # type: ignore[call-overload]
+    from hcsearch.system.lazy import importing  # noqa: PLC0415 - as above
+
+    names: list[str] = importing(__name__)("__all__")  # type: ignore[assignment]
+    return names

@@ -3,13 +3,14 @@
 from pathlib import Path
 
 import hcsearch
-from hcsearch.api.reference import GROUPS, reference
+from hcsearch.api.reference import reference
+from hcsearch.system.lazy import names_of
 
 ROOT = Path(__file__).parent.parent.parent
 
 
 def test_the_reference_has_all_public_names_once():
-    names = [name for group in GROUPS.values() for name in group]
+    names = [name for group in names_of("hcsearch").values() for name in group]
     assert sorted(names) == sorted(hcsearch.__all__)
 
 
