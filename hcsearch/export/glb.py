@@ -167,7 +167,8 @@ def _material(side: Side) -> dict[str, Any]:
 def _quaternions(axis: Reals, angles: Reals) -> Reals:
     """Rotations about an axis as unit quaternions x, y, z, w, (k, 4).
 
-    Angles of hinges, 0 to pi, give halves of 0 to pi/2, which slerp connects on the way that the hinge turns.
+    Angles of hinges, 0 to pi, give halves of 0 to pi/2, which slerp connects on the way that the hinge turns. SciPy's
+    `Rotation` gives the same, but takes a tenth of a second to import, and nothing else of an export does so.
     """
     halves = 0.5 * angles[:, None]
     return np.hstack([np.sin(halves) * axis, np.cos(halves)])

@@ -1,4 +1,8 @@
-"""What a disk can do."""
+"""What a disk can do.
+
+SQLite locks records of files, as `fcntl` does here. The library filelock locks files by `flock`, which a disk may have
+without locks of records, or the other way round: it cannot tell.
+"""
 
 from __future__ import annotations
 

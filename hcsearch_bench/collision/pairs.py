@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hcsearch.basics.arrays import Reals, Whole
 
@@ -195,11 +196,8 @@ def _spins(angles: Reals) -> Reals:
 
 def _rotations(axes: Reals, angles: Reals) -> Reals:
     """Rotations about unit axes."""
-    cross = np.zeros((len(axes), 3, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        cross[:, j, k], cross[:, k, j] = -axes[:, i], axes[:, i]
-    sine, cosine = np.sin(angles)[:, None, None], 2 * np.sin(0.5 * angles)[:, None, None] ** 2
-    return np.eye(3) + sine * cross + cosine * cross @ cross
+    matrices: Reals = Rotation.from_rotvec(axes * angles[:, None]).as_matrix()
+    return matrices
 
 
 FAMILIES = (

@@ -20,6 +20,7 @@ from unittest import mock
 import llvmlite.binding as llvm
 import numba
 import numpy as np
+import platformdirs
 import pytest
 from click.testing import CliRunner
 from numba.core.bytecode import FunctionIdentity
@@ -27,6 +28,9 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import CPUCodegen
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
+from platformdirs.macos import MacOS
+from platformdirs.unix import Unix
+from platformdirs.windows import Windows
 
 import hcsearch.kernels
 from hcsearch.cli.compile import compile_
@@ -264,24 +268,32 @@ def test_two_processes_compile_each_kernel_once(folder, load):
     assert counts.sum(axis=0).tolist() == [1, 1, 1, 1]
 
 
+def has_waited(folder, name):
+    """Claim a name and give it back: whether another process held it."""
+    with mock.patch("time.sleep", wraps=time.sleep) as sleep:
+        cache_locks.release(cache_locks.claim(folder, name))
+    return sleep.called
+
+
 def test_a_claim_ends_with_the_process_that_holds_it(tmp_path):
     script = """
         import sys, time
         from pathlib import Path
         from hcsearch.kernels.compiling.cache_locks import claim
-        claim(Path(sys.argv[1]), "0123456789abcdef")
+        held = claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         time.sleep(60)
     """
     holder = run(script, tmp_path)
     assert holder.stdout.readline() == "held\n"
-    assert not cache_locks.claim(tmp_path, "fedcba9876543210")  # another kernel
+    assert not has_waited(tmp_path, "fedcba9876543210")  # another kernel
     killer = threading.Timer(0.2, holder.kill)
     begin = time.monotonic()
     killer.start()
-    assert cache_locks.claim(tmp_path, "0123456789abcdef")
+    assert has_waited(tmp_path, "0123456789abcdef")
     assert time.monotonic() - begin >= 0.2
     killer.join()
+    assert not list(tmp_path.iterdir())
     assert holder.wait() == -9
     holder.communicate()
 
@@ -291,14 +303,15 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
         import sys
         from pathlib import Path
         from hcsearch.kernels.compiling.cache_locks import claim
-        claim(Path(sys.argv[1]), "0123456789abcdef")
+        held = claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         sys.stdin.read()
     """
     holder = run(script, tmp_path)
     assert holder.stdout.readline() == "held\n"
     monkeypatch.setattr(cache_locks, "PATIENCE", 0.1)
-    assert cache_locks.claim(tmp_path, "0123456789abcdef")
+    with pytest.raises(OSError, match="0123456789abcdef"):
+        cache_locks.claim(tmp_path, "0123456789abcdef")
     holder.communicate("")
 
 
@@ -313,11 +326,14 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.compiling.cache_locks import claim
-        print(any([claim(Path(sys.argv[1]), key) for key in sys.argv[2:]]))
+        from hcsearch.kernels.compiling import cache_locks
+        cache_locks.PATIENCE = 0.0
+        for name in sys.argv[2:]:
+            cache_locks.claim(Path(sys.argv[1]), name)
+        print("claimed")
     """
-    other = run(script, folder, *(key for _, key in claimed))
-    assert other.communicate()[0] == "False\n"
+    other = run(script, folder, *(name for _, name in claimed))
+    assert other.communicate()[0] == "claimed\n"
 
 
 def linked_from(path):
@@ -477,20 +493,20 @@ def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
 def test_where_the_folder_is(monkeypatch, tmp_path):
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
+    monkeypatch.setattr(platformdirs.windows, "get_win_folder", lambda _: str(tmp_path / "local"))
     folders = {}
-    for system in ("linux", "darwin", "win32"):
-        monkeypatch.setattr(sys, "platform", system)
+    for system in (Unix, MacOS, Windows):
+        monkeypatch.setattr(platformdirs, "PlatformDirs", system)
         monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
         own = cache_folder.wanted_folder()
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
         folders[system] = [str(place.relative_to(tmp_path)) for place in (own, cache_folder.wanted_folder())]
     assert folders == {
-        "linux": [".cache/hcsearch/kernels", "xdg/hcsearch/kernels"],
-        "darwin": ["Library/Caches/hcsearch/kernels"] * 2,
-        "win32": ["local/hcsearch/kernels"] * 2,
+        Unix: [".cache/hcsearch/kernels", "xdg/hcsearch/kernels"],
+        MacOS: ["Library/Caches/hcsearch/kernels", "xdg/hcsearch/kernels"],
+        Windows: ["local/hcsearch/kernels"] * 2,
     }
-    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(platformdirs, "PlatformDirs", Unix)
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")  # not to be followed, says its specification
     assert cache_folder.wanted_folder() == tmp_path / ".cache/hcsearch/kernels"
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "chosen"))
@@ -501,9 +517,9 @@ def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):
     for age, name in enumerate(("new.kernel", "older.kernel", "left.part", "old.kernel")):
         (tmp_path / name).write_bytes(bytes(100))
         os.utime(tmp_path / name, (time.time() - 1000 * age,) * 2)
-    (tmp_path / "locks").touch()
+    (tmp_path / "others").touch()
     cache_folder.prune(tmp_path, 250)
-    assert {path.name for path in tmp_path.iterdir()} == {"new.kernel", "older.kernel", "locks"}
+    assert {path.name for path in tmp_path.iterdir()} == {"new.kernel", "older.kernel", "others"}
 
 
 def test_numba_has_what_the_cache_rests_on(folder, load):

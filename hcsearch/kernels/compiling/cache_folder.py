@@ -18,8 +18,8 @@ import numba
 _TOTAL = 512 * 2**20
 """Bytes to which the folder is pruned: some ten sets of kernels."""
 _REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
-KERNELS, PARTS = "*.kernel", "*.part"
-"""Patterns of the files: finished ones, and those that are being written."""
+KERNELS, PARTS, LOCKS = "*.kernel", "*.part", "*.lock"
+"""Patterns of the files: finished ones, those that are being written, and those of who writes."""
 
 
 def wanted_folder() -> Path:
@@ -27,7 +27,12 @@ def wanted_folder() -> Path:
     config: Any = numba.config
     if config.CACHE_DIR:
         return Path(config.CACHE_DIR).absolute() / "hcsearch"
-    return _user_folder() / "hcsearch" / "kernels"
+    from platformdirs import user_cache_path  # noqa: PLC0415 - many a run imports kernels and calls none
+
+    try:
+        return user_cache_path("hcsearch", appauthor=False, opinion=False) / "kernels"
+    except RuntimeError:  # no home folder is known
+        return Path("~/.cache/hcsearch/kernels")
 
 
 def writable_folder() -> Path | None:
@@ -55,17 +60,6 @@ def _writable(wanted: Path) -> Path | None:
         return None
     say(f"{trouble} but are in {spare}; {_REMEDY}")
     return spare
-
-
-def _user_folder() -> Path:
-    """The folder for caches by the conventions of the system."""
-    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - Path.home() fails for a user without an entry
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    if sys.platform == "darwin":
-        return home / "Library" / "Caches"
-    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return chosen if chosen.is_absolute() else home / ".cache"
 
 
 def _make(folder: Path, mode: int = 0o777) -> None:
@@ -108,7 +102,7 @@ def write(path: Path, content: bytes) -> None:
 def prune(folder: Path, total: int = _TOTAL) -> None:
     """Delete the files that have not been used for longest, until the others take no more than a total of bytes."""
     files = []
-    for path in (*folder.glob(KERNELS), *folder.glob(PARTS)):
+    for path in (path for pattern in (KERNELS, PARTS, LOCKS) for path in folder.glob(pattern)):
         with suppress(OSError):  # another process prunes, too
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))

@@ -5,10 +5,7 @@ and every clone compiles anew. numba also compiles all that a kernel calls once 
 Python would call it. This cache keeps what is large apart, called where it is, and leaves that part out of kernels that
 only others call: that halves the time to compile, and changes no result.
 
-It rests on the private API of numba that `numba_internals` lists: of a dispatcher `_cache` (the interface of
-`numba.core.caching.NullCache`), `compile`, `add_overload`, `overloads` and `_compiler._customize_flags`;
-`CompileResult._reduce` and `_rebuild`; and of a library `_final_module` and `_shared_module`, the code that is linked
-into callers, and `_engine._defined_symbols` of what generates code, the names of all functions that can be called.
+It rests on private API of numba, which `numba_internals` lists.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ import time
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
 from numba.core import compiler, serialize, types
@@ -30,6 +27,9 @@ from hcsearch.kernels.compiling import cache_locks, under_way
 from hcsearch.kernels.compiling.cache_folder import prune, say, wanted_folder, writable_folder, write
 from hcsearch.kernels.compiling.settings import own_settings
 from hcsearch.kernels.compiling.stamps import stamp
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 _Result: Any = compiler.CompileResult  # without types
 _Tuple: Any = types.BaseTuple
@@ -47,7 +47,7 @@ class KernelCache(NullCache):
 
     def __init__(self, kernel: Any) -> None:
         self._kernel = kernel
-        self._claims: list[tuple[Path, str]] = []
+        self._claims: list[BaseFileLock] = []
         self._bare: set[Any] = set()
         self._compile, self._add = kernel.compile, kernel.add_overload
 
@@ -77,7 +77,7 @@ class KernelCache(NullCache):
                 if KernelCache._depth == 0:
                     under_way.end()
                 while len(self._claims) > held:
-                    cache_locks.release(*self._claims.pop())
+                    cache_locks.release(self._claims.pop())
 
     @staticmethod
     def set_flags(flags: Any) -> Any:
@@ -122,8 +122,7 @@ class KernelCache(NullCache):
         if folder is None:
             return result
         with suppress(OSError):  # without locks, two processes may do the same work
-            cache_locks.claim(folder, name)
-            self._claims.append((folder, name))
+            self._claims.append(cache_locks.claim(folder, name))
         return _read(folder, name, target_context)  # another process may have made it meanwhile
 
     def save_overload(self, sig: Any, data: Any) -> None:

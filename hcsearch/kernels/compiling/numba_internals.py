@@ -43,7 +43,9 @@ INTERNALS = (
     Internal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
     Internal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
     Internal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
+    # the code of a library, and what of it is linked into callers
     Internal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
+    # the names of all functions that can be called
     Internal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
     Internal("numba.core.compiler", "CompileResult._reduce", ("self",)),
     Internal("numba.core.compiler", "CompileResult._rebuild"),
