@@ -6,9 +6,10 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.cases.places import Place, located, snapshot, writing
-from hcsearch.cases.stored_scenes import read_scene, with_size
+from hcsearch.cases.stored_scenes import read_scene
 from hcsearch.designs.grid import Array, Grid, grid_of, parse_array
 from hcsearch.scenes import Scene
+from hcsearch.scenes.scene import with_size
 from hcsearch.search.enumeration import ArraySearch, Search, search_all
 from hcsearch.search.pipeline import (
     Crew,

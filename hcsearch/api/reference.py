@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
-import hcsearch
 from hcsearch.api.kinds import described
 from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import Named
@@ -48,7 +48,7 @@ def reference() -> str:
     parts = [TITLE]
     for group, names in names_of("hcsearch").items():
         parts.append(f"\n## {group}\n")
-        parts += [_entry(name, getattr(hcsearch, name)) for name in names]
+        parts += [_entry(name, getattr(import_module(module), name)) for name, module in names.items()]
     parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")
     parts += [f"| `{name}` | {described(kind)} |\n" for name, kind in KINDS.items()]
     return "".join(parts)

@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.stored_scenes import warn_of
 from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.scenes.scene import warn_of
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize

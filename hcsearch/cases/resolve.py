@@ -15,12 +15,13 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, Named, NamedAssembly, Stored
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
 from hcsearch.cases.places import Place, snapshot
-from hcsearch.cases.stored_scenes import only_scene, read_scene, with_size
+from hcsearch.cases.stored_scenes import only_scene, read_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT, Scene, panel_of
 from hcsearch.scenes.looks import Look, first_look, look_parts
+from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_with
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store import (

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from hcsearch.basics.errors import DatabaseError, HcsearchWarning, SceneError
-from hcsearch.designs.panel_sizes import ACROSS, PanelSize, doubt_of, is_panel, panel_text, read_panel
+from hcsearch.basics.errors import DatabaseError, SceneError
+from hcsearch.designs.panel_sizes import PanelSize, is_panel, panel_text, read_panel
 from hcsearch.scenes import DEFAULT, SCENES, Scene, joined_name, with_panel
 from hcsearch.scenes.looks import look_parts
-from hcsearch.scenes.scene import check_name
+from hcsearch.scenes.scene import check_name, warn_of
 from hcsearch.scenes.scene_file import read_file, read_text, scene_in
 from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
 from hcsearch.system.terminal import say
@@ -37,21 +36,6 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
     if text in SCENES:
         return SCENES[text]
     raise SceneError(f"there is no scene {text!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
-
-
-def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
-    """Give a scene the panels that a text asks for; HcsearchWarning where sizes are probably not meant."""
-    sized = scene if panel is None else with_panel(scene, read_panel(panel, grid), grid)
-    if sized.panel is not None:
-        warn_of(sized.panel, panel, grid)
-    return sized
-
-
-def warn_of(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
-    """Issue a HcsearchWarning for sizes that are probably not meant; text : that gave them, on a grid."""
-    doubt = doubt_of(panel, grid if text is not None and text.startswith(ACROSS) else None)
-    if doubt is not None:
-        warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 
 
 def scene_asked_for(

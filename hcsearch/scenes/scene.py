@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass, fields, replace
 
-from hcsearch.basics.errors import SceneError
+from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.basics.vocabulary import WAYS, Way
-from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_text
+from hcsearch.designs.panel_sizes import ACROSS, PanelSize, default_panel, doubt_of, panel_text, read_panel
 
 Vector = tuple[float, float, float]
 
@@ -139,6 +140,21 @@ def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:
     changed = replace(scene, panel=panel, name=joined_name(scene.name, panel_text(panel)))
     panel_of(changed, grid)
     return changed
+
+
+def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
+    """Give a scene the panels that a text asks for; HcsearchWarning where sizes are probably not meant."""
+    sized = scene if panel is None else with_panel(scene, read_panel(panel, grid), grid)
+    if sized.panel is not None:
+        warn_of(sized.panel, panel, grid)
+    return sized
+
+
+def warn_of(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
+    """Issue a HcsearchWarning for sizes that are probably not meant; text : that gave them, on a grid."""
+    doubt = doubt_of(panel, grid if text is not None and text.startswith(ACROSS) else None)
+    if doubt is not None:
+        warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 
 
 def joined_name(base: str, *parts: str) -> str:
