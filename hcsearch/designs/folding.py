@@ -256,8 +256,6 @@ class Folding:
         >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
         (8, 10)
         """
-        from hcsearch.shape.linkage import Linkage, Twin  # noqa: PLC0415 - loads kernels that listing and showing do without
-
         if flat_pairs not in WAYS:
             raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid', 'hinged' or 'merged'"))
         if isinstance(panel, str):
@@ -266,17 +264,7 @@ class Folding:
                 warnings.warn(doubt, HcsearchWarning, stacklevel=2)
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
-        size = panel or default_panel(self.circuit.grid.name)
-        pattern = self.pattern(size, flat_pairs=flat_pairs)
-        given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
-        words = ", ".join(word for word in given if word)
-        like, lowest, twin = self.likeness(size), self.crease, None
-        if like is not None:
-            # of a hinged pair one panel stands: that which stands for it in the congruent folding
-            lowest = like.panels.index(like.folding.crease)
-            other = like.folding.linkage(size, flat_pairs=flat_pairs)
-            twin = Twin.of(pattern, other, like.panels, np.array(like.turn))
-        return Linkage(pattern, pattern.panel_of[lowest], f"{self!r}.linkage({words})", twin)
+        return _linkage(self, panel, flat_pairs)
 
 
 def foldings(circuit: Circuit) -> list[Folding]:
@@ -348,6 +336,24 @@ def split_crease(text: str) -> tuple[str, int | None]:
     # more digits than these are no crease whatever they are, and Python reads no more than 4300
     crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
     return ":".join(parts[: 1 + notation]), crease
+
+
+@lru_cache(maxsize=16)
+def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Linkage:
+    """As `Folding.linkage`, once where a path and a deployment of one folding are looked at in turn."""
+    from hcsearch.shape.linkage import Linkage, Twin  # noqa: PLC0415 - loads kernels that listing and showing do without
+
+    size = panel or default_panel(folding.circuit.grid.name)
+    pattern = folding.pattern(size, flat_pairs=flat_pairs)
+    given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
+    words = ", ".join(word for word in given if word)
+    like, lowest, twin = folding.likeness(size), folding.crease, None
+    if like is not None:
+        # of a hinged pair one panel stands: that which stands for it in the congruent folding
+        lowest = like.panels.index(like.folding.crease)
+        other = like.folding.linkage(size, flat_pairs=flat_pairs)
+        twin = Twin.of(pattern, other, like.panels, np.array(like.turn))
+    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({words})", twin)
 
 
 @lru_cache(maxsize=1024)
