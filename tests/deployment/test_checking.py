@@ -19,6 +19,7 @@ NAMES = [
     "hex:0234535012:4",  # locked: at rest
     "hex:0234405022:1",  # jammed
     "hex:0233340501:3",
+    "hex:0233235500:0",  # flat, collides long before
     "hex:023424540021:3",  # diverges at a singular state
     "square:01222300:3",  # half of it is simulated
     "square:0123:0",  # a single joint

@@ -252,7 +252,7 @@ def test_jammed_where_stops_rattle():
     folding = folding_of(Circuit.from_notation("hex:0233545012"), 2)
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), replace(DEFAULT, seconds=3.0))
     compiled = with_springs(compiled, springs_of(folding, default_panel("hex"), compiled, "top first"))
-    found = run(compiled, tolerance=1e-5)
+    found = run(compiled, tolerance=1e-6)
     assert found.outcome == "jammed"
     motion = found.motion
     assert len(motion.events) > 100
