@@ -12,7 +12,7 @@ from hcsearch.report.data import ReportData, Row
 from hcsearch.report.packing import packed
 from hcsearch.report.reasons import asked_scene, best_try, verdict_in, why
 from hcsearch.store.columns import FOLDINGS, Quantity
-from hcsearch.vocabulary import STATUSES
+from hcsearch.vocabulary import DESIGN_STATUSES
 
 FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
 
@@ -44,7 +44,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "pages": data.pages,
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
-        "statuses": [*STATUSES, "twisted", "no_folding"],
+        "statuses": list(DESIGN_STATUSES),
         "quantities": [described(quantity) for quantity in data.columns],
         "folding_quantities": [described(quantity) for quantity in FOLDING_COLUMNS],
         "count": len(data.designs),

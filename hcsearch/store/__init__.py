@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from hcsearch.system.lazy import importing
 
 if TYPE_CHECKING:
-    from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
+    from hcsearch.store.columns import VIEWS, Quantity, column_names
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.files import save_rows
     from hcsearch.store.formats import FORMATS, format_rows
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
         find_circuit,
         find_design,
         grids_in,
-        parse_query,
         select,
         select_sql,
         stream,
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
-    "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
+    "columns": ("VIEWS", "Quantity", "column_names"),
     "database": ("Database", "open_database", "open_readonly"),
     "files": ("save_rows",),
     "formats": ("FORMATS", "format_rows"),
@@ -61,7 +60,7 @@ _HOMES = {
     "location": ("room_at",),
     "pages": ("SlowQueryError", "count_rows", "select_page"),
     "queries": (
-        *("check_scene", "find_circuit", "find_design", "grids_in", "parse_query"),
+        *("check_scene", "find_circuit", "find_design", "grids_in"),
         *("select", "select_sql", "stream", "stream_sql"),
     ),
     "results": ("find_evaluations", "record_evaluations", "record_units", "save_scores"),
@@ -103,7 +102,6 @@ __all__ = [
     "grids_in",
     "open_database",
     "open_readonly",
-    "parse_query",
     "record_batches",
     "record_evaluations",
     "record_scene",
@@ -123,7 +121,6 @@ __all__ = [
     "stream_sql",
     "summarize",
     "undecided",
-    "view_names",
 ]
 
 __getattr__ = importing(__name__, _HOMES)
