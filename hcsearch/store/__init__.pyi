@@ -1,7 +1,6 @@
 from hcsearch.store.columns import Quantity as Quantity
 from hcsearch.store.columns import VIEWS as VIEWS
 from hcsearch.store.columns import column_names as column_names
-from hcsearch.store.columns import view_names as view_names
 from hcsearch.store.database import Database as Database
 from hcsearch.store.database import open_database as open_database
 from hcsearch.store.database import open_readonly as open_readonly
@@ -22,7 +21,6 @@ from hcsearch.store.queries import check_scene as check_scene
 from hcsearch.store.queries import find_circuit as find_circuit
 from hcsearch.store.queries import find_design as find_design
 from hcsearch.store.queries import grids_in as grids_in
-from hcsearch.store.queries import parse_query as parse_query
 from hcsearch.store.queries import select as select
 from hcsearch.store.queries import select_sql as select_sql
 from hcsearch.store.queries import stream as stream

@@ -24,8 +24,6 @@ from hcsearch.store.schema import design
 from hcsearch.store.verdicts import scene_names
 from hcsearch.store.views import SCENIC, sql_in
 
-__all__ = ["find_circuit", "find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
-
 # The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
 IDENTITY = {
     "designs": ("id",),

@@ -134,11 +134,6 @@ def select_in(view: str, scene: str) -> str:
     return f"SELECT\n{lines}\nFROM {source.replace(':scene', literal(scene))}"
 
 
-def source_in(view: str, scene: str) -> str:
-    """Return what to select from, to see a view in a scene: the view itself, or a subquery of its name."""
-    return view if scene == DEFAULT or view not in SCENIC else f"({select_in(view, scene)}) AS {view}"
-
-
 def sql_in(sql: str, scene: str) -> str:
     """Return a SELECT of which the views show a scene: subqueries of their names stand before its own.
 

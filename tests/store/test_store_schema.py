@@ -17,7 +17,7 @@ from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import migrate, open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.generated import schema_sql
-from hcsearch.store.views import create_view, source_in
+from hcsearch.store.views import create_view, select_in
 from tests import next_schema
 
 ROOT = Path(__file__).parents[2]
@@ -167,7 +167,7 @@ def test_join_is_left_out_where_it_is_not_needed(database):
         # by whole keys: nothing is searched for
         assert joined.count("SCAN") == 1
         assert joined.count("LEFT") + joined.count("SUBQUERY") == joined.count("USING PRIMARY KEY")
-    solar = plan(database, f"SELECT id, status FROM {source_in('designs', 'solar')} WHERE n = 12")
+    solar = plan(database, f"SELECT id, status FROM ({select_in('designs', 'solar')}) AS designs WHERE n = 12")
     assert (solar.count("LEFT"), solar.count("SCAN")) == (1, 1)
 
 

@@ -46,7 +46,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "pages": data.pages,
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
-        "statuses": [*STATUSES, "twisted", "no_folding"],
+        "statuses": list(DESIGN_STATUSES),
         "quantities": [described(quantity) for quantity in data.columns],
         "folding_quantities": [described(quantity) for quantity in FOLDING_COLUMNS],
         "count": len(data.designs),
