@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import DESIGN_STATUSES
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.store.columns import FOLDINGS, Quantity
