@@ -8,9 +8,9 @@ from importlib.util import find_spec
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.peers.engines import ENGINES, Engine
+from hcsearch_bench.run.bench import Say
 from hcsearch_bench.run.job import OWN_LIMIT, JobResult, run_job
 from hcsearch_bench.run.machine import MISSING
-from hcsearch_bench.run.report import Say
 from hcsearch_bench.run.work_precision import OURS
 
 # by number of circuits, so that a peer past its limit need not be tried on what follows

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from hcsearch_bench.enumeration.arrays import ArrayRow, measure_arrays
 from hcsearch_bench.peers.engines import ENGINES
+from hcsearch_bench.run.bench import Say
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
-from hcsearch_bench.run.report import Say
 from hcsearch_bench.run.timing import Row
 
 SIZES = ("8x8", "10x10", "12x12", "14x14")

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch_bench.run.bench import Say
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
-from hcsearch_bench.run.report import Say
 from hcsearch_bench.subjects.polygons import list_polygons
 
 SIZES: dict[str, tuple[int, ...]] = {

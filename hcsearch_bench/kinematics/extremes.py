@@ -14,7 +14,7 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
-from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.bench import Say
 
 if TYPE_CHECKING:
     from hcsearch.motion.paths.motions import Path

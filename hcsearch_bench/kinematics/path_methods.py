@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.bench import Say
 
 if TYPE_CHECKING:
     from hcsearch.motion.paths.following import Stepping

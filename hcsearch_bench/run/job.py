@@ -1,4 +1,7 @@
-"""Jobs in processes of their own (`run.worker`), with a limit of time, and peak memory measured."""
+"""Jobs in processes of their own, with a limit of time, and peak memory measured.
+
+`python -m hcsearch_bench.run.job MODULE FUNCTION ARGUMENTS`, the inside of such a process, prints a row as JSON.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,9 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
-from hcsearch_bench.run import worker
 from hcsearch_bench.run.process import run_measured
 from hcsearch_bench.run.timing import Row
 
@@ -32,7 +35,7 @@ class JobResult:
 
 def run_job(job: Callable[..., Row], limit: float, **arguments: Any) -> JobResult:
     """Run a function for at most `limit` seconds on the wall; one that fails or takes longer has a result too."""
-    command = [sys.executable, "-m", worker.__name__, job.__module__, job.__qualname__, json.dumps(arguments)]
+    command = [sys.executable, "-m", "hcsearch_bench.run.job", job.__module__, job.__qualname__, json.dumps(arguments)]
     done = run_measured(command, limit, _ONE_CORE)
     if done.status is None:
         return JobResult(done.peak_mib, f"over {limit:g} s", late=True)
@@ -40,3 +43,8 @@ def run_job(job: Callable[..., Row], limit: float, **arguments: Any) -> JobResul
         last = (done.error.strip().splitlines() or [f"exit code {done.status}"])[-1]
         return JobResult(done.peak_mib, f"failed: {last}")
     return JobResult(done.peak_mib, row=json.loads(done.output.splitlines()[-1]))
+
+
+if __name__ == "__main__":
+    job = getattr(import_module(sys.argv[1]), sys.argv[2])
+    print(json.dumps(job(**json.loads(sys.argv[3]))))

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch_bench.run.bench import Say
 from hcsearch_bench.run.process import Finished, run_measured
-from hcsearch_bench.run.report import Say
 
 Answer = list[dict[str, Any]]
 

@@ -16,7 +16,7 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.vocabulary import INTEGRATORS
 from hcsearch.scenes import Scene
-from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
+from hcsearch_bench.stability.strips import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
 
 if TYPE_CHECKING:

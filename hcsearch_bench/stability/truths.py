@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hcsearch.springs.deployment.compiling import Compiled
     from hcsearch.springs.deployment.deploying import Deployment
     from hcsearch.springs.dynamics.simulation import Motion
-    from hcsearch_bench.stability.subjects import StabilitySubject
+    from hcsearch_bench.stability.strips import StabilitySubject
 
 
 STATES = 200

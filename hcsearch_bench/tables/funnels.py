@@ -13,7 +13,7 @@ from hcsearch.designs.folding import divisible
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.search.enumeration import PolygonSearch, Search, search_all
 from hcsearch.search.pipeline import Crew, Funnel, Plan, count_designs, run_dry
-from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.bench import Say
 
 T = TypeVar("T")
 Progress = Callable[[int, int, str], None]

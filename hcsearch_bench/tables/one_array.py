@@ -13,7 +13,7 @@ from hcsearch.designs.folding import divisible, fold
 from hcsearch.designs.grid import GRIDS, Array, parse_array
 from hcsearch.designs.twisting import twist_batch
 from hcsearch.search.enumeration import ArraySearch, count_array
-from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.bench import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 
 # beside all sides of 2 or more with up to 56 cells: those that docs/explanation/theory.md is about

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch_bench.collision import bench as collision
-from hcsearch_bench.collision import deployments as collision_deployments
-from hcsearch_bench.collision.bench import PAIRS, pair_row
+from hcsearch_bench.collision import collision, proximity_rows
+from hcsearch_bench.collision.collision import PAIRS
+from hcsearch_bench.collision.pair_rows import pair_row
 from hcsearch_bench.collision.pairs import FAMILIES, WIDTH
 from hcsearch_bench.collision.proofs import bounds, search, settle
 
@@ -45,7 +45,7 @@ def read(folder):
 def test_the_command_without_coal(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "coal", None)
     monkeypatch.setattr(collision, "QUICK_PAIRS", 50)
-    monkeypatch.setattr(collision, "QUICK_DEPLOYMENTS", collision_deployments.DEPLOYMENTS[1:2])
+    monkeypatch.setattr(proximity_rows, "QUICK_DEPLOYMENTS", proximity_rows.DEPLOYMENTS[1:2])
     data = read(tmp_path)
     assert [row["kind"] for row in data["pairs"]] == [family.name for family in FAMILIES]
     for row in data["pairs"]:

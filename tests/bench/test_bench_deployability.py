@@ -5,18 +5,18 @@ import pytest
 from hcsearch.designs.folding import folding_at
 from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import PolygonSearch
-from hcsearch_bench.deployability.bench import measure
+from hcsearch_bench.deployability.deployability import DEPLOYABILITY
 from hcsearch_bench.subjects.foldings import packed, untwisted
 
 
 @pytest.fixture(scope="module")
 def report():
     said = []
-    return measure(quick=True, say=said.append), said
+    return DEPLOYABILITY.run(quick=True, say=said.append), said
 
 
 def test_every_folding_is_counted_once(report):
-    table, said = report
+    table, said = report[0].results, report[1]
     assert len(said) == len(table.rows)
     for row, line in zip(table.rows, said, strict=True):
         assert line.startswith(
@@ -48,7 +48,7 @@ def test_a_sample_is_even():
 
 
 def test_known_small_cases(report):
-    rows = {(row.grid, row.cells): row for row in report[0].rows}
+    rows = {(row.grid, row.cells): row for row in report[0].results.rows}
     assert rows["hex", "n = 8"].designs == 1
     assert rows["square", "n = 8"].designs == 1
     eight_r = rows["triangle", "n = 10"]
@@ -66,4 +66,4 @@ def test_it_is_saved_among_the_tables(report, tmp_path):
         assert "Of before" not in text
         assert text.endswith("|\n")
     table = (tmp_path / "deployability" / "deployability.csv").read_text(encoding="utf-8")
-    assert table.count("\n") == len(report[0].rows) + 1
+    assert table.count("\n") == len(report[0].results.rows) + 1

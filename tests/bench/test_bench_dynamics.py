@@ -12,10 +12,8 @@ from hcsearch.library.unit_search.elements import untwisted
 from hcsearch.scenes.laws import linear
 from hcsearch.springs.deployment.arrivals import Arrival
 from hcsearch.springs.dynamics.simulation import simulate
-from hcsearch_bench.dynamics import bench as dynamics
-from hcsearch_bench.dynamics.bench import best_of, goals_of
 from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at
-from hcsearch_bench.dynamics.deployments import (
+from hcsearch_bench.dynamics.deployment_rows import (
     BOUNCE,
     DeploymentRow,
     QuickRow,
@@ -23,12 +21,14 @@ from hcsearch_bench.dynamics.deployments import (
     deployment_rows,
     quick_row,
 )
-from hcsearch_bench.dynamics.evaluations import EvaluationRow, slope_of, strip
+from hcsearch_bench.dynamics.evaluation_rows import EvaluationRow, slope_of, strip
+from hcsearch_bench.dynamics.speed_goals import best_of, goals_of
 from hcsearch_bench.iftomm.problems import bricard, governor
 from hcsearch_bench.peers import pinocchio_system
 from hcsearch_bench.peers.dense_system import Dense
 from hcsearch_bench.peers.states import closure, depth_first
 from hcsearch_bench.run.work_precision import OURS, UnableError, level_of
+from hcsearch_bench.subjects import deployments
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 from tests.dynamics.naive_dynamics import Twin, random_system
 
@@ -52,7 +52,8 @@ def read(folder):
 
 
 def test_the_command_without_other_engines(tmp_path, monkeypatch):
-    monkeypatch.setattr(dynamics, "subjects", lambda: [replace(subject(LOOP), until=0.002)])
+    short = replace(subject(LOOP), until=0.002)
+    monkeypatch.setattr(deployments, "subjects", lambda: [short])
     for package in ("mujoco", "pinocchio", "exudyn"):
         monkeypatch.setitem(sys.modules, package, None)
     data = read(tmp_path)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from hcsearch.springs.deployment.outcomes import Check
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.robustness import Robustness
-from hcsearch_bench.experiment.bench import TunedRow, UniformRow, _row, claims
+from hcsearch_bench.experiment.experiment_rows import TunedRow, UniformRow, _row, claims
 
 HIT = UniformRow("none", 0, "constrained", "moving", 1.0, "collides", 0.166, "0 and 7")
 TUNED = TunedRow("none", 0, "tuned", "0.1 0.2", "flat, certified clear", 0.5, "3 of 64", "1% to 13%", 50.0)

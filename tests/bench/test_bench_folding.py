@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch_bench.folding import bench as folding
+from hcsearch_bench import folding
 from hcsearch_bench.run.job import JobResult
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
 from tests import golden

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from hcsearch.cli import hcsearch
 from hcsearch.springs.identification.vibration import identify_modes
-from hcsearch_bench.identification import bench as identification
-from hcsearch_bench.identification.bench import measure_damping, measure_springs
+from hcsearch_bench.identification import identification
+from hcsearch_bench.identification.error_rows import measure_damping, measure_springs
 from hcsearch_bench.identification.rig import Rig
 
 

@@ -10,9 +10,8 @@ from hcsearch.cli import hcsearch
 from hcsearch.scenes.laws import Law, LawBranch, linear
 from hcsearch.springs.dynamics.system import JointDrive, System
 from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
-from hcsearch_bench.iftomm import bench as iftomm
-from hcsearch_bench.iftomm import problem_rows
-from hcsearch_bench.iftomm.bench import best_of, goals_of
+from hcsearch_bench.iftomm import problem_rows, problems
+from hcsearch_bench.iftomm.iftomm import best_of, goals_of
 from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows
 from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
 from hcsearch_bench.peers.multibody import Peer, peers
@@ -24,7 +23,7 @@ TIMES = np.linspace(0.0, 1.0, 11)
 
 
 def test_the_command_without_other_engines(tmp_path, monkeypatch):
-    monkeypatch.setattr(iftomm, "problems", lambda: [pendulum(), bricard(0.0)])
+    monkeypatch.setattr(problems, "problems", lambda: [pendulum(), bricard(0.0)])
     for package in ("mujoco", "pinocchio", "exudyn"):
         monkeypatch.setitem(sys.modules, package, None)
     arguments = ["bench", "iftomm", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]

@@ -7,7 +7,7 @@ from scipy.optimize import linprog
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.shape.linkage import Linkage
-from hcsearch_bench.mobility.measuring import _ends, _play, measure_mobility
+from hcsearch_bench.mobility.lock_rows import _ends, _play, measure_mobility
 
 
 @pytest.fixture(scope="module")

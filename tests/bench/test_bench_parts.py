@@ -12,7 +12,7 @@ from hcsearch_bench.peers import engines
 from hcsearch_bench.peers.backtracker import hamiltonian_circuits
 from hcsearch_bench.run.machine import MISSING, this_machine
 from hcsearch_bench.run.process import run_measured
-from hcsearch_bench.run.tables import Table, markdown, text
+from hcsearch_bench.run.table import Table, markdown, text
 from hcsearch_bench.run.timing import repeated
 from tests import golden, naive
 

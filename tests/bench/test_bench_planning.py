@@ -17,9 +17,7 @@ from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.proofs import PLAYS, Prover
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch_bench.peers import ompl_search
-from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, PlanningReport, curve, measure, plot_planning
-from hcsearch_bench.planning.beside_ompl import peer_rows
-from hcsearch_bench.planning.foldings import (
+from hcsearch_bench.planning.folding_rows import (
     SCENE,
     FoldingRow,
     Group,
@@ -29,6 +27,10 @@ from hcsearch_bench.planning.foldings import (
     settle,
     thickness_row,
 )
+from hcsearch_bench.planning.peer_rows import peer_rows
+from hcsearch_bench.planning.planning import PLANNING
+from hcsearch_bench.planning.planning_results import QUICK, QUICK_THICKNESSES, PlanningResults
+from hcsearch_bench.planning.share_plots import curve, plot_planning
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import OURS, UnableError
 from tests.planned import joined
@@ -51,7 +53,12 @@ ROWS = [
 
 @pytest.fixture(scope="module")
 def report():
-    return measure(quick=True, say=lambda _: None)
+    return PLANNING.run(quick=True, say=lambda _: None)
+
+
+@pytest.fixture
+def results(report):
+    return report.results
 
 
 def test_foldings_are_those_of_direct_calls():
@@ -73,7 +80,7 @@ def test_foldings_are_those_of_direct_calls():
 
 def test_every_so_many_th_folding_is_taken_over_all_batches(monkeypatch):
     group = Group("hex", "10")
-    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, kept, _s: kept.crease.tolist())
+    monkeypatch.setattr("hcsearch_bench.planning.folding_rows._settle", lambda _g, _c, kept, _s: kept.crease.tolist())
     whole = list(settle(group))
     assert len(whole) == 40
     pieces = SimpleNamespace(batches=lambda: PolygonSearch(grid_named("hex"), 10).batches(25))
@@ -104,33 +111,33 @@ def test_counts_of_known_foldings():
     assert [budget_rows(ROWS, [budget])[0].spent_s for budget in budgets] == pytest.approx(spent.tolist())
 
 
-def test_shares_rise_with_work_and_margin(report):
-    assert [row.group for row in report.groups] == [group.name for group in QUICK]
-    for shown in report.groups:
-        own = report.rows_of(shown)
+def test_shares_rise_with_work_and_margin(results):
+    assert [row.group for row in results.groups] == [group.name for group in QUICK]
+    for shown in results.groups:
+        own = results.rows_of(shown)
         assert len(own) == shown.foldings == shown.movable + shown.locked + shown.undecided
-        work, margins = ([row for row in rows if row.group == shown.group] for rows in (report.work, report.margins))
+        work, margins = ([row for row in rows if row.group == shown.group] for rows in (results.work, results.margins))
         for rows in (work, margins):
             assert all(one.share <= two.share for one, two in pairwise(rows))
         assert work[-1].settled == margins[-1].movable + margins[-1].locked == shown.movable + shown.locked
         assert work[-1].spent_s == pytest.approx(shown.total_s)
-        sweep = [row for row in report.thicknesses if row.group == shown.group]
+        sweep = [row for row in results.thicknesses if row.group == shown.group]
         assert [row.thickness_mm for row in sweep] == sorted(1e3 * t for t in (*QUICK_THICKNESSES, 0.006))
         assert sweep[-1].share == shown.share
-    for row in report.rows:
+    for row in results.rows:
         assert (row.result == "movable") == (row.margin_mm is not None) == (row.flat_pairs is not None)
         assert row.margin_mm is None or any(row.margin_mm == pytest.approx(1e3 * play) for play in PLAYS)
 
 
-def test_efforts_settle_more_and_more(report):
-    assert [row.efforts for row in report.efforts] == [1, 2, 3]
-    for one, two in pairwise(report.efforts):
+def test_efforts_settle_more_and_more(results):
+    assert [row.efforts for row in results.efforts] == [1, 2, 3]
+    for one, two in pairwise(results.efforts):
         assert one.spent_s <= two.spent_s
         assert one.undecided >= two.undecided
-    for row in report.efforts:
+    for row in results.efforts:
         assert row.movable + row.locked + row.undecided == row.foldings == 4
         assert row.longest_s <= row.spent_s
-    assert report.efforts[-1].movable == 4
+    assert results.efforts[-1].movable == 4
 
 
 def test_it_is_saved_with_its_foldings(report, tmp_path):
@@ -139,15 +146,15 @@ def test_it_is_saved_with_its_foldings(report, tmp_path):
     assert text.startswith("# Bench: planning\n")
     with (tmp_path / "foldings.csv").open(encoding="utf-8", newline="") as file:
         saved = list(csv.DictReader(file))
-    assert [line["folding"] for line in saved] == [row.folding for row in report.rows]
+    assert [line["folding"] for line in saved] == [row.folding for row in report.results.rows]
     assert all((tmp_path / f"{table.name}.csv").exists() for table in report.tables)
     assert (tmp_path / "planning.png").stat().st_size > 10_000
 
 
-def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
+def test_a_set_of_which_nothing_is_settled_is_drawn(tmp_path):
     rows = [row("undecided", 1.0)]
     tables = ([group_row(rows)], [], budget_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
-    plot_planning(PlanningReport(report.machine, *tables, rows), tmp_path / "nothing.png")
+    plot_planning(PlanningResults(*tables, rows), tmp_path / "nothing.png")
     assert (tmp_path / "nothing.png").exists()
 
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch_bench.run.process import Finished
-from hcsearch_bench.scale import bench as scale
+from hcsearch_bench.scale import scale
 from hcsearch_bench.scale.cluster import running_cluster
 from hcsearch_bench.scale.databases import new_postgresql, new_sqlite
 from tests import golden

@@ -11,13 +11,12 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch_bench.run.process import Finished
-from hcsearch_bench.stability import bench as stability
-from hcsearch_bench.stability import judging
+from hcsearch_bench.stability import heat_map, judging
 from hcsearch_bench.stability import processors as stability_processors
-from hcsearch_bench.stability.bench import COLOURS, plot_heat
+from hcsearch_bench.stability.heat_map import COLOURS, plot_heat
 from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
-from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
+from hcsearch_bench.stability.strips import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
     SCENE,
     STIFFNESS,
@@ -201,7 +200,7 @@ def row(sweep, value, verdict, error=None):
 def test_counts_and_heat_map(tmp_path):
     rows = [row("a", 1.0, "accurate", 1e-7), row("a", 2.0, "degraded", 1e-3), row("b", 1.0, "refused")]
     rows += [row("b", 2.0, "wrong", 1.0)]
-    assert len({stability._line(r) for r in rows}) == 2
+    assert len({heat_map._line(r) for r in rows}) == 2
     tallies = tally(rows)
     assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in tallies] == [
         ("a", 2, 1, 1, 0, 0, 1e-3),

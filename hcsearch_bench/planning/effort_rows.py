@@ -9,7 +9,7 @@ import numpy as np
 from hcsearch.designs.folding import folding_at
 from hcsearch.motion.planning.motions import motion_of
 from hcsearch.scenes import SCENES, panel_of
-from hcsearch_bench.planning.foldings import Group
+from hcsearch_bench.planning.folding_rows import Group
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.subjects.foldings import untwisted
 

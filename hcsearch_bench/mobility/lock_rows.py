@@ -20,7 +20,7 @@ from hcsearch.motion.locks.tightness import Tightness, tightness
 from hcsearch.search.enumeration import FoldedSearch
 from hcsearch.search.stages.mobility import mobility
 from hcsearch.shape.linkage import Linkage
-from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.bench import Say
 
 SIZES: dict[str, tuple[int, ...]] = {
     "hex": (6, 8, 10, 12, 14, 16),

@@ -1,15 +1,10 @@
-"""The bench `experiment`: the thesis's deployment of the 4x4 array (4.5), with what its text does not fix.
-
-The text does not say which way gravity acts, nor which panel the aluminium frame holds. The
-array, its springs and the bounds of these are those of Tables 4.1 and 4.3.
-"""
+"""Rows of the bench `experiment`: deployments with equal springs, tunings, and what the thesis says of both."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -19,9 +14,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deploying import Deployment, deploy
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
-from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import BenchReport, Say
-from hcsearch_bench.run.tables import Table
+from hcsearch_bench.run.bench import Say
 
 G = 9.81
 GRAVITIES: dict[str, Vector] = {
@@ -85,59 +78,15 @@ class Claim:
     here: str
 
 
-@dataclass(frozen=True)
-class ExperimentReport(BenchReport):
-    """All that one run of the bench measured."""
-
-    page: ClassVar[str] = "experiment"
-    heading: ClassVar[str] = "# Bench: the thesis's experiment"
-
-    claims: list[Claim]
-    uniform: list[UniformRow]
-    tuned: list[TunedRow]
-
-    @property
-    def tables(self) -> list[Table]:
-        """What is shown and saved."""
-        return [
-            Table(
-                "experiment-claims",
-                "The thesis's experiment: what it says, what comes out",
-                "Thesis 4.5.1 and 4.5.4 to 4.5.5; numbers over all directions of gravity and panels held of the tables "
-                "below.",
-                self.claims,
-            ),
-            Table(
-                "experiment-uniform",
-                "Springs of 0.10 N m/rad at every hinge",
-                "`held`: 0 is the merged pair at the end of the loop, 5 the one in its middle, 7 a large middle panel.",
-                self.uniform,
-            ),
-            Table(
-                "experiment-tuned",
-                "Tuned springs, and those of the catalogue 0.07 and 0.10 N m/rad",
-                "Springs by `hcsearch tune` with its defaults.",
-                self.tuned,
-            ),
-        ]
+def _linkage() -> Linkage:
+    """The thesis's array of 4x4 squares."""
+    assembly = ASSEMBLIES["thesis-4x4"]
+    return Linkage(assembly.build(assembly.defaults))
 
 
-def measure(*, quick: bool = False, say: Say) -> ExperimentReport:
-    """Run the bench; quick: exact closure alone for equal springs, and one tuning, without samples."""
-    linkage = Linkage((assembly := ASSEMBLIES["thesis-4x4"]).build(assembly.defaults))
-    uniform = list(_uniform(linkage, quick, say))
-    tuned: list[TunedRow] = []
-    for gravity in TUNED[:1] if quick else TUNED:
-        say(f"tuning, gravity {gravity}")
-        began = time.perf_counter()
-        scene = Scene(gravity=GRAVITIES[gravity])
-        evaluations, samples = (100, 0) if quick else (EVALUATIONS, SAMPLES)
-        tuning = tune(linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples)
-        tuned += _rows(gravity, tuning, time.perf_counter() - began)
-    return ExperimentReport(this_machine(), claims(uniform, tuned), uniform, tuned)
-
-
-def _uniform(linkage: Linkage, quick: bool, say: Say) -> list[UniformRow]:
+def uniform_rows(*, quick: bool, say: Say) -> list[UniformRow]:
+    """A row a gravity, held panel and formulation; quick: exact closure alone."""
+    linkage = _linkage()
     formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
     rows = []
     for held in (0, 5, 7):
@@ -164,6 +113,19 @@ def _uniform_row(gravity: str, held: int, deployment: Deployment) -> UniformRow:
         clearance.time,
         panels,
     )
+
+
+def tuned_rows(*, quick: bool, say: Say) -> list[TunedRow]:
+    """A row a gravity and set of springs; quick: one tuning, without samples."""
+    linkage, tuned = _linkage(), []
+    for gravity in TUNED[:1] if quick else TUNED:
+        say(f"tuning, gravity {gravity}")
+        began = time.perf_counter()
+        scene = Scene(gravity=GRAVITIES[gravity])
+        evaluations, samples = (100, 0) if quick else (EVALUATIONS, SAMPLES)
+        tuning = tune(linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples)
+        tuned += _rows(gravity, tuning, time.perf_counter() - began)
+    return tuned
 
 
 def _rows(gravity: str, tuning: Tuning, seconds: float) -> list[TunedRow]:

@@ -5,27 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-import numpy as np
+from hcsearch_bench.run.bench import Bench, Say
+from hcsearch_bench.run.table import Table
+from hcsearch_bench.run.work_precision import OURS, PATIENCE, QUICK_PATIENCE, fastest_by, plot_work, seconds_of
 
-from hcsearch_bench.iftomm.problem_rows import (
-    LEVELS,
-    OUTPUTS,
-    ProblemRow,
-    our_rows,
-    our_settings,
-    peer_rows,
-)
-from hcsearch_bench.iftomm.problems import problems
-from hcsearch_bench.peers.multibody import peers
-from hcsearch_bench.run.figures import plot_work
-from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import BenchReport, Say
-from hcsearch_bench.run.tables import Table
-from hcsearch_bench.run.work_precision import OURS, PATIENCE, QUICK_PATIENCE, fastest_by, seconds_of
+if TYPE_CHECKING:
+    from hcsearch_bench.iftomm.problem_rows import ProblemRow
 
-PEERS = ("scipy", "mujoco", "pin", "exudyn")
 BRICARD = {"error": 1e-6, "seconds": 10e-3, "closure": 1e-12, "energy": 1e-9}
 """What A04 must keep over 10 s: m, s, m, J."""
 
@@ -63,62 +51,67 @@ class BricardRow:
 
 
 @dataclass(frozen=True)
-class IftommReport(BenchReport):
+class IftommResults:
     """All that one run of the bench measured."""
-
-    page: ClassVar[str] = "iftomm"
 
     work: list[ProblemRow]
     best: list[FastestProblemRow]
     goals: list[BricardRow]
 
-    @property
-    def tables(self) -> list[Table]:
-        """What is shown and saved, in order."""
-        levels = ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS)
-        return [
-            Table(
-                "work",
-                "Work and precision",
-                "`error` (m) is the greatest distance of the measured point from a reference solution at "
-                f"{OUTPUTS + 1} times from start to end; `at_steps` is the error of hcsearch at the ends of the "
-                f"steps, without interpolation. `verdict`: {levels} of the problem's length (1 m; A03: the crank of "
-                "7 mm), otherwise wrong. `energy` (J) is the error of the energy balance, `closure` the greatest "
-                "gap (m). `evaluations`: of accelerations; of implicit methods, Newton steps. `seconds` is the wall "
-                "time of the integration alone, median of `runs`; the loops of hcsearch, MuJoCo and Exudyn are "
-                "compiled, that of Pinocchio is SciPy's.",
-                self.work,
-            ),
-            Table(
-                "best",
-                "The fastest run that is precise enough",
-                "The fastest run of each engine. `times_ours`: seconds relative to those of hcsearch at the same "
-                "level.",
-                self.best,
-            ),
-            Table(
-                "goals",
-                "Goals for A04",
-                "The simulated time is 10 s. The table gives the fastest run of hcsearch that meets all goals of "
-                "precision, over the whole time.",
-                self.goals,
-            ),
-        ]
 
-    def draw(self, folder: Path) -> None:
-        """Write the pictures."""
-        points = [
-            (row.problem, row.engine, f"{row.engine}, {row.method}", seconds_of(row), row.error)
-            for row in self.work
-            if row.error is not None
-        ]
-        plot_work(points, "greatest error (m)", folder / "work.png")
+def tables(results: IftommResults) -> list[Table]:
+    """What is shown and saved, in order."""
+    from hcsearch_bench.iftomm.problem_rows import LEVELS, OUTPUTS
+
+    levels = ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS)
+    return [
+        Table(
+            "work",
+            "Work and precision",
+            "`error` (m) is the greatest distance of the measured point from a reference solution at "
+            f"{OUTPUTS + 1} times from start to end; `at_steps` is the error of hcsearch at the ends of the "
+            f"steps, without interpolation. `verdict`: {levels} of the problem's length (1 m; A03: the crank of "
+            "7 mm), otherwise wrong. `energy` (J) is the error of the energy balance, `closure` the greatest "
+            "gap (m). `evaluations`: of accelerations; of implicit methods, Newton steps. `seconds` is the wall "
+            "time of the integration alone, median of `runs`; the loops of hcsearch, MuJoCo and Exudyn are "
+            "compiled, that of Pinocchio is SciPy's.",
+            results.work,
+        ),
+        Table(
+            "best",
+            "The fastest run that is precise enough",
+            "The fastest run of each engine. `times_ours`: seconds relative to those of hcsearch at the same level.",
+            results.best,
+        ),
+        Table(
+            "goals",
+            "Goals for A04",
+            "The simulated time is 10 s. The table gives the fastest run of hcsearch that meets all goals of "
+            "precision, over the whole time.",
+            results.goals,
+        ),
+    ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> IftommReport:
+def draw(results: IftommResults, folder: Path) -> None:
+    """Write the pictures."""
+    points = [
+        (row.problem, row.engine, f"{row.engine}, {row.method}", seconds_of(row), row.error)
+        for row in results.work
+        if row.error is not None
+    ]
+    plot_work(points, "greatest error (m)", folder / "work.png")
+
+
+def measure(*, quick: bool, repeats: int, say: Say) -> IftommResults:
     """Run the whole bench: minutes; `quick`: a tenth of each time, and few settings."""
-    machine = this_machine(PEERS)
-    repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
+    import numpy as np
+
+    from hcsearch_bench.iftomm.problem_rows import OUTPUTS, our_rows, our_settings, peer_rows
+    from hcsearch_bench.iftomm.problems import problems
+    from hcsearch_bench.peers.multibody import peers
+
+    patience = QUICK_PATIENCE if quick else PATIENCE
     rows: list[ProblemRow] = []
     for whole in problems():
         problem = replace(whole, end=whole.end / 10) if quick else whole
@@ -130,7 +123,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Iftom
             if peer.fits(problem):
                 say(f"{problem.name}: {peer.engine}, {peer.method}")
                 rows += peer_rows(problem, times, way, peer, repeats, patience)
-    return IftommReport(machine, rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
+    return IftommResults(rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
 
 
 def best_of(rows: Sequence[ProblemRow]) -> list[FastestProblemRow]:
@@ -173,3 +166,18 @@ def goals_of(rows: Sequence[ProblemRow], over: float) -> list[BricardRow]:
 def _kept(row: ProblemRow, goal: str) -> bool:
     value = getattr(row, goal)
     return value is not None and value <= BRICARD[goal]
+
+
+IFTOMM = Bench(
+    "iftomm",
+    "Measure the dynamics on published problems. Errors, energies and times for A01 to A05 of IFToMM, beside other "
+    "programs.\n"
+    "\n"
+    "MuJoCo, Pinocchio and Exudyn come with an extra: pip install 'hcsearch[bench]'.",
+    "hcsearch bench iftomm --quick --json iftomm.json",
+    measure,
+    tables,
+    draw,
+    peers=("scipy", "mujoco", "pin", "exudyn"),
+    repeats=True,
+)

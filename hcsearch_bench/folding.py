@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.figures import figure_for
+from hcsearch_bench.run.bench import Bench, Limit, Say
 from hcsearch_bench.run.job import JobResult, run_job
-from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import BenchReport, Say
-from hcsearch_bench.run.tables import Table
+from hcsearch_bench.run.table import Table
 from hcsearch_bench.run.timing import Row
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
 
@@ -23,7 +21,6 @@ SIZES: dict[str, tuple[int, ...]] = {
 }
 QUICK: dict[str, tuple[int, ...]] = {"hex": (10, 12), "square": (14,), "triangle": (22,)}
 KEEPS = ("two-stack", "untwisted")
-LIMIT, QUICK_LIMIT = 180.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -51,34 +48,33 @@ class FoldableRow:
 
 
 @dataclass(frozen=True)
-class FoldingReport(BenchReport):
+class FoldingResults:
     """All that one run of the bench measured; limit : seconds on the wall for a process."""
-
-    page: ClassVar[str] = "folding"
 
     limit: float
     rows: list[FoldableRow]
 
-    @property
-    def tables(self) -> list[Table]:
-        """What is shown and saved."""
-        return [
-            Table(
-                "folding",
-                "Designs that fold: joined from half-chains, or filtered from all circuits",
-                "Times are processor seconds on one core, with compiled kernels, medians of `runs`. `filter_s`: "
-                "all circuits are listed, and their foldings and twists computed; `join_s`: the designs are joined "
-                "from half-chains, and their foldings and twists computed, so that both have canonical words, "
-                "symmetries, foldings and twists; `count_s`: the number alone. Each method runs in separate "
-                "processes, and `_mib` is their greatest memory, including interpreter and libraries. A process "
-                f"has {self.limit:g} s of wall time; a method that exceeds this is not tried on larger n.",
-                self.rows,
-            )
-        ]
 
-    def draw(self, folder: Path) -> None:
-        """Write the pictures."""
-        plot_folding(self.rows, folder / "folding.png")
+def tables(results: FoldingResults) -> list[Table]:
+    """What is shown and saved."""
+    return [
+        Table(
+            "folding",
+            "Designs that fold: joined from half-chains, or filtered from all circuits",
+            "Times are processor seconds on one core, with compiled kernels, medians of `runs`. `filter_s`: "
+            "all circuits are listed, and their foldings and twists computed; `join_s`: the designs are joined "
+            "from half-chains, and their foldings and twists computed, so that both have canonical words, "
+            "symmetries, foldings and twists; `count_s`: the number alone. Each method runs in separate "
+            "processes, and `_mib` is their greatest memory, including interpreter and libraries. A process "
+            f"has {results.limit:g} s of wall time; a method that exceeds this is not tried on larger n.",
+            results.rows,
+        )
+    ]
+
+
+def draw(results: FoldingResults, folder: Path) -> None:
+    """Write the pictures."""
+    plot_folding(results.rows, folder / "folding.png")
 
 
 class _Ways:
@@ -102,15 +98,13 @@ class _Ways:
         return result
 
 
-def measure(*, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Say = print) -> FoldingReport:
+def measure(*, quick: bool, repeats: int, limit: float, say: Say) -> FoldingResults:
     """Run the whole bench: a quarter of an hour, or seconds when `quick`; HcsearchError when numbers differ.
 
     limit : seconds on the wall for each process.
     """
-    machine = this_machine()
-    limit = limit or (QUICK_LIMIT if quick else LIMIT)
-    rows = measure_folding(QUICK if quick else SIZES, limit=limit, repeats=1 if quick else repeats, say=say)
-    return FoldingReport(machine, limit, rows)
+    rows = measure_folding(QUICK if quick else SIZES, limit=limit, repeats=repeats, say=say)
+    return FoldingResults(limit, rows)
 
 
 def measure_folding(sizes: Mapping[str, Sequence[int]], *, limit: float, repeats: int, say: Say) -> list[FoldableRow]:
@@ -186,3 +180,15 @@ def plot_folding(rows: Sequence[FoldableRow], path: Path) -> None:
             axes.grid(alpha=0.3)
         pictures[0].set_ylabel("processor seconds, one core")
         figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
+
+
+FOLDING = Bench(
+    "folding",
+    "Measure how fast designs that fold are listed. Compares half-chains with filtering all circuits.",
+    "hcsearch bench folding --quick",
+    measure,
+    tables,
+    draw,
+    repeats=True,
+    limit=Limit("a process", 180.0, 60.0),
+)

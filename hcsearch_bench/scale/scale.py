@@ -10,14 +10,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import ClassVar
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch_bench.run.bench import Bench, Say
 from hcsearch_bench.run.job import OWN_LIMIT
-from hcsearch_bench.run.machine import MISSING, this_machine
+from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.process import Finished, run_measured
-from hcsearch_bench.run.report import BenchReport, Say
-from hcsearch_bench.run.tables import Table
+from hcsearch_bench.run.table import Table
 from hcsearch_bench.scale import cluster
 from hcsearch_bench.scale.databases import Maker, Variables, new_postgresql, new_sqlite, nowhere
 
@@ -90,41 +89,37 @@ QUICK_DRY, QUICK_STORED = (ScaleJob("hex", 12, "all"),), ScaleJob("hex", 12, "un
 
 
 @dataclass(frozen=True)
-class ScaleReport(BenchReport):
+class ScaleResults:
     """All that one run of the bench measured."""
-
-    page: ClassVar[str] = "scale"
 
     rows: list[ScaleRow]
 
-    @property
-    def tables(self) -> list[Table]:
-        """What is shown and saved."""
-        return [
-            Table(
-                "scale",
-                "The whole command: processes, a cluster, databases",
-                f"The command is `hcsearch enumerate --until {LAST}`, including the start of the interpreter; the "
-                "ways to run a job alternate, and times are medians of `runs`. The cluster is a Dask scheduler "
-                f"with {WORKERS} workers of one process and one thread each on this machine, which have run a job "
-                "before. `into` is - for a dry run; otherwise each run stores into a new database. `cpu_s` and "
-                "`peak_mib` do not include the cluster or the server, and `peak_mib` is that of the first process "
-                "only. `speed_up` is the number of designs a second relative to that of one process, within one "
-                "job and `into`; `net_speed_up` is the same without `start_s`. Two commands of one process each, "
-                "started together, show the greatest speed-up that the machine allows; other work on the same "
-                "cores lowers all numbers.",
-                self.rows,
-            )
-        ]
+
+def tables(results: ScaleResults) -> list[Table]:
+    """What is shown and saved."""
+    return [
+        Table(
+            "scale",
+            "The whole command: processes, a cluster, databases",
+            f"The command is `hcsearch enumerate --until {LAST}`, including the start of the interpreter; the "
+            "ways to run a job alternate, and times are medians of `runs`. The cluster is a Dask scheduler "
+            f"with {WORKERS} workers of one process and one thread each on this machine, which have run a job "
+            "before. `into` is - for a dry run; otherwise each run stores into a new database. `cpu_s` and "
+            "`peak_mib` do not include the cluster or the server, and `peak_mib` is that of the first process "
+            "only. `speed_up` is the number of designs a second relative to that of one process, within one "
+            "job and `into`; `net_speed_up` is the same without `start_s`. Two commands of one process each, "
+            "started together, show the greatest speed-up that the machine allows; other work on the same "
+            "cores lowers all numbers.",
+            results.rows,
+        )
+    ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, postgresql: str | None = None, say: Say = print) -> ScaleReport:
+def measure(*, quick: bool, repeats: int, postgresql: str | None, say: Say) -> ScaleResults:
     """Run the whole bench: half an hour, or half a minute when `quick`; HcsearchError when a command fails.
 
     postgresql : URL of a server on which databases may be made and dropped.
     """
-    machine = this_machine((cluster.PACKAGE, "sqlalchemy", "psycopg"))
-    repeats = 1 if quick else repeats
     storing = ways_to_store(postgresql)
     for way in storing:  # a server that refuses is known before the long runs
         with way.make():
@@ -137,9 +132,7 @@ def measure(*, quick: bool = False, repeats: int = 3, postgresql: str | None = N
             address = stack.enter_context(cluster.running_cluster(WORKERS))
         for job in QUICK_DRY if quick else DRY:
             rows += measure_job(job, ways_to_list(address), repeats=repeats, say=say)
-    return ScaleReport(
-        machine, rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say)
-    )
+    return ScaleResults(rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say))
 
 
 def ways_to_list(address: str | None) -> list[RunWay]:
@@ -226,3 +219,17 @@ def _designs(job: ScaleJob, runs: Sequence[Finished]) -> int:
     if len(numbers) != 1:
         raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(numbers)} designs; report this")
     return numbers.pop()
+
+
+SCALE = Bench(
+    "scale",
+    "Measure whole searches. Uses one and two processes, a Dask cluster of two workers, and databases.\n"
+    "\n"
+    "The command starts the cluster; Dask comes with an extra: pip install 'hcsearch[cluster]'.",
+    "hcsearch bench scale --postgresql postgresql://USER@HOST/postgres",
+    measure,
+    tables,
+    peers=(cluster.PACKAGE, "sqlalchemy", "psycopg"),
+    repeats=True,
+    server=True,
+)

@@ -1,0 +1,121 @@
+"""The bench `identification`: errors of springs and damping that come out of measurements with noise.
+
+The measurements are made up from known laws: no others have a truth to compare with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hcsearch.system.figures import figure_for
+from hcsearch_bench.run.bench import Bench, Say
+from hcsearch_bench.run.table import Table
+
+if TYPE_CHECKING:
+    from hcsearch_bench.identification.error_rows import DampingRow, SpringRow
+
+NOISES = (0.0, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.3)
+LAWS = {
+    "linear": "linear:0.1",
+    "linear, preloaded": "linear:0.1+0.02",
+    "quadratic": "quadratic:0.02,0.03",
+    "table": "table:0@0,0.1@1,0.15@2,0.4@2.8",
+}
+RECORDS, QUICK = 100, 8
+
+
+@dataclass(frozen=True)
+class IdentificationResults:
+    """All that one run of the bench measured."""
+
+    damping: list[DampingRow]
+    springs: list[SpringRow]
+
+
+def tables(results: IdentificationResults) -> list[Table]:
+    """What is shown and saved."""
+    return [
+        Table(
+            "identification-damping",
+            "Damping from free vibration, with noise",
+            "The thesis's rig: a block of 0.0051 kg m^2 on four hinges of 0.0043 N m s/rad, 2.50 Hz, ratio "
+            "0.107, under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. "
+            "`noise` is a standard deviation as a share of the swing's amplitude at the start. Errors are "
+            "relative, rms over the records in which the swing was recognised (`recognised`). `reported_error` "
+            "is the reported standard error of the coefficient, `within_2` the share of coefficients within "
+            "two standard errors. `false_modes` is the number of reported modes that do not exist.",
+            results.damping,
+        ),
+        Table(
+            "identification-springs",
+            "Laws of springs from moment-angle pairs, with noise",
+            "Springs are loaded and unloaded at every degree up to 13 pi / 15. `noise` is a standard deviation "
+            "as a share of the greatest moment. `recognised` is the number of records in which the chosen kind "
+            "of law is that of the pairs. `moment_error` is the error of the chosen law over the measured "
+            "angles, rms, as a share of the greatest moment.",
+            results.springs,
+        ),
+    ]
+
+
+def draw(results: IdentificationResults, folder: Path) -> None:
+    """Write the pictures."""
+    plot_identification(results.damping, results.springs, folder / "identification.png")
+
+
+def measure(*, quick: bool, say: Say) -> IdentificationResults:
+    """Run the whole bench: some minutes, or seconds when `quick`."""
+    from hcsearch_bench.identification.error_rows import measure_damping, measure_springs
+
+    records = QUICK if quick else RECORDS
+    damping = [measure_damping(noise, range(k * records, (k + 1) * records), say=say) for k, noise in enumerate(NOISES)]
+    springs = [
+        measure_springs(kind, text, noise, range(k * records, (k + 1) * records))
+        for kind, text in LAWS.items()
+        for k, noise in enumerate(NOISES)
+        if noise < 0.1
+    ]
+    return IdentificationResults(damping, springs)
+
+
+def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
+    """Errors against noise, of the damping test and of springs; the standard error that the program reports dashed."""
+    with figure_for(path, (11, 4.5)) as figure:
+        left, right = figure.subplots(1, 2)
+        rows = [row for row in damping if row.noise > 0.0]
+        noise = [row.noise for row in rows]
+        for colour, name, label in (
+            ("tab:blue", "frequency", "frequency f"),
+            ("tab:orange", "damping", "damping ratio ζ"),
+            ("tab:green", "coefficient", "damping coefficient c"),
+        ):
+            left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
+        left.plot(noise, [row.reported_error for row in rows], "k--", label="standard error of c as reported")
+        left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
+        for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
+            own = [row for row in springs if row.law == law and row.noise > 0.0]
+            label = law if len(law) < 30 else f"{law[:27]}..."
+            right.plot([row.noise for row in own], [row.moment_error for row in own], "o-", color=f"C{k}", label=label)
+        right.set(
+            xlabel="noise, share of the greatest moment",
+            ylabel="error of the moment, share of the greatest",
+            title="Springs",
+        )
+        for axes in (left, right):
+            axes.set(xscale="log", yscale="log")
+            axes.legend(fontsize="small")
+            axes.grid(alpha=0.3)
+
+
+IDENTIFICATION = Bench(
+    "identification",
+    "Measure errors of identified springs and damping. Measurements are simulated, with known laws and noise.",
+    "hcsearch bench identification --quick --json identification.json",
+    measure,
+    tables,
+    draw,
+    peers=("scipy",),
+)
