@@ -131,38 +131,34 @@ class Grid:
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
         """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
-        return list(map(self._corner_position, self.lattice_corners(cell)))
+        point = self.point(cell)
+        cx, cy = self.position(point)
+        return [(cx + x, cy + y) for x, y in self.corners_from_centre([d for d, _ in self.neighbours(point)])]
 
     def lattice_corners(self, cell: Cell) -> list[Point]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
 
-        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them.
+        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; those of
+        triangles have thirds already.
         """
         x, y = self.point(cell)
         faces = [d for d, _ in self.neighbours((x, y))]
         sides = [(self.steps[before], self.steps[d]) for before, d in zip((faces[-1], *faces), faces, strict=False)]
-        fine = self._fineness
+        fine = 1 if self.is_triangle else self.directions // 2
         return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
-
-    @property
-    def _fineness(self) -> int:
-        """By what lattice points are multiplied where corners are whole numbers, too; triangles have thirds already."""
-        return 1 if self.is_triangle else self.directions // 2
-
-    def _corner_position(self, corner: Point) -> tuple[float, float]:
-        fine = self._fineness
-        return self.position((corner[0] / fine, corner[1] / fine))
 
     def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
         """Vertices of panels of side 1 in their cells, and the vertices of each panel by number, counterclockwise.
 
-        Vertices are numbered in the order in which cells name them.
+        Vertices are numbered in the order in which cells name them, and are where the first of these has its corner.
         """
-        numbers: dict[Point, int] = {}
-        faces = [
-            tuple(numbers.setdefault(corner, len(numbers)) for corner in self.lattice_corners(cell)) for cell in cells
-        ]
-        return list(map(self._corner_position, numbers)), faces
+        keyed = [list(zip(self.lattice_corners(cell), self.corners(cell), strict=True)) for cell in cells]
+        positions: dict[Point, tuple[float, float]] = {}
+        for corners in keyed:
+            for key, position in corners:
+                positions.setdefault(key, position)
+        number = {key: k for k, key in enumerate(positions)}
+        return list(positions.values()), [tuple(number[key] for key, _ in corners) for corners in keyed]
 
     def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
         """The corners of a panel of side 1 about its centre, for a panel with neighbours in these directions."""
