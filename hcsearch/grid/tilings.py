@@ -131,9 +131,7 @@ class Grid:
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
         """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
-        point = self.point(cell)
-        cx, cy = self.position(point)
-        return [(cx + x, cy + y) for x, y in self.corners_from_centre([d for d, _ in self.neighbours(point)])]
+        return list(map(self._corner_position, self.lattice_corners(cell)))
 
     def lattice_corners(self, cell: Cell) -> list[Point]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
@@ -147,18 +145,25 @@ class Grid:
         fine = 1 if self.is_triangle else self.directions // 2
         return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
 
+    def _corner_position(self, corner: Point) -> tuple[float, float]:
+        """Cartesian coordinates of a corner: a constant times whole numbers, so that mirror images are exact."""
+        x, y = corner
+        if self.directions == 4:
+            return (x / 2, y / 2)
+        if self.is_triangle:
+            return ((2 * x + y) / 6, math.sqrt(3) / 6 * y)
+        return (math.sqrt(3) / 6 * (2 * x + y), y / 2)
+
     def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
         """Vertices of panels of side 1 in their cells, and the vertices of each panel by number, counterclockwise.
 
-        Vertices are numbered in the order in which cells name them, and are where the first of these has its corner.
+        Vertices are numbered in the order in which cells name them.
         """
-        keyed = [list(zip(self.lattice_corners(cell), self.corners(cell), strict=True)) for cell in cells]
-        positions: dict[Point, tuple[float, float]] = {}
-        for corners in keyed:
-            for key, position in corners:
-                positions.setdefault(key, position)
-        number = {key: k for k, key in enumerate(positions)}
-        return list(positions.values()), [tuple(number[key] for key, _ in corners) for corners in keyed]
+        numbers: dict[Point, int] = {}
+        faces = [
+            tuple(numbers.setdefault(corner, len(numbers)) for corner in self.lattice_corners(cell)) for cell in cells
+        ]
+        return list(map(self._corner_position, numbers)), faces
 
     def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
         """The corners of a panel of side 1 about its centre, for a panel with neighbours in these directions."""
