@@ -55,8 +55,11 @@ def test_what_is_undecided_is_searched_on(stepwise):
     with open_readonly(str(path)) as database:
         (row,) = select(database, "status=locked", view="foldings", columns="design_id,crease,known,deployable").rows
         assert row[2:] == ("kept_apart", 0)
-        lock = "lock_pairs=hinged lock_end=packed lock_cubes>0 lock_faces>1 efforts=3"
-        assert select(database, lock, view="motions", columns="design_id,crease").rows == (row[:2],)
+        # proofs at both ends take as many boxes, up to rounding: either may come first
+        lock = "lock_pairs=hinged lock_cubes>0 lock_faces>1 efforts=3"
+        (found,) = select(database, lock, view="motions", columns="design_id,crease,lock_end").rows
+        assert found[:2] == row[:2]
+        assert found[2] in {"packed", "flat"}
         (reason,) = select(database, lock, view="motions", columns="reason").rows[0]
         assert reason.startswith("closed loops and stops keep the packed and the flat state apart")
         left = select(database, "known=no_path_met", view="foldings", columns="critical_margin,unmet_margin").rows

@@ -103,7 +103,7 @@ def test_a_fault_is_none_of_the_verdicts(run, tmp_path):
         "deploy": ("hcsearch.springs.deployment.deploying:deploy", "hex:0234550132:4"),
         "check": ("hcsearch.search.own_patterns.checking:check_circuit", "square:0123"),
         "tune": ("hcsearch.springs.tuning.tuning:tune", "hex:0234550132:4"),
-        "drive": ("hcsearch.springs.drive.driving:drive", "hex:0234550132:4"),
+        "drive": ("hcsearch.springs.drive.driving:drive_along", "hex:0234550132:4"),
     }
     for command, (broken, name) in words.items():
         module, _, function = broken.partition(":")

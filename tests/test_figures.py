@@ -7,11 +7,11 @@ import sys
 import matplotlib as mpl
 import numpy as np
 import pytest
-from hcsearch_bench.run.work_precision import plot_work
 from matplotlib.image import imread
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system import figures
+from hcsearch_bench.run.work_precision import plot_work
 from tests.commands import run_here
 
 SMALL = ("deploy", "hex:023350:1", "--seconds", "0.02", "--picture")

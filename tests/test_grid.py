@@ -41,6 +41,7 @@ def test_corners_are_one_in_whole_numbers_where_they_lie_in_one_place(array):
     keys = [key for cell in array.cells for key in grid.lattice_corners(cell)]
     points = np.array([corner for cell in array.cells for corner in grid.corners(cell)])
     near = np.linalg.norm(points[:, None] - points, axis=2) < 0.1
+    assert (near == np.isclose(points[:, None], points, atol=1e-12).all(axis=2)).all()
     assert near.tolist() == [[one == other for other in keys] for one in keys]
 
 

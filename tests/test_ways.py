@@ -191,7 +191,7 @@ def test_a_certified_motion_by_springs_comes_before_a_path_that_is_not_proved(sp
     unproved = replay_case(resolve("1:2", str(sprung), path=True), "path")[0]
     assert (unproved.axis, unproved.certified) == ("path", ())
     _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb")
-    assert told.strip() == "flat pairs hinged, as in the deployment that deploys"
+    assert told.strip() == "flat pairs rigid, as in the deployment that deploys"
     _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb", "--motion", "path")
     assert told.endswith("; the motion: it is not certified that panels keep apart\n")
 

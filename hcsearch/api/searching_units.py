@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
@@ -24,7 +24,7 @@ def search_units(
     *,
     alpha: float | None = None,
     max_dof: int | None = None,
-    copies: tuple[int, ...] = COPIES,
+    copies: Sequence[int] = COPIES,
     most: int = MOST_UNIONS,
     seconds: float | None = None,
     db: Place | None = None,
@@ -39,11 +39,11 @@ def search_units(
     most : unions that are tried for one element. seconds : the greatest time for one element.
     db : a database in which units are stored.
     """
-    check_kinds(search_units, locals() | {"copies": copies, "progress": progress})
+    check_kinds(search_units, locals())
     limits = Limits(most) if seconds is None else Limits(most, seconds)
     with nullcontext() if db is None else writing(db, create=True) as database:
         searched = search_elements(
-            _elements(grid, n, alpha), max_dof=max_dof, copies=copies, limits=limits, progress=progress
+            _elements(grid, n, alpha), max_dof=max_dof, copies=tuple(copies), limits=limits, progress=progress
         )
         for result in searched:
             rows = [unit.row() for unit in result.units]

@@ -184,7 +184,7 @@ def stranger(tmp_path):
     shutil.copytree(
         Path(hcsearch.__file__).parent, tmp_path / "other" / "hcsearch", ignore=ignore_patterns("__pycache__")
     )
-    with (tmp_path / "other" / "hcsearch" / "twisting.py").open("a", encoding="utf-8") as file:
+    with (tmp_path / "other" / "hcsearch" / "designs" / "twisting.py").open("a", encoding="utf-8") as file:
         file.write("\n# another commit\n")
     return {"PYTHONPATH": str(tmp_path / "other")}
 

@@ -46,7 +46,7 @@ def test_sources_are_known_by_what_is_in_them(copy, monkeypatch):
     own = sources_digest()
     monkeypatch.setattr(sameness, "_ROOT", copy / "hcsearch")
     assert sources_digest() == own
-    path = copy / "hcsearch" / "twisting.py"
+    path = copy / "hcsearch" / "designs" / "twisting.py"
     path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))  # as some systems check files out
     assert sources_digest() == own
     path.rename(path.with_name("twisted.py"))

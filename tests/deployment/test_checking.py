@@ -16,6 +16,7 @@ TOLERANCE = 1e-5
 NAMES = [
     "hex:0234550132:4",  # flat and clear
     "hex:02234400:1",  # flat, collides
+    "hex:0233235500:0",  # the same, long before it is flat
     "hex:0234535012:4",  # locked: at rest
     "hex:0234405022:1",  # jammed
     "hex:0233340501:3",

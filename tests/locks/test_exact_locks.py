@@ -243,13 +243,13 @@ def test_locks_with_rigid_and_with_hinged_flat_pairs_are_two_statements():
     """The README's folding deploys with hinged flat pairs; 2 of the 14 locked ones of ten hexagons stay locked."""
     folding = Folding.from_notation("hex:0234550132:3")
     assert any(lock_at(*end).locked for end in both_ends(folding))
-    assert not any(lock_at(*end).locked for end in both_ends(folding, hinged=True))
+    assert not any(lock_at(*end).locked for end in both_ends(folding, flat_pairs="hinged"))
     words = np.array([folding.circuit.word for folding in TEN], np.int8)
     creases = np.array([folding.crease for folding in TEN], np.int16)
     circuits = CircuitBatch("hex", words, np.ones(len(TEN), np.int16))
     batch = FoldingBatch(np.arange(len(TEN), dtype=np.int32), creases)
     freedoms = mobility(circuits, batch, np.zeros(len(TEN), np.int16))
-    hinged = [any(lock_at(*end).locked for end in both_ends(folding, hinged=True)) for folding in TEN]
+    hinged = [any(lock_at(*end).locked for end in both_ends(folding, flat_pairs="hinged")) for folding in TEN]
     assert freedoms.locked_hinged.tolist() == hinged
     assert (freedoms.locked.sum(), freedoms.locked_hinged.sum()) == (14, 2)
     assert locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()

@@ -129,7 +129,7 @@ def test_first_order_locks_depend_neither_on_thickness_nor_on_the_unit(folding, 
 
 
 def test_hinged_flat_pairs_free_all_but_two():
-    hinged = [folding for folding in TEN if any(lock.locked for _, lock in ends(folding, hinged=True)[1])]
+    hinged = [folding for folding in TEN if any(lock.locked for _, lock in ends(folding, flat_pairs="hinged")[1])]
     rigid = [folding for folding in TEN if any(lock.locked for _, lock in ends(folding)[1])]
     assert set(map(str, hinged)) <= set(map(str, rigid))
     assert len(hinged) == 2

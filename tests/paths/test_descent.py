@@ -142,7 +142,7 @@ def test_a_search_goes_on_to_other_springs_and_then_backwards():
 
 
 def test_flat_pairs_may_be_held():
-    linkage = designed("hex:0234550132", 4, hinged=True)
+    linkage = designed("hex:0234550132", 4, flat_pairs="hinged")
     held = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
     path = descend(linkage, held=held)
     assert path.outcome == "flat"

@@ -14,7 +14,7 @@ import pytest
 from hcsearch.web.player import motion_json, notebook_html, payload_of, player_html, player_script
 from tests.player.motions import replay_of
 
-JS = Path(__file__).parents[2] / "hcsearch" / "player" / "js"
+JS = Path(__file__).parents[2] / "hcsearch" / "web" / "player" / "js"
 HOSTILE = "</script><script>alert(1)</script><!-- \" ' & <b>"
 
 

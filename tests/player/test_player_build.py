@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-PLAYER = Path(__file__).parents[2] / "hcsearch" / "player"
+PLAYER = Path(__file__).parents[2] / "hcsearch" / "web" / "player"
 
 
 @pytest.mark.extra

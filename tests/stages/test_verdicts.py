@@ -350,7 +350,7 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
     linkage = folding.linkage()
     compiled = compile_scene(linkage, DEFAULT, keep=STOPS)
     changed = with_springs(compiled, np.geomspace(0.01, 0.2, compiled.system.n_joints))
-    anew = compile_scene(linkage, changed.scene, keep=STOPS)
+    anew = compile_scene(linkage, changed.setup, keep=STOPS)
     for one, two in zip(changed.system.drives, anew.system.drives, strict=True):
         assert one.law == two.law
         assert one.damping == pytest.approx(two.damping, rel=1e-12)

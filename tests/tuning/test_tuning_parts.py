@@ -282,7 +282,7 @@ def test_files_read_back_to_the_same_scene(tmp_path, name):
     content = read_file(str(path))
     assert scene_in(content) == scene
     assert content.pop("scene")["restitution"] == 0.25
-    kept = {"panel_mm": "50x50x6", "flat_pairs": "merged", "springs": springs, "formulation": "compliant"}
+    kept = {"panel_mm": "50x50x6", "flat_pairs": "merged", "springs": dict(springs), "formulation": "compliant"}
     held = {"held": "free"} if name == "satellite" else {}
     assert content == facts | kept | held | ({} if name == "default" else {"name": name})
     path.write_text(file_text({"assembly": "unit-i", "parameters": {"alpha": 65.0}}, "constrained", Scene()))

@@ -136,22 +136,23 @@ class Grid:
     def lattice_corners(self, cell: Cell) -> list[Point]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
 
-        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them.
+        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; those of
+        triangles have thirds already.
         """
         x, y = self.point(cell)
         faces = [d for d, _ in self.neighbours((x, y))]
         sides = [(self.steps[before], self.steps[d]) for before, d in zip((faces[-1], *faces), faces, strict=False)]
-        fine = self._fineness
+        fine = 1 if self.is_triangle else self.directions // 2
         return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
 
-    @property
-    def _fineness(self) -> int:
-        """By what lattice points are multiplied where corners are whole numbers, too; triangles have thirds already."""
-        return 1 if self.is_triangle else self.directions // 2
-
     def _corner_position(self, corner: Point) -> tuple[float, float]:
-        fine = self._fineness
-        return self.position((corner[0] / fine, corner[1] / fine))
+        """Cartesian coordinates of a corner: a constant times whole numbers, so that mirror images are exact."""
+        x, y = corner
+        if self.directions == 4:
+            return (x / 2, y / 2)
+        if self.is_triangle:
+            return ((2 * x + y) / 6, math.sqrt(3) / 6 * y)
+        return (math.sqrt(3) / 6 * (2 * x + y), y / 2)
 
     def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
         """Vertices of panels of side 1 in their cells, and the vertices of each panel by number, counterclockwise.
