@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hcsearch.basics.vocabulary import WAYS
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.linkage.cones import cone_rays
@@ -252,5 +253,5 @@ def test_locks_with_rigid_and_with_hinged_flat_pairs_are_two_statements():
     hinged = [any(lock_at(*end).locked for end in both_ends(folding, flat_pairs="hinged")) for folding in TEN]
     assert freedoms.locked_hinged.tolist() == hinged
     assert (freedoms.locked.sum(), freedoms.locked_hinged.sum()) == (14, 2)
-    assert locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()
-    assert locked_with(freedoms, "hinged").tolist() == locked_with(freedoms, "either").tolist() == hinged
+    assert locked_with(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
+    assert locked_with(freedoms, ("hinged",)).tolist() == locked_with(freedoms, WAYS).tolist() == hinged

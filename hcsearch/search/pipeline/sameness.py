@@ -25,7 +25,7 @@ Program = dict[str, str]
 
 _LIBRARIES = ("numpy", "numba", "llvmlite", "scipy", "shapely")
 _SOURCES = "sources"
-_ROOT = Path(__file__).parents[1]
+_ROOT = Path(__file__).parents[2]
 
 _checked: set[str] = set()
 """Modules of hcsearch that were loaded from the sources of `program`."""
