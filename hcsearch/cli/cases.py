@@ -94,14 +94,19 @@ def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command)
 
 def case_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Pick what these options say of a case, as functions of Python take it: values of the scene by their names."""
-    named = {option: options[option] for option in ("db", "scene", "panel", "flat_pairs")}
-    return named | {key: options[key] for key in _VALUES if options.get(key) is not None}
+    named = named_options(options)
+    values: dict[str, Any] = named.pop("values")
+    return named | values
+
+
+def named_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Pick the same, with the values of the scene together as `values`."""
+    values = {key: options[key] for key in _VALUES if options.get(key) is not None}
+    return {option: options[option] for option in ("db", "scene", "panel", "flat_pairs")} | {"values": values}
 
 
 def resolve_named(name: str, options: Mapping[str, Any], *, path: bool = False) -> Case:
     """Resolve what the argument names, as of `resolve`."""
     from hcsearch.cases.resolve import resolve
 
-    named = case_options(options)
-    given = {option: named.pop(option) for option in ("db", "scene", "panel", "flat_pairs")}
-    return resolve(name, **given, values=named, path=path)
+    return resolve(name, **named_options(options), path=path)

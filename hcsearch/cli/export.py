@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from hcsearch.cli.cases import case_options, subject_options
+from hcsearch.cli.cases import named_options, subject_options
 from hcsearch.cli.options import Number, examples
 from hcsearch.export.formats import FORMATS
 from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
@@ -63,9 +63,7 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     from hcsearch.api.exporting import save
 
     settings = {name: options[name] for name in NAMES if options[name] is not None}
-    named = case_options(options)
-    given = {option: named.pop(option) for option in ("db", "scene", "panel", "flat_pairs")}
-    for path in save(name, output, format=format_name, motion=motion, values=named, **given, **settings):
+    for path in save(name, output, format=format_name, motion=motion, **named_options(options), **settings):
         click.echo(path)
 
 

@@ -55,9 +55,7 @@ def _stored(case: Case) -> Replay | None:
     if case.folding is None or case.stored is None or case.stored.path is None:
         return None
     path = case.stored.path
-    linkage = case.linkage
-    if path.way != case.look.pairs:
-        linkage = case.folding.linkage(case.panel, flat_pairs=path.way or "rigid")
+    linkage = case.folding.linkage(case.panel, flat_pairs=path.way or "rigid")
     if linkage.n_hinges != path.states.shape[1]:
         raise _damaged(case.stored.location, case.folding.circuit, path)
     return _replay_of(path, case.folding, linkage)
@@ -79,7 +77,7 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
         if required:
             raise HcsearchError(why_not(folding, scene, motion))
         return None, ""
-    linkage = case.linkage if motion.way == case.look.pairs else folding.linkage(case.panel, flat_pairs=motion.way)
+    linkage = folding.linkage(case.panel, flat_pairs=motion.way)
     return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), said
 
 
