@@ -6,7 +6,7 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hcsearch.designs.circuit import Circuit
@@ -216,6 +216,7 @@ def test_elements_of_a_column_share_their_creases():
 
 @settings(max_examples=10, deadline=None)
 @given(lengths, lengths, st.floats(1e-3, 0.2))
+@example(0.944579356627106, 0.015625, 0.125)
 def test_arrays_of_6r_elements_fold_for_any_size(side, width, thickness):
     parameters = Parameters(side=side, width=width, thickness=thickness, size=(3, 2))
     pattern = array_6r(parameters)

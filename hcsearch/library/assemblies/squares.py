@@ -61,13 +61,23 @@ def element_6r(parameters: Parameters) -> Pattern:
     Facets: P1 (two), P2, P3 from left to right in the top row, P4 (two), P5, P6 from right to left below. Joint a_i
     lies between P_i and P_{i+1}; the faces are those of the circuit's two-stack folding.
     """
+    return _sized(_unit_element(parameters.thickness), parameters)
+
+
+def _unit_element(thickness: float) -> Pattern:
+    """The 6R element on cells of 1 m by 1 m."""
     cells = ((0, 0), (1, 0), (2, 0), (3, 0), (3, -1), (2, -1), (1, -1), (0, -1))
-    length, width = parameters.side, parameters.width
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
-    facets = tuple(tuple((length * (i + x), width * (j + y)) for x, y in corners) for i, j in cells)
+    facets = tuple(tuple((float(i + x), float(j + y)) for x, y in corners) for i, j in cells)
     faces = (VALLEY, MOUNTAIN, VALLEY, VALLEY, MOUNTAIN, VALLEY)
     creases = dict(zip(JOINTS, faces, strict=True)) | {(0, 1): RIGID, (4, 5): RIGID}
-    return Pattern.from_polygons(facets, creases, parameters.thickness, (JOINTS,))
+    return Pattern.from_polygons(facets, creases, thickness, (JOINTS,))
+
+
+def _sized(pattern: Pattern, parameters: Parameters) -> Pattern:
+    """A pattern of cells of 1 m by 1 m with those of the parameters: creases of one line keep it to the last bit."""
+    length, width = parameters.side, parameters.width
+    return replace(pattern, vertices=tuple((length * x, width * y) for x, y in pattern.vertices))
 
 
 def array_6r(parameters: Parameters) -> Pattern:
@@ -77,14 +87,13 @@ def array_6r(parameters: Parameters) -> Pattern:
         a_5 on b_1 and a_4 on b_2; the one to its right is a copy, with c_6 on a_3.
     """
     columns, rows = parameters.size or (2, 2)
-    element = element_6r(parameters)
+    element = _unit_element(parameters.thickness)
     placed = []
     for row in range(rows):
         kind = element.inverted() if row % 2 else element
         for column in range(columns):
-            shift = (parameters.side * (3 * column - row), -parameters.width * row)
-            placed.append(kind.moved(shift=shift))
-    return overlay(placed)
+            placed.append(kind.moved(shift=(float(3 * column - row), float(-row))))
+    return _sized(overlay(placed), parameters)
 
 
 def stepwise(pattern: Pattern, horizontal: Sequence[float], vertical: Sequence[float]) -> Reals:
