@@ -169,15 +169,14 @@ def plot_folding(rows: Sequence[FoldableRow], path: Path) -> None:
         for axes, grid in zip(pictures, grids, strict=True):
             for keep, marker in (("two-stack", "o-"), ("untwisted", "s--")):
                 ours = [row for row in rows if (row.grid, row.keep) == (grid, keep)]
-                ways = [("joined", "tab:blue", "join_s"), ("counted", "tab:green", "count_s")]
+                ways = [("joined", "C0", "join_s"), ("counted", "C2", "count_s")]
                 if keep == "two-stack":  # the same run as for untwisted ones
-                    ways.insert(0, ("all circuits listed and filtered", "tab:red", "filter_s"))
+                    ways.insert(0, ("all circuits listed and filtered", "C1", "filter_s"))
                 for way, colour, column in ways:
                     points = [(row.n, getattr(row, column)) for row in ours if getattr(row, column)]
                     label = way if column == "filter_s" else f"{keep} designs {way}"
                     axes.plot([n for n, _ in points], [s for _, s in points], marker, color=colour, ms=4, label=label)
             axes.set(xlabel="panels n", yscale="log", title=grid)
-            axes.grid(alpha=0.3)
         pictures[0].set_ylabel("processor seconds, one core")
         figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
 

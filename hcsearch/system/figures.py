@@ -1,18 +1,21 @@
-"""Pictures of curves: matplotlib draws them by its own defaults, whatever machine, folder or notebook set for it."""
+"""Pictures of curves: matplotlib draws them all in one look, whatever machine, folder or notebook set for it."""
 
 from __future__ import annotations
 
 import logging
 import os
+import re
 import sys
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from logging.handlers import BufferingHandler
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output, replacing
+from hcsearch.system.palette import COLOURS, LOOKS, curve_look
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -21,7 +24,13 @@ if TYPE_CHECKING:
     Axes: TypeAlias = matplotlib.axes.Axes
     Figure: TypeAlias = matplotlib.figure.Figure
 
+WIDTH, WIDER = 1.4, 1.2
+"""Of lines, pt, and by how much they are wider where looks begin anew."""
+TITLE = 92
+"""Characters in a line of a title."""
 _BACKEND = "MPLBACKEND"
+_STYLE = {"axes.prop_cycle": f"cycler('color', {list(COLOURS)})", "axes.grid": True, "grid.alpha": 0.3}
+"""What differs from matplotlib's defaults."""
 
 
 def check_picture(path: str) -> None:
@@ -42,13 +51,38 @@ def figure_for(
     from matplotlib import style  # noqa: PLC0415 - only where a picture is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415 - as above
 
-    own = {} if simpler is None else {"path.simplify_threshold": simpler}
+    own = _STYLE if simpler is None else _STYLE | {"path.simplify_threshold": simpler}
     # some settings are read as lines are made, some as they are written
     with style.context(["default", own]):
         figure = Figure(figsize=size, layout="constrained")
         yield figure
         with replacing(path, PICTURES) as part:
             figure.savefig(part, dpi=dpi)
+
+
+def line_style(number: int) -> dict[str, Any]:
+    """Colour, style and width of a line; those of two numbers differ, and of neighbours in colour and style."""
+    colour, dashes = curve_look(number)
+    return {
+        "color": colour,
+        "linestyle": (0, dashes) if dashes else "-",
+        "linewidth": WIDTH + WIDER * (number // LOOKS),
+    }
+
+
+def legend(axes: Axes, title: str) -> None:
+    """The legend of lines, beside the plot, in as many columns as they need."""
+    lines = len(axes.get_legend_handles_labels()[0])
+    if lines:
+        where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        axes.legend(title=title, fontsize="x-small", ncols=1 + (lines - 1) // 20, handlelength=3.5, **where)
+
+
+def head(axes: Axes, title: str) -> None:
+    """The title, in lines that fit and keep numbers with their units."""
+    joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
+    text = textwrap.fill(joined, TITLE).replace("\N{NO-BREAK SPACE}", " ")
+    axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
 
 
 def load_matplotlib() -> None:

@@ -11,7 +11,7 @@ from hcsearch_bench.enumeration.arrays import ArrayRow
 from hcsearch_bench.enumeration.listing import GrowthRow, ListingRow
 from hcsearch_bench.peers.engines import ENGINES
 
-_COLOURS = {"hex": "tab:blue", "square": "tab:orange", "triangle": "tab:green"}
+_COLOURS = {"hex": "C0", "square": "C1", "triangle": "C2"}
 
 
 def plot_growth(listed: Sequence[ListingRow], growth: Sequence[GrowthRow], path: Path) -> None:
@@ -44,8 +44,6 @@ def plot_growth(listed: Sequence[ListingRow], growth: Sequence[GrowthRow], path:
         total.legend(fontsize="x-small", loc="upper left")
         top = max(row.list_s for row in listed)
         total.set_ylim(top=60 * top)  # room for the legend
-        for axes in (total, each):
-            axes.grid(alpha=0.3)
 
 
 def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
@@ -82,7 +80,6 @@ def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
         memory.set(xlabel="circuits of the array", ylabel="peak MiB of the process", title="Memory")
         for axes in (seconds, memory):
             axes.set_xscale("log")
-            axes.grid(alpha=0.3)
         seconds.set_yscale("log")
         memory.set_ylim(bottom=0)
         figure.legend(*seconds.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small")

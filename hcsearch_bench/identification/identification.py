@@ -88,9 +88,9 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         rows = [row for row in damping if row.noise > 0.0]
         noise = [row.noise for row in rows]
         for colour, name, label in (
-            ("tab:blue", "frequency", "frequency f"),
-            ("tab:orange", "damping", "damping ratio ζ"),
-            ("tab:green", "coefficient", "damping coefficient c"),
+            ("C0", "frequency", "frequency f"),
+            ("C1", "damping", "damping ratio ζ"),
+            ("C2", "coefficient", "damping coefficient c"),
         ):
             left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
         left.plot(noise, [row.reported_error for row in rows], "k--", label="standard error of c as reported")
@@ -107,7 +107,6 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         for axes in (left, right):
             axes.set(xscale="log", yscale="log")
             axes.legend(fontsize="small")
-            axes.grid(alpha=0.3)
 
 
 IDENTIFICATION = Bench(

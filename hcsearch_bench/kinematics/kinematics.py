@@ -131,7 +131,6 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
         pictures[1].set(ylabel="closure residual", title="dotted: uncorrected; dashed: corrected once; solid: closed")
         for axes in pictures:
             axes.set(xlabel="seconds", xscale="log", yscale="log")
-            axes.grid(alpha=0.3)
         figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")
 
 

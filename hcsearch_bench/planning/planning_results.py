@@ -18,7 +18,7 @@ from hcsearch_bench.planning.folding_rows import (
     settle,
     thickness_row,
 )
-from hcsearch_bench.planning.peer_rows import JoinedFolding, PeerRow, peer_rows
+from hcsearch_bench.planning.search_rows import JoinedFolding, SearchRow, search_rows
 from hcsearch_bench.run.bench import Say
 
 GROUPS = (Group("hex", "12", 4), Group("hex", "10", 2), Group("square", "6x5", 12))
@@ -51,7 +51,7 @@ class PlanningResults:
     work: list[BudgetRow]
     margins: list[MarginRow]
     thicknesses: list[ThicknessRow]
-    peers: list[PeerRow]
+    peers: list[SearchRow]
     rows: list[FoldingRow]
 
     def rows_of(self, group: GroupRow) -> list[FoldingRow]:
@@ -78,10 +78,10 @@ def measure_planning(*, quick: bool, say: Say) -> PlanningResults:
         for thickness in QUICK_THICKNESSES if quick else THICKNESSES:
             say(f"{group.name}, panels {1e3 * thickness:g} mm thick")
             sweeps[-1].append(list(settle(group, thickness, group.sampled)))
-    peers: list[PeerRow] = []
+    peers: list[SearchRow] = []
     for subject in SUBJECTS[1:2] if quick else SUBJECTS:
         say(f"beside OMPL: {subject[0]}")
-        peers += peer_rows(subject, 1 if quick else SEARCHES, QUICK_LIMIT if quick else LIMIT)
+        peers += search_rows(subject, 1 if quick else SEARCHES, QUICK_LIMIT if quick else LIMIT)
     return PlanningResults(
         shown,
         efforts,

@@ -39,7 +39,6 @@ def plot_planning(results: PlanningResults, path: Path) -> None:
         thickness.set(xlabel="thickness of panels (mm), edges 50 mm")
         for axes in (each, whole, effort, margin, thickness):
             axes.set_xscale("log")
-            axes.grid(alpha=0.3)
         for axes, lengths in (
             (margin, {row.margin_mm for row in results.margins}),
             (thickness, {row.thickness_mm for row in results.thicknesses}),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.figures import figure_for
+from hcsearch.system.figures import figure_for, line_style
 from hcsearch_bench.run.machine import MISSING
 
 OURS = "hcsearch"
@@ -106,10 +106,9 @@ def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
         for axes, name in zip(pictures, names, strict=False):
             for k, (engine, label) in enumerate(curves):
                 mine = [(s, max(e, 1e-16)) for at, _, own, s, e in points if (at, own) == (name, label)]
-                style = "o-" if engine == OURS else "s--"
-                axes.plot([s for s, _ in mine], [e for _, e in mine], style, color=f"C{k}", ms=4, label=label)
+                marker, style = "o" if engine == OURS else "s", line_style(k)
+                axes.plot([s for s, _ in mine], [e for _, e in mine], marker=marker, ms=4, label=label, **style)
             axes.set(title=name, xlabel="seconds", ylabel=ylabel, xscale="log", yscale="log")
-            axes.grid(alpha=0.3)
         for axes in pictures[len(names) :]:
             axes.set_axis_off()
         figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")

@@ -10,6 +10,7 @@ from hcsearch.system.figures import figure_for
 from hcsearch_bench.stability.judging import VERDICTS, StabilityRow
 
 COLOURS = {"accurate": "#7fc97f", "degraded": "#ffd54a", "refused": "#b8c4d0", "wrong": "#e8342a"}
+"""Of cells, light enough for the numbers that stand on them."""
 
 
 def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
@@ -37,6 +38,7 @@ def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
             yticklabels=list(lines),
             title="small: the value swept; bold: log10 of the error",
         )
+        axes.grid(visible=False)
         axes.tick_params(length=0, labelsize=7)
         for side in axes.spines.values():
             side.set_visible(False)

@@ -27,9 +27,9 @@ from hcsearch_bench.planning.folding_rows import (
     settle,
     thickness_row,
 )
-from hcsearch_bench.planning.peer_rows import peer_rows
 from hcsearch_bench.planning.planning import PLANNING
 from hcsearch_bench.planning.planning_results import QUICK, QUICK_THICKNESSES, PlanningResults
+from hcsearch_bench.planning.search_rows import search_rows
 from hcsearch_bench.planning.share_plots import curve, plot_planning
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import OURS, UnableError
@@ -160,7 +160,7 @@ def test_a_set_of_which_nothing_is_settled_is_drawn(tmp_path):
 
 def test_a_peer_that_is_missing_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "ompl", None)
-    own, peer = peer_rows(SUBJECT, 1, 5.0)
+    own, peer = search_rows(SUBJECT, 1, 5.0)
     assert (own.engine, own.searches, own.met, own.proved) == (OURS, 1, 1, 1)
     assert 0 < own.median_s < 5
     assert (peer.searches, peer.met, peer.median_s, peer.note) == (0, None, None, MISSING)

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 from hcsearch import Folding
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.deployed import deployed
-from hcsearch.springs.deployment.pictures import head, legend, look, mark_collision
+from hcsearch.springs.deployment.pictures import mark_collision
+from hcsearch.system.figures import head, legend, line_style
 
 
 def test_lines_of_many_hinges_differ_in_colour_style_or_width():
-    looks = [tuple(look(number).values()) for number in range(100)]
+    looks = [tuple(line_style(number).values()) for number in range(100)]
     assert len(set(looks)) == 100
     assert all(a[0] != b[0] and a[1] != b[1] for a, b in itertools.pairwise(looks))
 
@@ -23,7 +24,7 @@ def test_lines_of_many_hinges_differ_in_colour_style_or_width():
 def test_the_legend_has_all_lines(lines, columns):
     axes = Figure().subplots()
     for number in range(lines):
-        axes.plot([0.0, 1.0], [0.0, number], label=str(number), **look(number))
+        axes.plot([0.0, 1.0], [0.0, number], label=str(number), **line_style(number))
     legend(axes, "hinge")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [str(number) for number in range(lines)]
     assert axes.get_legend()._ncols == columns

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.web.report.plots import HEIGHT, WIDTH, Curve, Mark, look, plot
+from hcsearch.system.palette import curve_look
+from hcsearch.web.report.plots import HEIGHT, WIDTH, Curve, Mark, plot
 
 numbers = st.floats(-1e6, 1e6).map(lambda x: round(x, 6))
 
@@ -19,7 +20,7 @@ def points(svg: str, k: int = 0) -> list[list[tuple[float, float]]]:
 
 
 def test_curves_differ_in_colour_and_in_dashes():
-    looks = [look(k) for k in range(32)]
+    looks = [curve_look(k) for k in range(32)]
     assert len(set(looks)) == 32
     assert len({dashes for _, dashes in looks[:4]}) == 4
     assert len({colour for colour, _ in looks[:8]}) == 8

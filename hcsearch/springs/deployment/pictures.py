@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
-import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,36 +10,10 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.deploying import Deployment
 from hcsearch.springs.deployment.facts import energies
 from hcsearch.springs.deployment.reasons import collision_sentence
-from hcsearch.system.figures import figure_for
+from hcsearch.system.figures import figure_for, head, legend, line_style
 
 if TYPE_CHECKING:
     from hcsearch.system.figures import Axes
-
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-"""Of Okabe and Ito, which colour-blind people tell apart."""
-STYLES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (8, 2)), (0, (3, 1, 1, 1, 1, 1)))
-WIDTH, WIDER = 1.4, 1.2
-"""Of lines, pt, and by how much they are wider where colours and styles begin anew."""
-TITLE = 92
-"""Characters in a line of a title."""
-
-
-def look(number: int) -> dict[str, Any]:
-    """Colour, style and width of a line; those of two numbers differ, and of neighbours in colour and style."""
-    # there are as many colours as styles and one more: all pairs come before one comes again
-    return {
-        "color": COLOURS[number % len(COLOURS)],
-        "linestyle": STYLES[number % len(STYLES)],
-        "linewidth": WIDTH + WIDER * (number // (len(COLOURS) * len(STYLES))),
-    }
-
-
-def legend(axes: Axes, title: str) -> None:
-    """The legend of lines, beside the plot, in as many columns as they need."""
-    lines = len(axes.get_legend_handles_labels()[0])
-    if lines:
-        where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axes.legend(title=title, fontsize="x-small", ncols=1 + (lines - 1) // 20, handlelength=3.5, **where)
 
 
 def mark_collision(axes: Axes, deployment: Deployment) -> None:
@@ -60,13 +32,6 @@ def mark_collision(axes: Axes, deployment: Deployment) -> None:
     )  # fmt: skip
 
 
-def head(axes: Axes, title: str) -> None:
-    """The title, in lines that fit and keep numbers with their units."""
-    joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
-    text = textwrap.fill(joined, TITLE).replace("\N{NO-BREAK SPACE}", " ")
-    axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
-
-
 def picture(deployment: Deployment, path: str, title: str) -> None:
     """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
     motion = deployment.motion
@@ -75,7 +40,7 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
     with figure_for(path, (9, 6)) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         for k, (name, column) in enumerate(zip(labels_of(deployment.compiled.linkage).hinges, angles.T, strict=True)):
-            above.plot(times, column, label=name, **look(k))
+            above.plot(times, column, label=name, **line_style(k))
         above.set(ylabel="fold angle, rad")
         head(above, title)
         legend(above, "hinge")
@@ -86,8 +51,6 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
         for name, column in energies(deployment).items():
             if np.ptp(column) > 0.0:
                 label = name.removesuffix("_J").replace("_", " ")
-                below.plot(motion.times, column, label=label, **look(len(below.lines)))
+                below.plot(motion.times, column, label=label, **line_style(len(below.lines)))
         below.set(xlabel="time, s", ylabel="energy, J")
         legend(below, "energy")
-        for axes in (above, below):
-            axes.grid(alpha=0.3)

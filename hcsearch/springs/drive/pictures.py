@@ -8,10 +8,11 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.pictures import head, legend, look, mark_collision
+from hcsearch.springs.deployment.pictures import mark_collision
 from hcsearch.springs.deployment.reasons import reason_with_clearance
 from hcsearch.springs.drive.driving import Drive
-from hcsearch.system.figures import figure_for
+from hcsearch.system.figures import figure_for, head, legend, line_style
+from hcsearch.system.palette import curve_look
 
 if TYPE_CHECKING:
     from hcsearch.system.figures import Axes
@@ -28,7 +29,7 @@ def picture(drive: Drive, path: str) -> None:
     with figure_for(path, (9, 7), simpler=SIMPLER) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         for number, k in enumerate(own.driven):
-            above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **look(number))
+            above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(number))
         for number, column in enumerate(np.delete(own.angles, own.driven, axis=1).T):
             label = "_others" if number else "others"
             above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
@@ -37,11 +38,10 @@ def picture(drive: Drive, path: str) -> None:
         head(above, f"{drive.folding.notation}: {reason}")
         mark_collision(above, deployment)
         for number, column in enumerate(own.torques.T):
-            below.plot(own.times, column, label=labels.hinges[own.driven[number]], **look(number))
+            below.plot(own.times, column, label=labels.hinges[own.driven[number]], **line_style(number))
         _draw_simulated(below, drive)
         below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
         for axes in (above, below):
-            axes.grid(alpha=0.3)
             legend(axes, "driven hinge")
 
 
@@ -52,9 +52,9 @@ def _draw_simulated(axes: Axes, drive: Drive) -> None:
         return
     middles, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
     for number in range(mean.shape[1]):
-        own = look(number)
-        axes.fill_between(middles, least[:, number], greatest[:, number], color=own["color"], alpha=0.2, linewidth=0.0)
-        axes.plot(middles, mean[:, number], color=own["color"], alpha=0.6, linewidth=0.4)
+        colour = curve_look(number).colour
+        axes.fill_between(middles, least[:, number], greatest[:, number], color=colour, alpha=0.2, linewidth=0.0)
+        axes.plot(middles, mean[:, number], color=colour, alpha=0.6, linewidth=0.4)
 
 
 def envelope(times: Reals, values: Reals, parts: int = PARTS) -> tuple[Reals, Reals, Reals, Reals]:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
-"""After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
-DASHES = ("", "8 3", "2 3", "10 3 2 3")
+from hcsearch.system.palette import CurveLook, curve_look
+
 WIDTH, HEIGHT = 480, 220
 _LEFT, _RIGHT, _TOP, _BOTTOM = 74, 12, 10, 42
 _SURE = 4
@@ -37,11 +36,6 @@ class Mark:
     bad: bool = False
 
 
-def look(k: int) -> tuple[str, str]:
-    """Colour and dashes of curve k: no two of 32 curves have both in common."""
-    return COLOURS[k % len(COLOURS)], DASHES[(k + k // len(COLOURS)) % len(DASHES)]
-
-
 def plot(
     curves: Sequence[Curve],
     title: str,
@@ -65,7 +59,7 @@ def plot(
     base = HEIGHT - _BOTTOM
     for begin, end in spans:
         body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base + _SURE}H{x_scale.at(end):.1f}"/>')
-    body += [_line(curve, *look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
+    body += [_line(curve, curve_look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
     for k, mark in enumerate(marks):
         x, kind = x_scale.at(mark.at), "bad" if mark.bad else "mark"
         anchor, beside = ("end", -5) if x > 0.6 * WIDTH else ("start", 5)
@@ -82,10 +76,9 @@ def plot(
 
 def swatch(k: int) -> str:
     """A piece of curve k, for a legend."""
-    colour, dashes = look(k)
     return (
         '<svg class="swatch" viewBox="0 0 40 8" aria-hidden="true">'
-        f'<path d="M1 4H39" stroke="{colour}" stroke-width="2.5"{_dashes(dashes)}/></svg>'
+        f'<path d="M1 4H39"{_stroke(curve_look(k))} stroke-width="2.5"/></svg>'
     )
 
 
@@ -168,15 +161,17 @@ def _labels(x_label: str, y_label: str) -> str:
     )
 
 
-def _line(curve: Curve, colour: str, dashes: str, x_scale: _Scale, y_scale: _Scale) -> str:
+def _line(curve: Curve, drawn: CurveLook, x_scale: _Scale, y_scale: _Scale) -> str:
     data, drawing = [], False
     for x, y in zip(curve.x, curve.y, strict=True):
         if y is not None:
             data.append(f"{'L' if drawing else 'M'}{x_scale.at(x):.1f} {y_scale.at(y):.1f}")
         drawing = y is not None
-    path = f'<path class="curve" d="{"".join(data)}" stroke="{colour}"{_dashes(dashes)}/>'
+    path = f'<path class="curve" d="{"".join(data)}"{_stroke(drawn)}/>'
     return f"<g><title>{escape(curve.name)}</title>{path}</g>"
 
 
-def _dashes(dashes: str) -> str:
-    return f' stroke-dasharray="{dashes}"' if dashes else ""
+def _stroke(drawn: CurveLook) -> str:
+    """Attributes of a curve; dashes in pixels, as its line is two of them wide (design.css)."""
+    dashes = " ".join(f"{2.0 * length:g}" for length in drawn.dashes)
+    return f' stroke="{drawn.colour}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")

@@ -27,7 +27,7 @@ ROUNDS = 80
 
 
 @dataclass(frozen=True)
-class PeerRow:
+class SearchRow:
     """Searches of one engine for a path of a folding.
 
     met : of the searches, those that come to a path in time; proved : of these, paths that are proved with the margin.
@@ -59,7 +59,7 @@ def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float
 ENGINES: dict[str, PathSearch] = {OURS: ours, "OMPL RRT-Connect": ompl_search.search}
 
 
-def peer_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[PeerRow]:
+def search_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[SearchRow]:
     """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
     name, way = subject
     folding = Folding.from_notation(name)
@@ -70,11 +70,11 @@ def peer_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[P
         try:
             results = [search(planner, seed, limit) for seed in range(searches)]
         except UnableError as error:
-            yield PeerRow(name, way, engine, 0, note=str(error))
+            yield SearchRow(name, way, engine, 0, note=str(error))
             continue
         paths = [states for states, _ in results if states is not None]
         times = [seconds for states, seconds in results if states is not None]
-        yield PeerRow(
+        yield SearchRow(
             folding=name,
             flat_pairs=way,
             engine=engine,
