@@ -9,7 +9,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.joining import placements
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.mesh import SAME_POINT
+from hcsearch.shape.mesh import SAME_POINT_SHARE
 from hcsearch.shape.pattern import Pattern, overlay
 
 
@@ -30,7 +30,7 @@ def congruent(one: Pattern, two: Pattern) -> bool:
     if sizes[0] != sizes[1]:
         return False
     of = next(iter(two.creases))
-    tolerance = SAME_POINT * one.size
+    tolerance = SAME_POINT_SHARE * one.size
     corners = np.array(one.vertices)
     for on in one.creases:
         if abs(math.dist(*one.segment(on)) - math.dist(*two.segment(of))) > tolerance:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.grid import Array, Grid, Point
+from hcsearch.designs.grid import Array, Grid, LatticePoint
 
 Vector = tuple[Fraction, Fraction]
 
@@ -34,12 +34,12 @@ def hamiltonian_circuits(array: Array) -> set[frozenset[frozenset[int]]]:
     return circuits
 
 
-def polygons(grid: Grid, n: int) -> set[frozenset[frozenset[Point]]]:
+def polygons(grid: Grid, n: int) -> set[frozenset[frozenset[LatticePoint]]]:
     """All self-avoiding polygons of n steps up to translation, as sets of pairs of lattice points."""
     starts = [grid.point((0, 0, 0)), grid.point((0, 0, 1))] if grid.is_triangle else [(0, 0)]
-    circuits: set[frozenset[frozenset[Point]]] = set()
+    circuits: set[frozenset[frozenset[LatticePoint]]] = set()
 
-    def walk(path: list[Point]) -> None:
+    def walk(path: list[LatticePoint]) -> None:
         for _, to in grid.neighbours(path[-1]):
             if len(path) == n and to == path[0] and n > 2:
                 circuits.add(_to_origin(grid, [*path, to]))
@@ -51,7 +51,7 @@ def polygons(grid: Grid, n: int) -> set[frozenset[frozenset[Point]]]:
     return circuits
 
 
-def _distance(grid: Grid, a: Point, b: Point) -> float:
+def _distance(grid: Grid, a: LatticePoint, b: LatticePoint) -> float:
     """A lower bound of the number of steps between two points."""
     x, y = a[0] - b[0], a[1] - b[1]
     if grid.directions == 4:
@@ -59,19 +59,19 @@ def _distance(grid: Grid, a: Point, b: Point) -> float:
     return max(abs(x), abs(y), abs(x + y)) / (2 if grid.is_triangle else 1)
 
 
-def _to_origin(grid: Grid, path: list[Point]) -> frozenset[frozenset[Point]]:
+def _to_origin(grid: Grid, path: list[LatticePoint]) -> frozenset[frozenset[LatticePoint]]:
     unit = 3 if grid.is_triangle else 1
     x0, y0 = min(p[0] // unit for p in path) * unit, min(p[1] // unit for p in path) * unit
     moved = [(x - x0, y - y0) for x, y in path]
     return frozenset(frozenset(pair) for pair in itertools.pairwise(moved))
 
 
-def pairs(circuit: Circuit) -> frozenset[frozenset[Point]]:
+def pairs(circuit: Circuit) -> frozenset[frozenset[LatticePoint]]:
     """A circuit as a set of pairs of lattice points, moved to the origin."""
     return _to_origin(circuit.grid, [*circuit.points, circuit.points[0]])
 
 
-def congruent(grid: Grid, polygon: frozenset[frozenset[Point]]) -> set[frozenset[frozenset[Point]]]:
+def congruent(grid: Grid, polygon: frozenset[frozenset[LatticePoint]]) -> set[frozenset[frozenset[LatticePoint]]]:
     """All images of a polygon under the point group, moved to the origin."""
     unit = 3 if grid.is_triangle else 1
     images = set()
@@ -89,7 +89,7 @@ def _dot(grid: Grid, a: Vector, b: Vector) -> Fraction:
     return a[0] * b[0] + a[1] * b[1] + skew * (a[0] * b[1] + a[1] * b[0])
 
 
-def _reflect(grid: Grid, point: Vector, crease: tuple[Point, Point]) -> Vector:
+def _reflect(grid: Grid, point: Vector, crease: tuple[LatticePoint, LatticePoint]) -> Vector:
     """Mirror image in the edge between two neighbouring cells."""
     p, q = crease
     normal = (Fraction(q[0] - p[0]), Fraction(q[1] - p[1]))
@@ -99,7 +99,7 @@ def _reflect(grid: Grid, point: Vector, crease: tuple[Point, Point]) -> Vector:
     return (point[0] - factor * normal[0], point[1] - factor * normal[1])
 
 
-def _edge_vector(grid: Grid, crease: tuple[Point, Point]) -> tuple[Vector, Vector]:
+def _edge_vector(grid: Grid, crease: tuple[LatticePoint, LatticePoint]) -> tuple[Vector, Vector]:
     """The edge between two cells as two different points of it, in a fixed order."""
     p, q = crease
     x, y = Fraction(q[0] - p[0]), Fraction(q[1] - p[1])

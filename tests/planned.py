@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import new_refutation
-from hcsearch.kernels.enclosure.wandering import climb, wander
+from hcsearch.kernels.enclosure.wandering import climb_angles, random_walk
 from hcsearch.motion.collision.reaches import longest_way
-from hcsearch.motion.locks.boxes import whole
+from hcsearch.motion.locks.boxes import whole_box
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import PLAYS, PathProof, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, PathProof, Prover
 from hcsearch.shape.linkage import Linkage
 from tests.naive import around_the_loop
 
@@ -60,7 +60,7 @@ def planned(name: str) -> Planned:
     linkage = joined(name, way)
     states = Planner(linkage, margin).plan(100).states
     assert states is not None
-    return Planned(linkage, states, Prover(linkage).prove(states, PLAYS))
+    return Planned(linkage, states, Prover(linkage).prove(states, CERTIFIED_MARGINS))
 
 
 def cubic(planned_: Planned, k: int) -> Reals:
@@ -88,16 +88,16 @@ def open_by(linkage: Linkage, angles: Reals) -> Reals:
     return np.max(opened, axis=0)
 
 
-def walks_of(linkage: Linkage, steps: int) -> tuple[Rings, list[Reals]]:
+def walks_of(linkage: Linkage, steps: int) -> tuple[HingeRings, list[Reals]]:
     """The loops of a linkage, and closed states that random walks from its packed and its flat state pass."""
     rings, hinges = rings_of(linkage)
     ends = linkage.folded[hinges], linkage.flat[hinges]
-    return rings, [wander(rings, end, steps, 1, new_refutation(rings)) for end in ends]
+    return rings, [random_walk(rings, end, steps, 1, new_refutation(rings)) for end in ends]
 
 
 def region_of(linkage: Linkage, side: int, steps: int = 20_000, climbs: int = 1000) -> Region:
     """A region around an end by walks and climbs of so many steps, not yet searched."""
     rings, walks = walks_of(linkage, steps)
     work = new_refutation(rings)
-    seen = [climb(rings, walk, *whole(rings.folds), climbs, 1, work) for walk in walks]
+    seen = [climb_angles(rings, walk, *whole_box(rings.folds), climbs, 1, work) for walk in walks]
     return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), new_refutation(rings))

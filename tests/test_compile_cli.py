@@ -12,7 +12,7 @@ from hcsearch.cli import compile as compiling
 from hcsearch.cli import hcsearch, progress
 from hcsearch.kernels.circuits.words import fingerprint_rows, insert_fingerprints
 from hcsearch.kernels.compiling import under_way
-from hcsearch.kernels.compiling.stamps import reached, stamp
+from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
 
 class Terminal(io.StringIO):
@@ -52,9 +52,9 @@ def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples,
 def test_kernels_of_samples_are_those_that_the_program_has():
     for sample in compiling.SAMPLES.values():
         kernels = under_way.kernels_named(sample.kernels)
-        assert all(stamp(kernel) for kernel in kernels)
+        assert all(kernel_stamp(kernel) for kernel in kernels)
     check = under_way.kernels_named(compiling.SAMPLES["check"].kernels)
-    assert {"go_on", "judge", "regrip"} <= {kernel.__name__ for kernel in reached(check[0])}
+    assert {"go_on", "judge", "regrip"} <= {kernel.__name__ for kernel in reached_kernels(check[0])}
 
 
 CALLED = """
@@ -102,21 +102,22 @@ def test_kernels_are_compiled_ahead_only_where_they_are_wanted_and_missing(sampl
 def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
     monkeypatch.setattr(progress, "_SOON", 0.01)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
-    everything = under_way.missing([insert_fingerprints]) | {"one", "two"}
+    everything = under_way.missing_stamps([insert_fingerprints]) | {"one", "two"}
     monkeypatch.setattr(under_way._State, "missing", everything)
-    under_way.at(fingerprint_rows)
-    line = f"\rcompiling kernels, {len(everything) - len(under_way.left(everything))} of {len(everything)}: fingerprint"
+    under_way.set_current_kernel(fingerprint_rows)
+    done = len(everything) - len(under_way.uncompiled_stamps(everything))
+    line = f"\rcompiling kernels, {done} of {len(everything)}: fingerprint"
     with progress.Meter("batch"):
         begin = time.monotonic()
         while line not in terminal.getvalue() and time.monotonic() < begin + 20:
             time.sleep(0.01)
     assert line in terminal.getvalue()
     assert terminal.getvalue().endswith(" \r")
-    under_way.end()
-    assert under_way.under_way() is None
+    under_way.end_compilation()
+    assert under_way.compilation_under_way() is None
     monkeypatch.setattr(sys, "stderr", pipe := io.StringIO())
-    under_way.at(fingerprint_rows)
+    under_way.set_current_kernel(fingerprint_rows)
     with progress.Meter("batch"):
         time.sleep(0.1)
     assert pipe.getvalue() == ""
-    under_way.end()
+    under_way.end_compilation()

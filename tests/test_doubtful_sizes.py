@@ -10,9 +10,9 @@ import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.basics.errors import HcsearchWarning, SceneError
-from hcsearch.cases.parameters import LENGTHS, parameters_of
+from hcsearch.cases.parameters import LENGTH_PARAMETERS, parameters_of
 from hcsearch.designs.grid import GRIDS
-from hcsearch.designs.panel_sizes import doubt_of, read_panel
+from hcsearch.designs.panel_sizes import panel_size_doubt, read_panel
 from hcsearch.library.assemblies import ASSEMBLIES
 from tests import forking
 
@@ -45,15 +45,15 @@ def stored(tmp_path_factory):
     ],
 )
 def test_the_likely_size_is_named(text, likely):
-    doubt = doubt_of(read_panel(text))
+    doubt = panel_size_doubt(read_panel(text))
     assert doubt.startswith(f"panels of {text} mm have a ")
     assert doubt.endswith(f": sizes are in mm, sides first, then the thickness; did you mean {likely}?")
-    assert doubt_of(read_panel(likely)) is None
+    assert panel_size_doubt(read_panel(likely)) is None
 
 
 @pytest.mark.parametrize("text", ["50x6", "5x2.5", "80x40x6", "40x80x20", "1000x20", "20000x1", "50x0.2", "80x40"])
 def test_other_sizes_are_in_no_doubt(text):
-    assert doubt_of(read_panel(text)) is None
+    assert panel_size_doubt(read_panel(text)) is None
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_other_sizes_are_in_no_doubt(text):
     ],
 )  # fmt: skip
 def test_no_size_is_named_that_would_be_in_doubt_itself(text, end):
-    assert doubt_of(read_panel(text)).endswith(end)
+    assert panel_size_doubt(read_panel(text)).endswith(end)
 
 
 @pytest.mark.parametrize(("grid", "side"), [("hex", 1 / 3**0.5), ("triangle", 2 / 3**0.5), ("square", 1.0)])
@@ -75,10 +75,10 @@ def test_widths_across_flats_are_named_as_such(grid, side):
     for text, likely in (("1x0.02", "1000x20"), ("20x1000", "1000x20"), ("0.02x1", "1000x20")):
         size = read_panel(f"across {text}", grid)
         assert size[0] == pytest.approx(1e-3 * float(text.partition("x")[0]) * side)
-        doubt = doubt_of(size, grid)
+        doubt = panel_size_doubt(size, grid)
         assert doubt.startswith(f"panels of {text} mm across flats have ")
         assert doubt.endswith(f"did you mean {likely}?")
-        assert doubt_of(read_panel(f"across {likely}", grid), grid) is None
+        assert panel_size_doubt(read_panel(f"across {likely}", grid), grid) is None
 
 
 def only_warning(done):
@@ -143,7 +143,7 @@ def test_sizes_of_assemblies_are_in_doubt_too(run, words, likely):
 
 def test_sizes_of_the_thesis_are_in_no_doubt(recwarn):
     for assembly in ASSEMBLIES.values():
-        given = {name: 1e3 * getattr(assembly.defaults, name) for name in LENGTHS if name in assembly.uses}
+        given = {name: 1e3 * getattr(assembly.defaults, name) for name in LENGTH_PARAMETERS if name in assembly.uses}
         parameters_of(assembly, given)
     parameters_of(ASSEMBLIES["unit-ii"], {"alpha": 70, "base": 30, "thickness": 10})
     assert not recwarn.list
@@ -194,7 +194,7 @@ def test_two_numbers_are_a_hexagon_in_the_same_files(run):
 def test_the_example_of_a_rectangle_is_in_no_doubt(text):
     with pytest.raises(SceneError) as refused:
         read_panel(text, "rectangle")
-    assert doubt_of(read_panel(str(refused.value).rpartition(" ")[2], "rectangle")) is None
+    assert panel_size_doubt(read_panel(str(refused.value).rpartition(" ")[2], "rectangle")) is None
 
 
 @pytest.mark.parametrize(

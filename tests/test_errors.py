@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import (
-    LONGEST_LINE,
-    LONGEST_WORD,
+    MAX_MESSAGE_LINE_LENGTH,
+    MAX_MESSAGE_WORD_LENGTH,
     HcsearchError,
     InputFileError,
     NotationError,
@@ -20,12 +20,12 @@ from hcsearch.basics.errors import (
 from hcsearch.system.reading import parse_toml, read_text, read_toml
 
 
-@given(st.text(st.characters(), max_size=3 * LONGEST_WORD) | st.lists(st.text(), max_size=300).map(" ".join))
+@given(st.text(st.characters(), max_size=3 * MAX_MESSAGE_WORD_LENGTH) | st.lists(st.text(), max_size=300).map(" ".join))
 def test_any_message_is_one_short_printable_line(text):
     line = str(HcsearchError(text))
     assert line.isprintable()
-    assert len(line) <= LONGEST_LINE
-    assert all(len(word) <= LONGEST_WORD for word in line.split())
+    assert len(line) <= MAX_MESSAGE_LINE_LENGTH
+    assert all(len(word) <= MAX_MESSAGE_WORD_LENGTH for word in line.split())
     assert one_line(line) == line
 
 

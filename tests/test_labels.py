@@ -11,9 +11,9 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import WAYS
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene
-from hcsearch.scenes.scene_file import file_text, read_text, scene_in
-from hcsearch.scenes.setup import settle, written
-from hcsearch.shape.labels import Labels, labels_of, plain, ranges
+from hcsearch.scenes.scene_file import read_scene_text, scene_file_text, scene_in
+from hcsearch.scenes.setup import scene_of_setup, setup_of_scene
+from hcsearch.shape.labels import Labels, label_data, label_ranges, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 from hcsearch.springs.deployment.compiling import compile_scene
@@ -87,11 +87,11 @@ def test_a_pattern_of_a_design_that_is_moved_keeps_its_names():
     ],
 )
 def test_names_are_listed_in_one_line(names, text):
-    assert ranges(names) == text
+    assert label_ranges(names) == text
 
 
 def test_names_as_data_are_numbers_unless_several_are_one():
-    assert [plain(name) for name in ("7", "3+4")] == [7, "3+4"]
+    assert [label_data(name) for name in ("7", "3+4")] == [7, "3+4"]
 
 
 def test_names_that_there_are_not_list_those_that_there_are():
@@ -118,17 +118,17 @@ def test_scenes_come_back_from_files_with_names(drawn, data):
     springs = tuple((labels.hinges[hinge], f"linear:{hinge + 1}") for hinge in hinges)
     held = data.draw(st.just("bottom") | st.sampled_from(labels.panels))
     scene = replace(DEFAULT, springs=springs, held=held)
-    text = file_text({"design": folding.notation}, None, scene)
+    text = scene_file_text({"design": folding.notation}, None, scene)
     table = tomllib.loads(text)
     assert "scene" not in table
     assert [members(name) for name in table.get("springs", {})] == [members(labels.hinges[k]) for k in hinges]
-    again = scene_in(read_text(text, "a text"))
+    again = scene_in(read_scene_text(text, "a text"))
     assert again == scene
-    setup = settle(again, linkage)
+    setup = setup_of_scene(again, linkage)
     laws = {hinge: f"linear:{hinge + 1}" for hinge in hinges}
     assert [law.text for law in setup.laws] == [laws.get(hinge, DEFAULT.spring) for hinge in range(linkage.n_hinges)]
     assert setup.held == (linkage.base if held == "bottom" else labels.panels.index(held))
-    assert settle(written(setup, scene, labels), linkage) == setup
+    assert setup_of_scene(scene_of_setup(setup, scene, labels), linkage) == setup
 
 
 def test_two_springs_of_one_hinge_are_refused():

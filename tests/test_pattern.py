@@ -11,7 +11,7 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.designs.folding import foldings
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern, overlay
 from tests.strategies import circuits
 
 
@@ -35,7 +35,7 @@ def row(n, creases, thickness=0.1):
 
 
 def test_rigid_creases_make_panels():
-    pattern = row(4, [RIGID, VALLEY, RIGID])
+    pattern = row(4, [RIGID_CREASE, VALLEY_CREASE, RIGID_CREASE])
     assert pattern.panels == ((0, 1), (2, 3))
     assert pattern.panel_of == (0, 0, 1, 1)
     (hinge,) = pattern.hinges
@@ -47,33 +47,35 @@ def test_rigid_creases_make_panels():
 
 def test_creases_between_two_panels_on_one_line_are_one_hinge():
     facets = (*(square(float(x), 0.0) for x in range(2)), *(square(float(x), 1.0) for x in range(2)))
-    pattern = Pattern.from_polygons(facets, {(0, 1): RIGID, (2, 3): RIGID, (0, 2): VALLEY, (1, 3): VALLEY}, 0.1)
+    pattern = Pattern.from_polygons(
+        facets, {(0, 1): RIGID_CREASE, (2, 3): RIGID_CREASE, (0, 2): VALLEY_CREASE, (1, 3): VALLEY_CREASE}, 0.1
+    )
     (hinge,) = pattern.hinges
     assert math.dist(hinge.start, hinge.end) == pytest.approx(2.0)
     assert pattern.hinge_of((0, 2)) == pattern.hinge_of((3, 1)) == 0
-    other_faces = pattern.with_creases({(1, 3): MOUNTAIN})
+    other_faces = pattern.with_creases({(1, 3): MOUNTAIN_CREASE})
     assert len(other_faces.hinges) == 2
 
 
 def test_the_first_panel_of_a_hinge_lies_on_its_left():
-    for hinge in (row(2, [VALLEY]).hinges[0], row(2, [MOUNTAIN]).moved(math.pi).hinges[0]):
+    for hinge in (row(2, [VALLEY_CREASE]).hinges[0], row(2, [MOUNTAIN_CREASE]).moved(math.pi).hinges[0]):
         assert (hinge.first, hinge.second) == (0, 1)
-    up = row(2, [VALLEY]).hinges[0]
+    up = row(2, [VALLEY_CREASE]).hinges[0]
     assert up.end[1] > up.start[1]
-    down = row(2, [VALLEY]).moved(math.pi).hinges[0]
+    down = row(2, [VALLEY_CREASE]).moved(math.pi).hinges[0]
     assert down.end[1] < down.start[1]
 
 
 @pytest.mark.parametrize(
     ("make", "remedy"),
     [
-        (lambda: row(2, [VALLEY], thickness=0.0), "positive thickness"),
+        (lambda: row(2, [VALLEY_CREASE], thickness=0.0), "positive thickness"),
         (
-            lambda: Pattern.from_polygons((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1),
+            lambda: Pattern.from_polygons((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY_CREASE}, 0.1),
             "neighbours, given in rising order",
         ),
-        (lambda: overlay([row(2, [VALLEY]), row(2, [MOUNTAIN])]), "different ways"),
-        (lambda: overlay([row(2, [VALLEY]), row(2, [VALLEY], thickness=0.2)]), "one"),
+        (lambda: overlay([row(2, [VALLEY_CREASE]), row(2, [MOUNTAIN_CREASE])]), "different ways"),
+        (lambda: overlay([row(2, [VALLEY_CREASE]), row(2, [VALLEY_CREASE], thickness=0.2)]), "one"),
         (lambda: overlay([row(1, []), Pattern.from_polygons((DIAMOND,), {}, 0.1)]), "coincide, or lie apart"),
         (lambda: Pattern.from_polygons((square(0.0, 0.0), square(0.0, 0.0)), {}, 0.1).edges, "overlap"),
     ],
@@ -87,7 +89,7 @@ def test_what_cannot_be_made_is_one_line_with_a_remedy(make, remedy):
 def test_corners_that_differ_by_rounding_are_one_vertex():
     third = 1 / 3
     pattern = Pattern.from_polygons(
-        (square(0.0, 0.0, third), square(third + 1e-12, -1e-12, third)), {(0, 1): VALLEY}, 0.1
+        (square(0.0, 0.0, third), square(third + 1e-12, -1e-12, third)), {(0, 1): VALLEY_CREASE}, 0.1
     )
     assert len(pattern.vertices) == 6
     assert pattern.faces == ((0, 1, 2, 3), (1, 4, 5, 2))
@@ -101,7 +103,7 @@ def test_corners_that_differ_by_rounding_are_one_vertex():
 def test_faces_name_every_vertex_and_no_other(faces):
     vertices = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
     if len(faces) == 2:
-        assert Pattern(vertices, faces, {(0, 1): VALLEY}, 0.1).facets[1] == ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+        assert Pattern(vertices, faces, {(0, 1): VALLEY_CREASE}, 0.1).facets[1] == ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     else:
         with pytest.raises(PatternError, match="numbers 0 to 3"):
             Pattern(vertices, faces, {}, 0.1)
@@ -109,7 +111,7 @@ def test_faces_name_every_vertex_and_no_other(faces):
 
 def test_the_outline_of_a_panel_leaves_out_what_lies_between_its_facets():
     ring = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    creases = {(k, k + 1): RIGID for k in range(7)}  # the slit between the first and the last is closed, too
+    creases = {(k, k + 1): RIGID_CREASE for k in range(7)}  # the slit between the first and the last is closed, too
     pattern = Pattern.from_polygons([square(float(x), float(y)) for x, y in (*ring, (3, 0))], creases, 0.1)
     (outer, hole), (alone,) = pattern.outlines
     assert [len(outer), len(hole), len(alone)] == [12, 4, 4]
@@ -141,19 +143,19 @@ def test_a_folding_has_the_vertices_that_its_corners_have(data):
 
 def test_a_hinge_within_a_panel_is_refused():
     facets = (square(0.0, 0.0), square(1.0, 0.0), square(1.0, 1.0), square(0.0, 1.0))
-    rigid = {(0, 1): RIGID, (1, 2): RIGID, (2, 3): RIGID}
+    rigid = {(0, 1): RIGID_CREASE, (1, 2): RIGID_CREASE, (2, 3): RIGID_CREASE}
     with pytest.raises(PatternError, match="one panel"):
-        Pattern.from_polygons(facets, {**rigid, (0, 3): VALLEY}, 0.1)
+        Pattern.from_polygons(facets, {**rigid, (0, 3): VALLEY_CREASE}, 0.1)
 
 
 def test_laying_a_pattern_onto_itself_changes_nothing():
-    pattern = row(3, [VALLEY, MOUNTAIN])
+    pattern = row(3, [VALLEY_CREASE, MOUNTAIN_CREASE])
     assert overlay([pattern, pattern]) == pattern
 
 
 def test_overlay_merges_what_coincides():
-    first = row(3, [VALLEY, RIGID])
-    second = row(3, [RIGID, MOUNTAIN]).moved(shift=(1.0, 0.0))
+    first = row(3, [VALLEY_CREASE, RIGID_CREASE])
+    second = row(3, [RIGID_CREASE, MOUNTAIN_CREASE]).moved(shift=(1.0, 0.0))
     union = overlay([first, second])
     assert union.panels == ((0,), (1, 2), (3,))
     assert [hinge.face for hinge in union.hinges] == ["top", "bottom"]
@@ -192,6 +194,6 @@ def _centres(solids):
 
 
 def test_a_crease_turned_over_twice_is_itself():
-    for crease in (VALLEY, MOUNTAIN, RIGID, Crease("top", closes=False)):
+    for crease in (VALLEY_CREASE, MOUNTAIN_CREASE, RIGID_CREASE, Crease("top", closes=False)):
         assert crease.inverted.inverted == crease
-    assert VALLEY.inverted == MOUNTAIN
+    assert VALLEY_CREASE.inverted == MOUNTAIN_CREASE

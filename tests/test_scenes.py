@@ -13,11 +13,11 @@ from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel, panel_text, read_panel
 from hcsearch.scenes import SCENES, Scene, check_verdicts, joined_name, panel_of, with_panel
-from hcsearch.scenes.looks import Look, first_look, look_parts, looks_at
-from hcsearch.scenes.scene import check_name
-from hcsearch.scenes.scene_file import file_text, read_file, read_text, scene_in, scene_with
-from hcsearch.scenes.setup import settle
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.scenes.looks import SceneVariant, first_variant, scene_variants, variant_parts
+from hcsearch.scenes.scene import check_scene_name
+from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_file_text, scene_in, scene_with
+from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.springs.deployment.deploying import simulate_deployment
 
 DEFAULT = SCENES["default"]
 lengths = st.floats(1e-3, 1e7).map(lambda value: float(f"{value:.10g}"))  # mm
@@ -86,13 +86,13 @@ def test_a_scene_with_other_panels_has_another_name():
 
 @pytest.mark.parametrize("name", ["solar", "solar-2", "a b", "Solar.v2"])
 def test_names_of_scenes(name):
-    assert check_name(name) == name
+    assert check_scene_name(name) == name
 
 
 @pytest.mark.parametrize("name", ["", "a, b", "1000x1000x20", "a'b", "\x1b[31m", "a" * 100, "a:b", " a"])
 def test_names_that_a_command_line_could_not_hold_are_refused(name):
     with pytest.raises(SceneError, match="is no name of a scene"):
-        check_name(name)
+        check_scene_name(name)
 
 
 numbers = st.floats(1e-6, 1e6)
@@ -121,7 +121,9 @@ scenes = st.builds(
 
 @given(scenes)
 def test_files_of_scenes_round_trip(scene):
-    assert scene_in(read_text(file_text({"design": "hex:023350:1"}, "constrained", scene), "a text")) == scene
+    assert (
+        scene_in(read_scene_text(scene_file_text({"design": "hex:023350:1"}, "constrained", scene), "a text")) == scene
+    )
 
 
 @pytest.mark.parametrize(
@@ -168,17 +170,17 @@ def test_files_that_hold_no_scene_are_one_line(tmp_path, text, message):
     path = tmp_path / "scene.toml"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(HcsearchError, match=message) as refused:
-        scene_in(read_file(str(path)))
+        scene_in(read_scene_file(str(path)))
     assert len(str(refused.value)) < 400
 
 
 def test_devices_and_huge_files_are_refused(tmp_path):
     with pytest.raises(InputFileError, match="is a pipe or a device"):
-        read_file("/dev/zero")
+        read_scene_file("/dev/zero")
     path = tmp_path / "huge.toml"
     path.write_bytes(b"#" * 5_000_000)
     with pytest.raises(InputFileError, match="larger than 4 MiB"):
-        read_file(str(path))
+        read_scene_file(str(path))
 
 
 def test_ways_and_looks_follow_the_scene():
@@ -186,18 +188,18 @@ def test_ways_and_looks_follow_the_scene():
     assert replace(DEFAULT, flat_pairs="merged").flat_pairs == ("merged",)
     assert replace(DEFAULT, flat_pairs="hinged").flat_pairs == ("hinged",)
     for scene in (DEFAULT, SCENES["earth"], replace(DEFAULT, flat_pairs="hinged", name="solar")):
-        looks = looks_at(scene)
-        assert looks[0] == first_look(scene)
+        looks = scene_variants(scene)
+        assert looks[0] == first_variant(scene)
         names = [look.name(scene) for look in looks]
         assert len(set(names)) == len(names)
         assert all(look.pairs in scene.flat_pairs for look in looks)
         for look, name in zip(looks[1:], names[1:], strict=True):
             parts = name.split(", ")
-            pairs, springs = look_parts(parts)
-            assert (pairs or first_look(scene).pairs, springs) == (look.pairs, look.springs)
+            pairs, springs = variant_parts(parts)
+            assert (pairs or first_variant(scene).pairs, springs) == (look.pairs, look.springs)
             assert (parts or ["default"]) == [scene.name]
-    assert Look("hinged", "spread 3").name(DEFAULT) == "hinged, spread 3"
-    assert Look("rigid", "mountains first").name(DEFAULT) == "mountains first"
+    assert SceneVariant("hinged", "spread 3").name(DEFAULT) == "hinged, spread 3"
+    assert SceneVariant("rigid", "mountains first").name(DEFAULT) == "mountains first"
 
 
 def test_scenes_without_verdicts_on_all_designs_are_refused():
@@ -214,23 +216,23 @@ def test_scenes_without_verdicts_on_all_designs_are_refused():
 
 def test_the_default_scene_is_what_it_always_was():
     for notation, crease in (("hex:0234550132", 4), ("square:01222300", 3)):
-        scene = settle(DEFAULT, folding(notation, crease).linkage())
+        scene = setup_of_scene(DEFAULT, folding(notation, crease).linkage())
         assert (scene.seconds, scene.margin, scene.density) == (1.0, 1e-4, 547.0)
         assert scene.spring_range == (0.001, 0.2)
 
 
 def test_what_is_left_open_grows_with_the_panels():
     one = folding("square:01222300", 3)
-    large = settle(replace(DEFAULT, areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
+    large = setup_of_scene(replace(DEFAULT, areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     assert large.density == pytest.approx(1000.0)
     assert large.margin == pytest.approx(2e-3)
     assert large.seconds == pytest.approx(math.sqrt(20.0 / (547.0 * 0.05**4 * 0.006)), rel=5e-3)
     assert large.spring_range == (0.001, 0.2)  # without weight springs set the time alone
-    lifted = settle(replace(SCENES["earth"], areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
+    lifted = setup_of_scene(replace(SCENES["earth"], areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     weight = 20.0 / (547.0 * 0.05**3 * 0.006)
     assert lifted.spring_range == pytest.approx((0.001 * weight, 0.2 * weight), rel=5e-3)
     given_by_hand = replace(DEFAULT, seconds=0.5, margin=1e-5, spring_range=(1.0, 2.0))
-    kept = settle(given_by_hand, one.linkage((1.0, 1.0, 0.02)))
+    kept = setup_of_scene(given_by_hand, one.linkage((1.0, 1.0, 0.02)))
     assert (kept.seconds, kept.margin, kept.spring_range) == (0.5, 1e-5, (1.0, 2.0))
 
 
@@ -239,7 +241,7 @@ def test_what_is_left_open_grows_with_the_panels():
 def test_similar_scenes_have_the_same_verdict(notation, crease, size, slowness):
     """Panels `size` times as large, springs such that times grow by `slowness`: angles are those of the small ones."""
     one = folding(notation, crease)
-    small = deploy(one.linkage(), replace(DEFAULT, seconds=1.0))
+    small = simulate_deployment(one.linkage(), replace(DEFAULT, seconds=1.0))
     stiffness = 0.1 * size**5 / slowness**2
     scene = replace(
         DEFAULT,
@@ -247,7 +249,7 @@ def test_similar_scenes_have_the_same_verdict(notation, crease, size, slowness):
         damping_time=slowness * DEFAULT.damping_time,
         seconds=slowness,
     )
-    large = deploy(one.linkage((0.05 * size, 0.05 * size, 0.006 * size)), scene)
+    large = simulate_deployment(one.linkage((0.05 * size, 0.05 * size, 0.006 * size)), scene)
     assert large.verdict == small.verdict
     assert large.outcome == small.outcome
     assert large.clearance.kind == small.clearance.kind

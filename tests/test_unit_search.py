@@ -34,7 +34,7 @@ from hcsearch.library.unit_search.search import Limits, search_elements, search_
 from hcsearch.motion.collision.penetration import penetration
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import VALLEY, Pattern, overlay
+from hcsearch.shape.pattern import VALLEY_CREASE, Pattern, overlay
 from hcsearch.store import open_readonly, select
 from tests.linkages import congruent
 
@@ -302,7 +302,7 @@ def test_two_6r_elements_in_a_column_are_no_unit():
 
 def test_two_panels_cut_into_each_other_beyond_their_stop():
     squares = tuple(((x, 0.0), (x + 1, 0.0), (x + 1, 1.0), (x, 1.0)) for x in (0.0, 1.0))
-    linkage = Linkage(Pattern.from_polygons(squares, {(0, 1): VALLEY}, 0.1))
+    linkage = Linkage(Pattern.from_polygons(squares, {(0, 1): VALLEY_CREASE}, 0.1))
     for angle in (0.0, 0.5, 2.0, math.pi):
         assert penetration(linkage, np.array([angle])) == pytest.approx(0.0, abs=1e-12)
     assert penetration(linkage, np.array([math.pi + 0.05])) == pytest.approx(math.sin(0.05), rel=0.1)

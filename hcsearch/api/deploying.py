@@ -6,16 +6,16 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.case import Case, Named
+from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.places import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
-from hcsearch.springs.deployment.deployed import Deployed, deployed
+from hcsearch.springs.deployment.deployed import Deployed, deploy_linkage
 from hcsearch.system.terminal import say
 
 
 def deploy(
-    what: Named | Case,
+    what: CaseSubject | Case,
     scene: Scene | str | None = None,
     *,
     formulation: Formulation | None = None,
@@ -50,7 +50,7 @@ def deploy(
     check_kinds(deploy, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
     say(case.sentence)
-    return deployed(
+    return deploy_linkage(
         case.name,
         case.linkage,
         case.setup,

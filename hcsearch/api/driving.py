@@ -14,7 +14,7 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
-from hcsearch.springs.drive.driving import STEPS, Drive, DriveOptions, Progress, drive_along
+from hcsearch.springs.drive.driving import DRIVE_STAGES, Drive, DriveOptions, DriveProgress, drive_along
 from hcsearch.system.terminal import say
 
 
@@ -26,7 +26,7 @@ def drive(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: Progress | None = None,
+    progress: DriveProgress | None = None,
     **values: Any,
 ) -> Drive:
     """Choose motors that open a folding along a proved path, as `hcsearch drive` does.
@@ -43,7 +43,7 @@ def drive(
     if case.scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     if progress is not None:
-        progress(0, len(STEPS), STEPS[0])
+        progress(0, len(DRIVE_STAGES), DRIVE_STAGES[0])
     found, motion, said = find_path(case)
     try:
         return drive_along(folding, found, motion, options, progress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
-from hcsearch.cases.places import Place, located, snapshot, writing
+from hcsearch.cases.places import Place, database_location, database_snapshot, writing_database
 from hcsearch.cases.stored_scenes import read_scene
 from hcsearch.designs.grid import Array, Grid, grid_of, parse_array
 from hcsearch.scenes import Scene
@@ -120,7 +120,7 @@ def plan_of(
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
-    with snapshot(db) as (database, _):
+    with database_snapshot(db) as (database, _):
         chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
     plan = Plan(search, last, keep, with_size(chosen, panel, search.grid.name), crew, budget)
     plan.crew.check()
@@ -129,7 +129,7 @@ def plan_of(
 
 def announce_size(plan: Plan, db: Place | None, announce: Announce, *, dry: bool = False) -> None:
     """Say beforehand how much a plan lists and how long that takes, where it takes long; refuse what finds no room."""
-    location = located(db)
+    location = database_location(db)
     expected = estimate(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
     if expected is not None:
         announce(expected.sentence(plan.crew))
@@ -143,5 +143,5 @@ def run_plan(
     """Run a plan into a database, which is made where there is none, or without one; also where the database is."""
     if dry:
         return run_dry(plan, progress, announce), None
-    with writing(db, create=True) as database:
+    with writing_database(db, create=True) as database:
         return run_into(plan, database, progress, announce), database.location

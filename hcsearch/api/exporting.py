@@ -12,7 +12,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.places import Place
-from hcsearch.cases.replays.sources import By
+from hcsearch.cases.replays.sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.formats import format_of
@@ -28,7 +28,7 @@ def save(
     scene: Scene | str | None = None,
     *,
     format: str | None = None,  # noqa: A002 - as the command's option
-    motion: By | None = None,
+    motion: ReplaySource | None = None,
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,

@@ -9,9 +9,8 @@ from pathlib import Path
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.springs.identification.damping import HingeTest, hinge_damping, hinge_test
-from hcsearch.springs.identification.springs import Spring
-from hcsearch.springs.identification.springs import identify_spring as identified
-from hcsearch.springs.identification.tables import read_accelerations, read_moments
+from hcsearch.springs.identification.springs import IdentifiedSpring, fit_spring
+from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
 from hcsearch.springs.identification.vibration import FreeVibration, identify_modes
 from hcsearch.system.terminal import say
 
@@ -24,13 +23,13 @@ class HingeDamping:
     vibrations: tuple[FreeVibration, ...]
 
 
-def identify_spring(path: str | Path) -> Spring:
+def identify_spring(path: str | Path) -> IdentifiedSpring:
     """Identify the law of a spring from a table of angles and moments, as `hcsearch identify spring` does.
 
     path : a file .csv with a column `angle_rad` or `angle_deg` and a column `moment_N_m` or `moment_N_mm`.
     """
     check_kinds(identify_spring, locals())
-    measured = identified(*read_moments(str(path)))
+    measured = fit_spring(*read_measured_moments(str(path)))
     for doubt in measured.doubts:
         _note(f"{path}: {doubt}")
     return measured

@@ -8,7 +8,7 @@ from numbers import Integral, Real
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from hcsearch.basics.errors import HcsearchError, refusal
+from hcsearch.basics.errors import HcsearchError, wrong_kind_message
 
 _NOT_LOADED = {"pd": SimpleNamespace(DataFrame=object)}
 """Names in annotations of results, whose modules are loaded only where they are needed."""
@@ -29,7 +29,7 @@ def check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
     """
     for name, kind in _annotated(function).items():
         if not _is(given[name], kind):
-            raise HcsearchError(refusal(f"{function.__name__}: {name}", given[name], described(kind)))
+            raise HcsearchError(wrong_kind_message(f"{function.__name__}: {name}", given[name], described(kind)))
 
 
 @cache

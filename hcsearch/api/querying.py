@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
-from hcsearch.cases.places import Place, reading, writing
+from hcsearch.cases.places import Place, reading_database, writing_database
 from hcsearch.cases.queries import Query
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.search.ranking import Ranked, complete_weights, rank_designs, save_ranks
@@ -54,7 +54,7 @@ def read(
     check_kinds(read, locals())
     order = sort if isinstance(sort, str) else ",".join(sort)
     asked = Query(query, view, columns, order, limit, scene, panel, sql)
-    with reading(db) as database, asked.rows(database) as rows:
+    with reading_database(db) as database, asked.rows(database) as rows:
         table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
         return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
 
@@ -93,7 +93,7 @@ def rank(
 
 def opened(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
     """A database that there is, open to write, or to read alone."""
-    return writing(db, create=False) if to_write else reading(db)
+    return writing_database(db, create=False) if to_write else reading_database(db)
 
 
 def rank_in(

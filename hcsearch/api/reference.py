@@ -12,9 +12,9 @@ from typing import Any
 
 from hcsearch.api.kinds import described
 from hcsearch.basics.vocabulary import Formulation, Keep, Way
-from hcsearch.cases.case import Named
+from hcsearch.cases.case import CaseSubject
 from hcsearch.cases.places import Place
-from hcsearch.cases.replays.sources import By
+from hcsearch.cases.replays.sources import ReplaySource
 from hcsearch.system.lazy import names_of
 
 TITLE = """# Reference of the Python names
@@ -30,10 +30,10 @@ PLAIN = {
     "__version__": "The release that is installed.",
 }
 KINDS = {
-    "By": By,
+    "By": ReplaySource,
     "Formulation": Formulation,
     "Keep": Keep,
-    "Named": Named,
+    "Named": CaseSubject,
     "Place": Place,
     "Way": Way,
 }

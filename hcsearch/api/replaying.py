@@ -10,7 +10,7 @@ from hcsearch.cases.case import Case
 from hcsearch.cases.places import Place
 from hcsearch.cases.replays.recording import replay_of_deployment
 from hcsearch.cases.replays.replay import Replay
-from hcsearch.cases.replays.sources import By, replay_case
+from hcsearch.cases.replays.sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
@@ -23,7 +23,7 @@ def replay(
     what: str | Folding | Circuit | Case | Deployed,
     scene: Scene | str | None = None,
     *,
-    motion: By | None = None,
+    motion: ReplaySource | None = None,
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,

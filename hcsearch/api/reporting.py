@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.cases.places import Place, reading
+from hcsearch.cases.places import Place, reading_database
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 from hcsearch.web.report.writing import LIMIT, write_report
@@ -26,6 +26,6 @@ def report(
     """
     check_kinds(report, locals())
     check_output(str(path))
-    with reading(db) as database:
+    with reading_database(db) as database:
         asked = scene_asked_for(database, scene, panel, query=query)
         return write_report(database, query, Path(path), limit=limit, scene=asked)

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.places import Place, writing
+from hcsearch.cases.places import Place, writing_database
 from hcsearch.library.unit_search.elements import Element, elements
 from hcsearch.library.unit_search.isosceles import isosceles_elements
 from hcsearch.library.unit_search.search import Limits, Progress, Searched, search_elements
@@ -41,7 +41,7 @@ def search_units(
     """
     check_kinds(search_units, locals())
     limits = Limits(most) if seconds is None else Limits(most, seconds)
-    with nullcontext() if db is None else writing(db, create=True) as database:
+    with nullcontext() if db is None else writing_database(db, create=True) as database:
         searched = search_elements(
             _elements(grid, n, alpha), max_dof=max_dof, copies=tuple(copies), limits=limits, progress=progress
         )

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.places import located
+from hcsearch.cases.places import database_location
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.store import check_scene, open_readonly
 from hcsearch.store.pages import SECONDS
@@ -37,7 +37,7 @@ def serve(
     from hcsearch.web.serve.guards import is_local  # noqa: PLC0415 - needs the extra `serve`
     from hcsearch.web.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
 
-    place = located(db)
+    place = database_location(db)
     with open_readonly(place, timeout=SECONDS) as database:
         asked = scene_asked_for(database, scene, panel)
         check_scene(database, asked)

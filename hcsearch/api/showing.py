@@ -10,14 +10,14 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.names import stored_circuit
-from hcsearch.cases.places import Place, located, reading
+from hcsearch.cases.places import Place, database_location, reading_database
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
 from hcsearch.store import Database, StoredVerdict, best_creases, find_circuit, find_design, find_verdict
 from hcsearch.system.outputs import check_output
 
@@ -36,7 +36,7 @@ class ShownDesign:
     foldings: Sequence[Folding]
     panel: PanelSize
     number: int | None = None
-    scene: str = DEFAULT
+    scene: str = DEFAULT_SCENE_NAME
     row: Mapping[str, Any] = field(default_factory=dict)
     best: int | None = None
     verdicts: Mapping[tuple[int, str], StoredVerdict | None] = field(default_factory=dict)
@@ -62,7 +62,7 @@ def show(
         grid = circuit.grid.name
         size = panel_of(resolve_scene(grid, db, scene=scene, panel=panel), grid)
         return ShownDesign(circuit, _chosen(circuit, crease), size)
-    with reading(db) as database:
+    with reading_database(db) as database:
         number, circuit = _stored(database, name)
         asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
         row = find_design(database, str(number), asked)
@@ -96,17 +96,17 @@ def show_page(
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
-    number, asked = None, DEFAULT
+    number, asked = None, DEFAULT_SCENE_NAME
     if ":" in name:
         circuit = Circuit.from_notation(name).canonical()
         if scene or panel:
             raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
     else:
-        with reading(db) as database:
+        with reading_database(db) as database:
             number, circuit = _stored(database, name)
             asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
     check_output(str(place))
-    return write_design(circuit, _chosen(circuit, crease), place, db=located(db), number=number, scene=asked)
+    return write_design(circuit, _chosen(circuit, crease), place, db=database_location(db), number=number, scene=asked)
 
 
 def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:

@@ -10,34 +10,33 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.case import Case, Named
-from hcsearch.cases.places import Place, writing
+from hcsearch.cases.case import Case, CaseSubject
+from hcsearch.cases.places import Place, writing_database
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.springs.tuning.catalogue import catalogue_levels
-from hcsearch.springs.tuning.ledger import Ledger
+from hcsearch.springs.tuning.ledger import DatabaseMemory
 from hcsearch.springs.tuning.robustness import Spread
-from hcsearch.springs.tuning.search import Progress
-from hcsearch.springs.tuning.tuning import EVALUATIONS, SAMPLES, Tuning
-from hcsearch.springs.tuning.tuning import tune as tuned
+from hcsearch.springs.tuning.search import TuningProgress
+from hcsearch.springs.tuning.tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
 from hcsearch.system.terminal import say
 
 
 def tune(
-    what: Named | Case,
+    what: CaseSubject | Case,
     scene: Scene | str | None = None,
     *,
     formulation: Formulation | None = None,
     catalogue: Sequence[float] = (),
-    evaluations: int = EVALUATIONS,
-    samples: int = SAMPLES,
+    evaluations: int = DEFAULT_EVALUATION_COUNT,
+    samples: int = DEFAULT_SAMPLE_COUNT,
     spread: Spread | None = None,
     seed: int = 0,
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
     keep_in: Place | None = None,
-    progress: Progress | None = None,
+    progress: TuningProgress | None = None,
     **values: Any,
 ) -> Tuning:
     """Choose the stiffness of each hinge so that the array becomes flat without a collision, as `hcsearch tune` does.
@@ -67,8 +66,8 @@ def tune(
     if catalogue:  # before a database is made
         softest, stiffest = case.setup.spring_range
         catalogue_levels(catalogue, stiffest, softest)
-    with nullcontext() if keep_in is None else writing(keep_in, create=True) as database:
-        return tuned(
+    with nullcontext() if keep_in is None else writing_database(keep_in, create=True) as database:
+        return tune_springs(
             case.linkage,
             case.setup,
             formulation or case.formulation,
@@ -77,7 +76,7 @@ def tune(
             samples=samples,
             spread=spread,
             seed=seed,
-            memory=None if database is None else Ledger(database, json.dumps(case.key, sort_keys=True)),
+            memory=None if database is None else DatabaseMemory(database, json.dumps(case.key, sort_keys=True)),
             progress=progress,
         )
 

@@ -1,6 +1,6 @@
 """The exceptions users meet. Each message is one line that names the remedy; the command line prints it and exits 2."""
 
-LONGEST_WORD, LONGEST_LINE = 200, 1200
+MAX_MESSAGE_WORD_LENGTH, MAX_MESSAGE_LINE_LENGTH = 200, 1200
 """Characters of a message, which echoes input: an array is 100 kB at most, and nobody reads that."""
 
 
@@ -14,8 +14,11 @@ def printable(text: str) -> str:
 def one_line(text: str) -> str:
     """The text as a message of one line: printable, and long words and lines without their middle."""
     # cut twice: escapes are longer than what they stand for
-    words = (_shortened(printable(_shortened(word, LONGEST_WORD)), LONGEST_WORD) for word in text.split())
-    return _shortened(" ".join(words), LONGEST_LINE)
+    words = (
+        _shortened(printable(_shortened(word, MAX_MESSAGE_WORD_LENGTH)), MAX_MESSAGE_WORD_LENGTH)
+        for word in text.split()
+    )
+    return _shortened(" ".join(words), MAX_MESSAGE_LINE_LENGTH)
 
 
 def _shortened(text: str, longest: int) -> str:
@@ -35,16 +38,16 @@ class HcsearchWarning(UserWarning):
     """Input that is taken as it is, and is probably not meant so; the message names the likely meaning."""
 
 
-def refusal(name: str, value: object, wanted: str) -> str:
+def wrong_kind_message(name: str, value: object, wanted: str) -> str:
     """The message on a value that is of another kind than is wanted; wanted : what to give instead, in words."""
     text = repr(value)
     return f"{name} cannot be {text if len(text) <= 60 else text[:57] + '...'}: give {wanted}"
 
 
-def expect(name: str, value: object, kind: type, wanted: str) -> None:
+def expect_kind(name: str, value: object, kind: type, wanted: str) -> None:
     """HcsearchError unless a value is of a kind; name : of what is given. wanted : what to give instead, in words."""
     if not isinstance(value, kind):
-        raise HcsearchError(refusal(name, value, wanted))
+        raise HcsearchError(wrong_kind_message(name, value, wanted))
 
 
 class NotationError(HcsearchError):

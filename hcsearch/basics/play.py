@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-DIGITS = 6
+MILLIMETRE_DECIMALS = 6
 """Gaps are stated to so many digits of a millimetre, a nanometre: what is less is rounding, and stated as 0."""
 
 
@@ -12,7 +12,7 @@ def millimetres(length: float | None) -> float | None:
     """A gap or a margin (m) in millimetres, rounded to a nanometre; None where there is none."""
     if length is None or math.isnan(length):
         return None
-    return round(1e3 * length, DIGITS) + 0.0  # not -0
+    return round(1e3 * length, MILLIMETRE_DECIMALS) + 0.0  # not -0
 
 
 def play_sentence(needed_margin: float | None) -> str | None:

@@ -16,21 +16,21 @@ FOLDING_STATUSES = (*STATUSES, "twisted")
 DESIGN_STATUSES = (*FOLDING_STATUSES, "no_folding")
 """Statuses of a design."""
 
-Known = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
-KNOWN: tuple[Known, ...] = get_args(Known)
+Evidence = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
+EVIDENCE: tuple[Evidence, ...] = get_args(Evidence)
 """What stands behind the status of a folding: a deployment by springs; a path, proved or not; a search that met none;
 a proof that loops and stops, or panels too, keep both ends apart, or that no hinge can leave an end; its twist."""
 
-End = Literal["packed", "flat"]
-ENDS: tuple[End, ...] = get_args(End)
+MotionEnd = Literal["packed", "flat"]
+MOTION_ENDS: tuple[MotionEnd, ...] = get_args(MotionEnd)
 """The two ends of a motion."""
 
 Verdict = Literal["deploys", "undecided", "collides"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """Verdicts on one deployment."""
 
-Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
-OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+Ending = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
+ENDINGS: tuple[Ending, ...] = get_args(Ending)
 """How a simulated deployment ends: `moving` when its time is over, `jammed` where stops and loops let nothing move."""
 
 Way = Literal["rigid", "hinged", "merged"]

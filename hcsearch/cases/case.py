@@ -15,8 +15,8 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.scenes.looks import Look, setup_of
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.looks import SceneVariant, setup_of_variant
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import compile_scene
@@ -25,7 +25,7 @@ from hcsearch.springs.deployment.spring_sets import springs_of
 from hcsearch.springs.deployment.springs import with_springs
 from hcsearch.store import StoredPath, StoredVerdict
 
-Named = str | Folding | Circuit | Linkage
+CaseSubject = str | Folding | Circuit | Linkage
 """What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""
 
 
@@ -38,7 +38,7 @@ class NamedAssembly:
 
 
 @dataclass(frozen=True, eq=False)
-class Stored:
+class StoredFolding:
     """What a database holds of a folding.
 
     location : of the database, for messages. number : id of the design. scene : the name under which verdicts are
@@ -69,11 +69,11 @@ class Case:
     name: str
     what: Folding | NamedAssembly | Linkage
     scene: Scene
-    look: Look
+    look: SceneVariant
     look_of: Literal["scene", "name", "verdict"] = "scene"
     formulation: Formulation | None = None
     drive: Mapping[str, Any] | None = None
-    stored: Stored | None = None
+    stored: StoredFolding | None = None
     chosen: str = ""
     noted: str = ""
 
@@ -137,10 +137,10 @@ class Case:
     @cached_property
     def setup(self) -> Setup:
         """The scene in numbers of the linkage, as the look takes it."""
-        setup = settle(self.scene, self.linkage)
+        setup = setup_of_scene(self.scene, self.linkage)
         if self.folding is None:
             return setup
-        setup = setup_of(setup, self.scene, self.look)
+        setup = setup_of_variant(setup, self.scene, self.look)
         if not self.look.springs:
             return setup
         compiled = compile_scene(self.linkage, setup, keep=frozenset({"stops"}))

@@ -54,7 +54,7 @@ def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
     return Freedoms(joined, moving, folded, flat, linkage.pattern.kutzbach)
 
 
-NEITHER = "neither the folded nor the flat state is proved locked by itself"
+NO_LOCK_SENTENCE = "neither the folded nor the flat state is proved locked by itself"
 
 
 def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
@@ -66,7 +66,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
     return [
         *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
         *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),
-    ] or [[NEITHER]]
+    ] or [[NO_LOCK_SENTENCE]]
 
 
 def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:

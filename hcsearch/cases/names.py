@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError
-from hcsearch.cases.places import Place, reading
+from hcsearch.cases.places import Place, reading_database
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding, foldings, why_none
+from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.store import Database, find_circuit
 
@@ -21,7 +21,7 @@ def design_named(name: str, db: Place | None) -> tuple[Circuit, int | None]:
         return Circuit.from_notation(name).canonical(), None
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
-    with reading(db) as database:
+    with reading_database(db) as database:
         number, notation = find_circuit(database, name)
         return stored_circuit(database, number, notation), number
 
@@ -47,7 +47,7 @@ def only_folding(circuit: Circuit, name: str | None = None) -> Folding:
     """The folding of a circuit that has one; HcsearchError, which calls it by a name, for none or several."""
     text, candidates = name or circuit.notation, foldings(circuit)
     if not candidates:
-        why = f", as {why_none(circuit.n)}" if circuit.n % 2 else ""
+        why = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
         raise HcsearchError(f"{text} does not fold into two stacks{why}: choose among hcsearch query 'two_stack'")
     if len(candidates) > 1:
         creases = ", ".join(str(folding.crease) for folding in candidates)

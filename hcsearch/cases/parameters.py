@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.library.assemblies.assembly import Assembly, Parameters
-from hcsearch.scenes.scene import warn_of
+from hcsearch.scenes.scene import warn_of_panel_size
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize
 
-LENGTHS = ("base", "thickness", "side", "width")
+LENGTH_PARAMETERS = ("base", "thickness", "side", "width")
 
 
 def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
@@ -27,8 +27,8 @@ def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
     for name, value in given.items():
         if value is None:
             continue
-        if name not in (*LENGTHS, "alpha", "size"):
-            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(LENGTHS)}")
+        if name not in (*LENGTH_PARAMETERS, "alpha", "size"):
+            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(LENGTH_PARAMETERS)}")
         if name == "size":
             changes[name] = _size(str(value))
         else:
@@ -38,8 +38,8 @@ def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
             option = "SIZE" if name == "size" else f"--{name}"
             raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
     parameters = replace(assembly.defaults, **changes)
-    if changes.keys() & {*LENGTHS}:
-        warn_of(_panel(assembly, parameters), None)
+    if changes.keys() & {*LENGTH_PARAMETERS}:
+        warn_of_panel_size(_panel(assembly, parameters), None)
     return parameters
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hcsearch.basics.errors import QueryError
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, stream, stream_sql
 
 
@@ -51,5 +51,5 @@ class Query:
         """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
         named = (self.scene, self.panel)
         if not scenic and all(name is None for name in named):
-            return DEFAULT
+            return DEFAULT_SCENE_NAME
         return scene_asked_for(database, *named, query=self.conditions)

@@ -12,17 +12,17 @@ from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case, Named, NamedAssembly, Stored
+from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.places import Place, snapshot
+from hcsearch.cases.places import Place, database_snapshot
 from hcsearch.cases.stored_scenes import only_scene, read_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT, Scene, panel_of
-from hcsearch.scenes.looks import Look, first_look, look_parts
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
+from hcsearch.scenes.looks import SceneVariant, first_variant, variant_parts
 from hcsearch.scenes.scene import with_size
-from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_with
+from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_with
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store import (
     Database,
@@ -39,7 +39,7 @@ from hcsearch.store.failures import again
 
 @again
 def resolve(
-    what: Named | Case,
+    what: CaseSubject | Case,
     db: Place | None = None,
     *,
     scene: Scene | str | None = None,
@@ -82,7 +82,7 @@ def resolve_scene(
 ) -> Scene:
     """Resolve the scene in which all foldings of a design are tried, with its panels on a grid; as `resolve`."""
     asked = _Asked(scene, panel, flat_pairs, dict(values or {}), path=False)
-    with snapshot(db) as (database, _):
+    with database_snapshot(db) as (database, _):
         base, parts = _base_scene({}, asked, database, grid)
     if parts:
         raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs")
@@ -108,11 +108,11 @@ class _Asked:
 def _of_linkage(linkage: Linkage, asked: _Asked, db: Place | None) -> Case:
     if asked.panel is not None or asked.flat_pairs is not None:
         raise HcsearchError("a Linkage has panels and flat pairs: leave out panel and flat_pairs")
-    with snapshot(db) as (database, _):
+    with database_snapshot(db) as (database, _):
         given = asked.scene
         scene = given if isinstance(given, Scene) else read_scene(given, database)
     scene = replace(asked.changed(scene), panel=None)
-    return Case(repr(linkage), linkage, scene, first_look(scene))
+    return Case(repr(linkage), linkage, scene, first_variant(scene))
 
 
 def _of_circuit(circuit: Circuit, asked: _Asked, db: Place | None) -> Case:
@@ -127,7 +127,7 @@ def _of_circuit(circuit: Circuit, asked: _Asked, db: Place | None) -> Case:
 
 
 def _resolved(name: str, asked: _Asked, db: Place | None, folding: Folding | None) -> Case:
-    content = read_file(name) if name.endswith(".toml") else {}
+    content = read_scene_file(name) if name.endswith(".toml") else {}
     if name.endswith(".toml") and not {"design", "assembly"} & set(content):
         raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
     subject = str(content.get("design", content.get("assembly", name)))
@@ -140,7 +140,7 @@ def _resolved(name: str, asked: _Asked, db: Place | None, folding: Folding | Non
             f"{subject} is a design, which has no parameters: leave out [parameters], or name an assembly"
         )
     text, crease = split_crease(subject if folding is None else folding.notation)
-    with snapshot(db) as (database, trouble):
+    with database_snapshot(db) as (database, trouble):
         door = _Door(name, content, text, crease, folding, asked)
         if database is None:
             assert trouble is not None
@@ -152,14 +152,14 @@ def _resolved(name: str, asked: _Asked, db: Place | None, folding: Folding | Non
 
 
 def _of_assembly(name: str, subject: str, content: Mapping[str, Any], asked: _Asked, db: Place | None) -> Case:
-    with snapshot(db) as (database, _):
+    with database_snapshot(db) as (database, _):
         scene, parts = _base_scene(content, asked, database)
     if asked.panel or scene.panel or asked.flat_pairs or "panel_mm" in content or parts:
         raise HcsearchError(f"{subject} is an assembly with sizes of its own: leave out --panel, --flat-pairs")
     scene = asked.changed(scene)
     what = NamedAssembly(subject, dict(content.get("parameters", {})))
     return Case(
-        name, what, scene, first_look(scene), formulation=content.get("formulation"), drive=content.get("drive")
+        name, what, scene, first_variant(scene), formulation=content.get("formulation"), drive=content.get("drive")
     )
 
 
@@ -215,7 +215,7 @@ class _Door:
         if by_id and names and not judged:
             known = ", ".join(names)
             self.noted.append(f"scene {scene.name}, without verdicts in {database.location}: its scenes are {known}")
-        stored = Stored(database.location, number, scene.name if judged else DEFAULT)
+        stored = StoredFolding(database.location, number, scene.name if judged else DEFAULT_SCENE_NAME)
         best = best_creases(database, [number], stored.scene).get(number) if self.crease is None else None
         chosen = ""
         if self.folding is None and best is not None and len(folds := foldings(circuit)) > 1:
@@ -237,14 +237,14 @@ class _Door:
 
     def _case(self, folding: Folding, scene: Scene, parts: tuple[str, ...]) -> Case:
         left = list(parts)
-        pairs, springs = look_parts(left)
+        pairs, springs = variant_parts(left)
         if left:
             raise SceneError(f"a scene has no variant {left[0]!r}: `hcsearch show ID` prints those that were tried")
         scene = self.asked.changed(scene)
         scene = replace(scene, panel=panel_of(scene, folding.circuit.grid.name))
-        look = first_look(scene)
+        look = first_variant(scene)
         if springs or (pairs is not None and pairs != look.pairs):
-            look = Look(pairs or look.pairs, springs)
+            look = SceneVariant(pairs or look.pairs, springs)
         return Case(
             self.name,
             folding,
@@ -293,7 +293,7 @@ class _Door:
             verdict = find_verdict(database, stored.number, folding.crease, stored.scene)
             if verdict is not None and verdict.path is not None:
                 chosen = f"folding {folding.crease}, as no path of the best one, {best.crease}, is proved"
-                other = replace(case, what=folding, chosen=chosen, look=first_look(case.scene), look_of="scene")
+                other = replace(case, what=folding, chosen=chosen, look=first_variant(case.scene), look_of="scene")
                 return self._judged(other, database, stored.number)
         return case
 
@@ -302,16 +302,16 @@ def _is_stored(database: Database, scene: Scene, asked: _Asked, name: str) -> bo
     """Whether a scene is that of its name in a database, and not another one, from a file or of Python."""
     given = asked.scene
     own = isinstance(given, Scene) or (given or "").endswith(".toml") or name.endswith(".toml")
-    return not own or find_scene(database, scene.name) == file_text({}, None, scene)
+    return not own or find_scene(database, scene.name) == scene_file_text({}, None, scene)
 
 
-def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> Look | None:
+def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> SceneVariant | None:
     """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path."""
     if verdict.status == "deploys" and verdict.deployed is not None:
         look = verdict.deployed
         return look if look.is_known and look.pairs in scene.flat_pairs and folding.can_join(look.pairs) else None
     if verdict.status == "movable" and verdict.path is not None and folding.can_join(verdict.path):
-        return Look(verdict.path, first=True)
+        return SceneVariant(verdict.path, first=True)
     return None
 
 
@@ -330,9 +330,9 @@ def _base_scene(
     elif text is not None and text.strip():
         named = [part.strip() for part in text.split(",")]
         before = list(named)
-        look_parts(named)
+        variant_parts(named)
         parts = before[len(named) :]
-        base = read_scene(", ".join(named) or DEFAULT, database, grid)
+        base = read_scene(", ".join(named) or DEFAULT_SCENE_NAME, database, grid)
     elif text is not None:
         base = read_scene(text, database, grid)
     scene = scene_in(content, base=base, grid=grid)

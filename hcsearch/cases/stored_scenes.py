@@ -7,10 +7,10 @@ from pathlib import Path
 
 from hcsearch.basics.errors import DatabaseError, SceneError
 from hcsearch.designs.panel_sizes import PanelSize, is_panel, panel_text, read_panel
-from hcsearch.scenes import DEFAULT, SCENES, Scene, joined_name, with_panel
-from hcsearch.scenes.looks import look_parts
-from hcsearch.scenes.scene import check_name, warn_of
-from hcsearch.scenes.scene_file import read_file, read_text, scene_in
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, joined_name, with_panel
+from hcsearch.scenes.looks import variant_parts
+from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
+from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_in
 from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
 from hcsearch.system.terminal import say
 
@@ -21,7 +21,7 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
     grid : of the panels, where that is known.
     """
     if text is None:
-        return SCENES[DEFAULT]
+        return SCENES[DEFAULT_SCENE_NAME]
     if not text.strip():
         raise SceneError("a scene has a name: write --scene default, or name a file .toml")
     if text.endswith(".toml"):
@@ -31,7 +31,7 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
     parted = _parted(text, grid)
     if parted is not None and _parted(parted[0]) is None:
         name, size = parted
-        base = read_scene(name, database) if name else SCENES[DEFAULT]
+        base = read_scene(name, database) if name else SCENES[DEFAULT_SCENE_NAME]
         return replace(base, panel=size, name=joined_name(base.name, panel_text(size)))
     if text in SCENES:
         return SCENES[text]
@@ -55,23 +55,23 @@ def scene_asked_for(
         only = only_scene(database)
         say("" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of")
         if only is None:
-            check_scene(database, DEFAULT)
-        return only or DEFAULT
-    base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
+            check_scene(database, DEFAULT_SCENE_NAME)
+        return only or DEFAULT_SCENE_NAME
+    base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
         parted = _parted(base)
         if parted is not None:
             scene, given = parted
             base = joined_name(scene, panel_text(given))
             if base not in scene_names(database):
-                warn_of(given)
+                warn_of_panel_size(given)
     if panel is None:
         return base
     meant: dict[str, tuple[PanelSize | None, str]] = {}
     refused = None
     for each in grids_in(database, query) if grid is None else [grid]:
         try:
-            own = with_panel(SCENES[DEFAULT], read_panel(panel, each), each).panel
+            own = with_panel(SCENES[DEFAULT_SCENE_NAME], read_panel(panel, each), each).panel
         except SceneError as error:  # of rectangles sizes are given otherwise
             refused = error
         else:
@@ -83,14 +83,14 @@ def scene_asked_for(
         raise SceneError(f"these panels are of the scene {each_of}: name the grid, as in grid=hex, or one with --scene")
     ((name, (own, of)),) = meant.items()
     if own is not None and name not in scene_names(database):
-        warn_of(own, panel, of)
+        warn_of_panel_size(own, panel, of)
     return name
 
 
 def only_scene(database: Database) -> str | None:
     """The name of the scene that a database has verdicts of, where there is one, and it is not `default`."""
     names = scene_names(database)
-    return names[0] if len(names) == 1 and names[0] != DEFAULT else None
+    return names[0] if len(names) == 1 and names[0] != DEFAULT_SCENE_NAME else None
 
 
 def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
@@ -100,15 +100,15 @@ def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
 
 
 def _of_file(path: str, grid: str | None = None) -> Scene:
-    content = read_file(path)
+    content = read_scene_file(path)
     for key in ("design", "assembly"):
         if key in content:
             raise SceneError(
                 f"{path} names what is deployed, {key}: give it to hcsearch deploy, or leave that line out"
             )
     scene = scene_in(content, grid=grid)
-    scene = replace(scene, name=check_name(content.get("name", Path(path).stem)))
-    if look_parts([scene.name]) != (None, ""):
+    scene = replace(scene, name=check_scene_name(content.get("name", Path(path).stem)))
+    if variant_parts([scene.name]) != (None, ""):
         raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")
     if scene.name in SCENES and scene != SCENES[scene.name]:
         raise SceneError(f"{path} is another scene than {scene.name!r}: give it a name of its own, name = 'solar'")
@@ -123,7 +123,7 @@ def stored_scene(database: Database, name: str) -> Scene:
     if text is None:
         raise SceneError(f"there is no scene {name!r} in {database.location}: see the view `deployments`")
     try:
-        return scene_in(read_text(text, f"the scene {name!r}"))
+        return scene_in(read_scene_text(text, f"the scene {name!r}"))
     except SceneError as error:
         raise DatabaseError(
             f"database {database.location} is damaged, {error}; restore a copy, or enumerate anew"

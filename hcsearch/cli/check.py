@@ -44,7 +44,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import checking
-    from hcsearch.designs.folding import why_none
+    from hcsearch.designs.folding import no_folding_reason
 
     named = case_options(options)
     with Meter("folding") as meter:
@@ -54,7 +54,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     else:
         _print(checked, named)
     if not checked.two_stack:
-        click.echo(f"nothing folds: {why_none(checked.circuit.n)}", err=True)
+        click.echo(f"nothing folds: {no_folding_reason(checked.circuit.n)}", err=True)
     if not checked.deploys:
         click.get_current_context().exit(1)
 

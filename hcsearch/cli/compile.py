@@ -43,34 +43,34 @@ def _one_array() -> None:
 def _check() -> None:
     from hcsearch.designs.folding import Folding
     from hcsearch.scenes import SCENES
-    from hcsearch.springs.deployment.checking import check
+    from hcsearch.springs.deployment.checking import check_deployments
     from hcsearch.springs.deployment.compiling import compile_scene
-    from hcsearch.springs.deployment.deploying import run
-    from hcsearch.springs.deployment.play import play_of
+    from hcsearch.springs.deployment.deploying import simulate_compiled
+    from hcsearch.springs.deployment.play import play_of_deployment
 
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
-    check([compiled], whole=False)
-    play_of(compiled, run(compiled, certified=False).motion)
+    check_deployments([compiled], whole=False)
+    play_of_deployment(compiled, simulate_compiled(compiled, certified=False).motion)
 
 
 def _plan() -> None:
     from hcsearch.designs.folding import Folding
     from hcsearch.designs.panel_sizes import default_panel
-    from hcsearch.motion.planning.motions import motion_of
+    from hcsearch.motion.planning.motions import plan_motion
 
-    motion_of(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
+    plan_motion(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 
 
 def _search_on() -> None:
     from hcsearch.designs.folding import Folding
     from hcsearch.motion.collision.plates import plates_of
-    from hcsearch.motion.locks.enclosures import enclose
+    from hcsearch.motion.locks.enclosures import enclose_ends
     from hcsearch.motion.planning.planner import Planner
 
     linkage = Folding.from_notation(_MOVABLE).linkage()
     Planner(linkage, 1e-4).plan(2, roots=2)
-    enclose(linkage, 10)
-    enclose(linkage, 10, plates_of(linkage, 1e-4))
+    enclose_ends(linkage, 10)
+    enclose_ends(linkage, 10, plates_of(linkage, 1e-4))
 
 
 def _deploy() -> None:
@@ -87,18 +87,18 @@ _LIST = (
     "circuits.polygons.walk_polygons",
     "circuits.folds.fold_words",
     "circuits.folds.twist_words",
-    "linkage.lines.survey",
+    "linkage.lines.survey_ends",
     "linkage.loops.generic_states",
-    "linkage.cones.settle",
+    "linkage.cones.settle_ends",
     "circuits.words.array_rows",
     "circuits.words.fingerprint_rows",
     "circuits.words.insert_fingerprints",
     "circuits.words.write_rows",
 )
 _ONE_ARRAY = (
-    "circuits.frontier.advance",
+    "circuits.frontier.advance_states",
     "circuits.frontier.add_counts",
-    "circuits.frontier.carry",
+    "circuits.frontier.carry_limbs",
     "circuits.frontier.count_completions",
     "circuits.frontier.list_completions",
     "circuits.frontier.list_masks",
@@ -106,63 +106,63 @@ _ONE_ARRAY = (
     "circuits.frontier.trace_masks",
     "circuits.words.canonicalise",
     "linkage.cones.cone_rays",
-    "linkage.cones.nonnegative",
+    "linkage.cones.nonnegative_least_squares",
     "linkage.loops.bend_loops",
 )
 _DEPLOY = (
-    "multibody.simulation.simulate",
-    "multibody.between.refined",
-    "multibody.between.opening",
-    "multibody.between.loose_share",
+    "multibody.simulation.simulate_motion",
+    "multibody.between.refined_motion",
+    "multibody.between.largest_opening",
+    "multibody.between.open_state_share",
     "multibody.targets.no_targets",
     "multibody.tree.work_for",
-    "collision.approaches.approach",
-    "collision.clearance.judge",
-    "collision.least_gaps.least_gap",
+    "collision.approaches.approach_speed",
+    "collision.clearance.judge_clearance",
+    "collision.least_gaps.least_pair_gap",
 )
 _CHECK = (
-    "deployment.checking.check_all",
+    "deployment.checking.check_foldings",
     "linkage.loops.close_loops",
     "linkage.reaches.pairs_between",
-    "multibody.simulation.simulate",
-    "multibody.between.refined",
-    "multibody.between.opening",
+    "multibody.simulation.simulate_motion",
+    "multibody.between.refined_motion",
+    "multibody.between.largest_opening",
     "multibody.targets.no_targets",
     "multibody.tree.work_for",
-    "collision.clearance.judge",
-    "collision.least_gaps.least_gap",
+    "collision.clearance.judge_clearance",
+    "collision.least_gaps.least_pair_gap",
 )
 _PLAN = (
-    "planning.closing.close",
+    "planning.closing.close_state",
     "planning.closing.keep_closed",
     "planning.closing.new_closing",
-    "planning.space.new_stack",
-    "planning.space.new_work",
+    "planning.space.new_state_stack",
+    "planning.space.new_space_work",
     "planning.trees.new_tree",
     "planning.search.fan_out",
-    "planning.search.search",
-    "planning.smoothing.relax",
-    "planning.smoothing.shorten",
-    "planning.smoothing.thin",
-    "planning.tubes.enclose",
-    "planning.tubes.polished",
+    "planning.search.search_trees",
+    "planning.smoothing.relax_path",
+    "planning.smoothing.shorten_path",
+    "planning.smoothing.thin_path",
+    "planning.tubes.prove_tube",
+    "planning.tubes.polishing_residual",
     "planning.series.write_series",
-    "planning.middles.centre",
+    "planning.middles.centre_screws",
     "collision.overlaps.deepest_overlap",
-    "collision.clearance.judge",
+    "collision.clearance.judge_clearance",
 )
 _SEARCH_ON = (
-    "planning.space.new_stack",
-    "planning.space.new_work",
-    "planning.space.pick",
-    "planning.space.place",
+    "planning.space.new_state_stack",
+    "planning.space.new_space_work",
+    "planning.space.pick_state",
+    "planning.space.place_state",
     "planning.trees.new_tree",
     "planning.search.fan_out",
-    "planning.search.search",
+    "planning.search.search_trees",
     "enclosure.refutation.new_refutation",
     "enclosure.refutation.refutation_with",
     "enclosure.flooding.new_flood",
-    "enclosure.flooding.spread",
+    "enclosure.flooding.spread_flood",
 )
 SAMPLES = {
     "plan": Sample(_PLAN, _plan),
@@ -183,7 +183,7 @@ def compile_(jobs: int) -> None:
     Otherwise each command compiles the parts that it needs when it runs for the first time.
     """
     from hcsearch.kernels.compiling.numba_internals import has_internals
-    from hcsearch.kernels.compiling.under_way import kernels_named, left, missing
+    from hcsearch.kernels.compiling.under_way import kernels_named, missing_stamps, uncompiled_stamps
 
     if not has_internals():
         click.echo("nothing is compiled beforehand: this version of numba keeps each kernel when it is called first")
@@ -193,7 +193,7 @@ def compile_(jobs: int) -> None:
         click.echo("nothing is left to compile")
         return
     begin = time.monotonic()
-    wanted = missing(kernels_named(kernel for name in todo for kernel in SAMPLES[name].kernels))
+    wanted = missing_stamps(kernels_named(kernel for name in todo for kernel in SAMPLES[name].kernels))
     total = len(wanted)
     waiting, running = list(todo), dict[str, subprocess.Popen[str]]()
     try:
@@ -202,7 +202,7 @@ def compile_(jobs: int) -> None:
                 while waiting and len(running) < jobs:
                     name = waiting.pop(0)
                     running[name] = _start(name)
-                meter(total - len(left(wanted)), total, ", ".join(running))
+                meter(total - len(uncompiled_stamps(wanted)), total, ", ".join(running))
                 time.sleep(_LOOK)
                 for name in [name for name, process in running.items() if process.poll() is not None]:
                     _check_ended(running.pop(name))

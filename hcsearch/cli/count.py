@@ -24,7 +24,7 @@ def count(
     all arrays of N cells, by joining half-chains; all others by listing them.
     """
     from hcsearch.api import counting
-    from hcsearch.designs.folding import why_none
+    from hcsearch.designs.folding import no_folding_reason
     from hcsearch.search.enumeration import ArraySearch
 
     one = array_spec is not None and keep == "all"
@@ -52,4 +52,4 @@ def count(
     click.echo(f"{circuits:<19}{counted.circuits}")
     click.echo(f"{'up to symmetry':<19}{counted.classes}")
     if keep != "all" and search.n % 2:
-        click.echo(f"nothing folds: {why_none(search.n)}", err=True)
+        click.echo(f"nothing folds: {no_folding_reason(search.n)}", err=True)

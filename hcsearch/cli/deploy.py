@@ -78,7 +78,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import deploying
-    from hcsearch.springs.deployment.deploying import savings
+    from hcsearch.springs.deployment.deploying import omission_savings
 
     if options["output"]:
         check_output(options["output"], TABLES)
@@ -95,7 +95,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     deployed = deploying.deploy(case, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()
     if options["explain"]:
-        outcome["saved"] = savings(deployed.deployment, method=method, tolerance=tolerance)
+        outcome["saved"] = omission_savings(deployed.deployment, method=method, tolerance=tolerance)
     if options["output"]:
         write_table(options["output"], deployed.table())
     if options["picture"]:
@@ -110,13 +110,13 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
 def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     """The springs of single hinges, as a scene has them."""
-    from hcsearch.shape.labels import is_name
+    from hcsearch.shape.labels import is_label
 
     values: dict[str, Any] = {}
     if options["own_springs"]:
         pairs = [text.partition("=") for text in options["own_springs"]]
         for hinge, equals, _ in pairs:
-            if not (equals and is_name(hinge)):
+            if not (equals and is_label(hinge)):
                 raise HcsearchError(f"cannot read --springs {hinge!r}: write HINGE=LAW, such as 3=linear:0.2")
         values["springs"] = {hinge: law for hinge, _, law in pairs}
         if len(values["springs"]) < len(pairs):

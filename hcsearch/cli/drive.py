@@ -88,10 +88,10 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     """
     from hcsearch.api import driving
     from hcsearch.springs.drive import facts, files, pictures
-    from hcsearch.springs.drive.driving import NoPathError, released
+    from hcsearch.springs.drive.driving import NoPathError, release_with_latches
 
     for path in options["outputs"]:
-        check_output(path, (*files.TABLES, *files.SCENES))
+        check_output(path, (*files.DRIVE_TABLE_SUFFIXES, *files.DRIVE_SCENE_SUFFIXES))
     if options["picture"]:
         check_picture(options["picture"])
     chosen = _drive_options(options)
@@ -103,12 +103,12 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         click.echo(said)
         click.get_current_context().exit(1)
     for path in options["outputs"]:
-        files.save(driven, path)
+        files.save_drive(driven, path)
     if options["picture"]:
-        pictures.picture(driven, options["picture"])
-    outcome = facts.facts(driven)
+        pictures.draw_drive(driven, options["picture"])
+    outcome = facts.drive_facts(driven)
     if options["latches"]:
-        outcome |= facts.latch_facts(*released(driven))
+        outcome |= facts.latch_facts(*release_with_latches(driven))
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
@@ -118,7 +118,7 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
 
 
 def _drive_options(options: dict[str, Any]) -> Any:
-    from hcsearch.shape.labels import is_name
+    from hcsearch.shape.labels import is_label
     from hcsearch.springs.drive.driving import DriveOptions
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
@@ -126,7 +126,7 @@ def _drive_options(options: dict[str, Any]) -> Any:
         values["near"] = _near(options["near"])
     if options["hinges"] is not None:
         parts = options["hinges"].split(",")
-        if not all(map(is_name, parts)):
+        if not all(map(is_label, parts)):
             raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
         values["hinges"] = tuple(parts)
     return DriveOptions(**values)

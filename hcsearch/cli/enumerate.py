@@ -74,12 +74,12 @@ def _announce(sentence: str) -> None:
 
 def _announce_none(plan: Plan, funnel: Funnel) -> None:
     """Say why there are no circuits, or why none of them folds."""
-    from hcsearch.designs.folding import why_none
+    from hcsearch.designs.folding import no_folding_reason
 
     if funnel.circuits == 0:
         _announce("no circuits: no closed walk from panel to panel goes through each of them once")
     elif funnel.two_stack == 0:
-        _announce(f"nothing folds: {why_none(plan.search.n)}")
+        _announce(f"nothing folds: {no_folding_reason(plan.search.n)}")
 
 
 def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
@@ -111,6 +111,6 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
 
 def _next_budget(plan: Plan) -> int:
     """The least budget by which more is done for a folding."""
-    from hcsearch.motion.planning.schedule import FIRST
+    from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 
-    return 1 + (FIRST if plan.budget is None else plan.budget)
+    return 1 + (DEFAULT_EFFORT_BUDGET if plan.budget is None else plan.budget)

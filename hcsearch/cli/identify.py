@@ -14,7 +14,7 @@ from hcsearch.cli.options import Number, examples
 
 if TYPE_CHECKING:
     from hcsearch.springs.identification.damping import HingeTest
-    from hcsearch.springs.identification.springs import Spring
+    from hcsearch.springs.identification.springs import IdentifiedSpring
     from hcsearch.springs.identification.vibration import FreeVibration
 
 _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hysteresis": "N m"}
@@ -85,7 +85,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     _print_modes(names, measured.vibrations)
 
 
-def _print_spring(measured: Spring) -> None:
+def _print_spring(measured: IdentifiedSpring) -> None:
     """The chosen law with its numbers, and how all laws compare."""
     chosen = measured.chosen
     low, high = measured.span

@@ -11,7 +11,7 @@ from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.basics.play import play_sentence
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short
 
@@ -54,7 +54,7 @@ def show(
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
     from hcsearch.api import showing
-    from hcsearch.designs.folding import why_none
+    from hcsearch.designs.folding import no_folding_reason
 
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
@@ -67,7 +67,7 @@ def show(
         if shown.number is not None:
             _print_motions(folding, row, shown.verdicts, db)
 
-    _print_foldings(shown.foldings, shown.panel, why_none(shown.circuit.n), tell)
+    _print_foldings(shown.foldings, shown.panel, no_folding_reason(shown.circuit.n), tell)
 
 
 def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None]) -> None:
@@ -94,7 +94,7 @@ def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tupl
         click.echo(f"  path, {path['scene']}: proved, flat pairs {path['flat_pairs']}, with {play}")
         other = deployed.get((folding.crease, path["scene"]), path["flat_pairs"]) != path["flat_pairs"]
         way = way_option(path["flat_pairs"]) if other else ""
-        where = "" if path["scene"] == DEFAULT else f" --scene {shlex.quote(path['scene'])}"
+        where = "" if path["scene"] == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(path['scene'])}"
         click.echo(f"    hcsearch drive {row['id']}:{folding.crease}{where}{_where(db)}{way}")
     for tried in row["deployments"]:
         if tried["crease"] == folding.crease:

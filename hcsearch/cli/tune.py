@@ -102,7 +102,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         _write(options["output"], tuning, case)
     if as_json:
-        click.echo(json.dumps(facts.facts(tuning), indent=2, allow_nan=False))
+        click.echo(json.dumps(facts.tuning_facts(tuning), indent=2, allow_nan=False))
     else:
         _print(tuning, case)
     if tuning.interrupted:
@@ -113,17 +113,17 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
 
 def _write(path: str, tuning: Tuning, case: Case) -> None:
     """The scene with the springs to use."""
-    from hcsearch.scenes.scene_file import file_text
-    from hcsearch.scenes.setup import with_stiffnesses, written
+    from hcsearch.scenes.scene_file import scene_file_text
+    from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
     from hcsearch.springs.tuning import facts
 
     setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
-    scene = written(setup, case.joined_scene, tuning.labels)
-    bought = "" if facts.bought(tuning) is None else f"# buy: {facts.shopping(tuning)}\n"
-    write_output(path, bought + file_text(case.facts, tuning.formulation, scene))
+    scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
+    bought = "" if facts.springs_to_buy(tuning) is None else f"# buy: {facts.shopping_sentence(tuning)}\n"
+    write_output(path, bought + scene_file_text(case.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -136,13 +136,13 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.springs.tuning.robustness import SPREADS, Spread
+    from hcsearch.springs.tuning.robustness import SPREAD_NAMES, Spread
 
     shares: dict[str, float] = {}
     twice = "--spread {} is given twice: leave one out"
     for text, name, share in named_numbers(texts, lambda name: HcsearchError(twice.format(name))):
-        if name not in SPREADS or share is None or not 0.0 <= share <= 0.5:
-            names = ", ".join(SPREADS)
+        if name not in SPREAD_NAMES or share is None or not 0.0 <= share <= 0.5:
+            names = ", ".join(SPREAD_NAMES)
             raise HcsearchError(f"{text!r} is no tolerance: write NAME=SHARE, a share from 0 to 0.5 of {names}")
         shares[name] = share
     return Spread(**shares)
@@ -153,9 +153,9 @@ def _print(tuning: Tuning, case: Case) -> None:
 
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range
-    click.echo(f"{'use':24}{facts.advice(tuning)}")
+    click.echo(f"{'use':24}{facts.tuning_advice(tuning)}")
     if tuning.catalogue:
-        click.echo(f"{'buy':24}{facts.shopping(tuning)}")
+        click.echo(f"{'buy':24}{facts.shopping_sentence(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{short(tuning.setup.seconds, 6)}")
@@ -164,7 +164,7 @@ def _print(tuning: Tuning, case: Case) -> None:
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, one) for name, one in sets if one is not None]
     for name, one in shown:
-        click.echo(f"{name:24}{facts.sentence(one, labels)}")
+        click.echo(f"{name:24}{facts.spring_set_sentence(one, labels)}")
     pairs = [f"{labels.panels[own.first]}, {labels.panels[own.second]}" for own in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-from hcsearch.basics.errors import ArrayError, NotationError, expect
-from hcsearch.designs.grid import Array, Cell, Grid, Point, check_size, grid_named
+from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
+from hcsearch.designs.grid import Array, Cell, Grid, LatticePoint, check_size, grid_named
 from hcsearch.shape.drawing import draw_circuit
 
 _STRAIGHT = 8
@@ -44,10 +44,12 @@ class Circuit:
 
     grid: Grid
     word: tuple[int, ...]
-    start: Point | None = field(default=None, compare=False)
+    start: LatticePoint | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        expect("the grid of a circuit", self.grid, Grid, "a Grid, such as GRIDS['hex'], or use Circuit.from_notation")
+        expect_kind(
+            "the grid of a circuit", self.grid, Grid, "a Grid, such as GRIDS['hex'], or use Circuit.from_notation"
+        )
         check_size(self.n, "the circuit")
         if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
             raise NotationError(
@@ -63,12 +65,12 @@ class Circuit:
             raise NotationError(f"circuit {self.notation!r} does not close or meets a panel twice: check its steps")
 
     @staticmethod
-    def from_notation(text: str, start: Point | None = None) -> Circuit:
+    def from_notation(text: str, start: LatticePoint | None = None) -> Circuit:
         """Read the notation that `notation` writes, such as `hex:024`; start places panel 0.
 
         Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
         """
-        expect("the notation of a circuit", text, str, "a text, such as 'hex:024'")
+        expect_kind("the notation of a circuit", text, str, "a text, such as 'hex:024'")
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
         if not colon or not (steps.isascii() and steps.isdigit()):
@@ -98,7 +100,7 @@ class Circuit:
         return len(self.word)
 
     @cached_property
-    def points(self) -> tuple[Point, ...]:
+    def points(self) -> tuple[LatticePoint, ...]:
         """Lattice points of the panels in circuit order, the first at `start`, or near the origin."""
         near = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
         x, y = self.start or (near, near)
@@ -127,7 +129,7 @@ class Circuit:
         )
 
     @property
-    def creases(self) -> tuple[Point, ...]:
+    def creases(self) -> tuple[LatticePoint, ...]:
         """Exact coordinates of the creases (`Grid.edge`): crease k joins panels k and k + 1."""
         return tuple(self.grid.edge(p, q) for p, q in zip(self.points, self.points[1:] + self.points[:1], strict=True))
 
@@ -182,7 +184,7 @@ class Circuit:
         >>> Circuit.from_notation("square:001223").on(wall).array == wall
         True
         """
-        expect("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
+        expect_kind("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
         places = set(array.points)
         least, m = min(places), self.grid.directions
         for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():

@@ -13,22 +13,29 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.errors import HcsearchError, HcsearchWarning, NotationError, PatternError, expect, refusal
+from hcsearch.basics.errors import (
+    HcsearchError,
+    HcsearchWarning,
+    NotationError,
+    PatternError,
+    expect_kind,
+    wrong_kind_message,
+)
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.circuit import Circuit, Renumbering
 from hcsearch.designs.grid import grid_named
-from hcsearch.designs.panel_sizes import PanelSize, default_panel, doubt_of, read_panel
+from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_size_doubt, read_panel
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.shape.drawing import draw_circuit
-from hcsearch.shape.pattern import RIGID, Crease, Pair, Pattern
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, Pattern
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
     from hcsearch.shape.linkage import Linkage
 
 Assignment = Literal["mountain", "valley", "flat"]
-Face = Literal["top", "bottom"]
+CreaseFace = Literal["top", "bottom"]
 
 
 def fold(circuits: CircuitBatch) -> FoldingBatch:
@@ -59,7 +66,7 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class CongruentFolding:
     """A folding that is congruent to another one, and how.
 
     panels : its panel for each of the other one's. turn : (3, 3), the matrix that takes directions in space from the
@@ -83,8 +90,8 @@ class Folding:
     crease: int
 
     def __post_init__(self) -> None:
-        expect("the circuit of a folding", self.circuit, Circuit, "a Circuit, or use Folding.from_notation")
-        expect("the crease of a folding", self.crease, Integral, "the number of its lower flat crease")
+        expect_kind("the circuit of a folding", self.circuit, Circuit, "a Circuit, or use Folding.from_notation")
+        expect_kind("the crease of a folding", self.crease, Integral, "the number of its lower flat crease")
         if not _folds_at(self.circuit, self.crease):
             raise _no_folding(self.circuit, self.crease)
 
@@ -95,7 +102,7 @@ class Folding:
         The circuit may be in any position, order or direction; the crease, or its opposite, is numbered in its
         canonical order. Errors: NotationError for what is no folding, SizeError as for circuits.
         """
-        expect("the notation of a folding", text, str, "a text, such as 'hex:0234550132:4'")
+        expect_kind("the notation of a folding", text, str, "a text, such as 'hex:0234550132:4'")
         design, crease = split_crease(text)
         if crease is None:
             raise NotationError(f"{text!r} names no crease: write a circuit notation and a crease, as hex:0234550132:4")
@@ -168,15 +175,15 @@ class Folding:
         )
 
     @cached_property
-    def hinge_faces(self) -> tuple[Face, ...]:
+    def hinge_faces(self) -> tuple[CreaseFace, ...]:
         """The face, `top` or `bottom`, on which each hinge lies; these faces meet when the hinge closes.
 
         A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
         """
         n = self.circuit.n
-        faces: list[Face] = ["top"] * n
+        faces: list[CreaseFace] = ["top"] * n
         for t in range(-1, n // 2):
-            face: Face = "bottom" if t % 2 else "top"
+            face: CreaseFace = "bottom" if t % 2 else "top"
             faces[(self.crease + 1 + t) % n] = faces[(self.crease - 1 - t) % n] = face
         return tuple(faces)
 
@@ -203,7 +210,7 @@ class Folding:
                 pairs.append((b, a))
         return tuple(pairs)
 
-    def likeness(self, size: PanelSize) -> Likeness | None:
+    def likeness(self, size: PanelSize) -> CongruentFolding | None:
         """The folding that stands for all congruent ones, with panels of a size (m); None if that is this one.
 
         It is a folding of the canonical circuit, whose symmetries map foldings onto each other: the one with the lowest
@@ -231,13 +238,13 @@ class Folding:
             raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
         corners, faces = circuit.grid.mesh(circuit.cells)
         vertices = tuple((length * x, width * y) for x, y in corners)
-        creases: dict[Pair, Crease] = {}
+        creases: dict[FacetPair, Crease] = {}
         for k, face in enumerate(self.hinge_faces):
             flat = k % (n // 2) == self.crease
             pair = (min(k, (k + 1) % n), max(k, (k + 1) % n))
-            creases[pair] = Crease(face, closes=not flat) if flat_pairs == "hinged" or not flat else RIGID
+            creases[pair] = Crease(face, closes=not flat) if flat_pairs == "hinged" or not flat else RIGID_CREASE
         if flat_pairs == "merged":
-            creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
+            creases |= {(min(pair), max(pair)): RIGID_CREASE for pair in self.mirror_pairs}
         return Pattern(vertices, tuple(faces), creases, thickness, of_circuit=True)
 
     def linkage(
@@ -257,13 +264,15 @@ class Folding:
         (8, 10)
         """
         if flat_pairs not in WAYS:
-            raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid', 'hinged' or 'merged'"))
+            raise HcsearchError(wrong_kind_message("flat_pairs", flat_pairs, "'rigid', 'hinged' or 'merged'"))
         if isinstance(panel, str):
             panel = read_panel(panel, self.circuit.grid.name)
-            if (doubt := doubt_of(panel)) is not None:
+            if (doubt := panel_size_doubt(panel)) is not None:
                 warnings.warn(doubt, HcsearchWarning, stacklevel=2)
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
-            raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
+            raise HcsearchError(
+                wrong_kind_message("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m")
+            )
         return _linkage(self, panel, flat_pairs)
 
 
@@ -276,7 +285,7 @@ def foldings(circuit: Circuit) -> list[Folding]:
     >>> foldings(Circuit.from_notation("hex:0234550132"))
     [Folding.from_notation('hex:0234550132:3'), Folding.from_notation('hex:0234550132:4')]
     """
-    expect("the circuit to fold", circuit, Circuit, "a Circuit, such as Circuit.from_notation('hex:0234550132')")
+    expect_kind("the circuit to fold", circuit, Circuit, "a Circuit, such as Circuit.from_notation('hex:0234550132')")
     words = np.array([circuit.word], np.int8)
     batch = fold(CircuitBatch(circuit.grid.name, words, np.ones(1, np.int16)))
     return [Folding(circuit, int(crease)) for crease in batch.crease]
@@ -304,7 +313,7 @@ def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: Pane
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
     """The folding with a given flat crease, or its opposite; NotationError when the circuit does not fold there."""
-    expect("the crease of a folding", crease, Integral, "the number of one of its flat creases")
+    expect_kind("the crease of a folding", crease, Integral, "the number of one of its flat creases")
     half = circuit.n // 2
     lower = crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease
     if not _folds_at(circuit, lower):
@@ -312,7 +321,7 @@ def folding_of(circuit: Circuit, crease: int) -> Folding:
     return Folding(circuit, lower)
 
 
-def why_none(n: int) -> str:
+def no_folding_reason(n: int) -> str:
     """Why circuits of n panels that do not fold into two stacks do not, in words."""
     if n % 2:
         return f"an odd number of panels, {n}, makes no two equal stacks"
@@ -322,7 +331,7 @@ def why_none(n: int) -> str:
 def _no_folding(circuit: Circuit, crease: int) -> NotationError:
     """The refusal of a crease that is flat in no folding."""
     creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
-    why = f", as {why_none(circuit.n)}" if circuit.n % 2 else ""
+    why = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
     others = f": its creases are {creases}" if creases else f" or any other{why}: choose a circuit that folds"
     return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
@@ -341,7 +350,7 @@ def split_crease(text: str) -> tuple[str, int | None]:
 @lru_cache(maxsize=16)
 def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Linkage:
     """As `Folding.linkage`, once where a path and a deployment of one folding are looked at in turn."""
-    from hcsearch.shape.linkage import Linkage, Twin  # noqa: PLC0415 - loads kernels that listing and showing do without
+    from hcsearch.shape.linkage import CongruentLinkage, Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
 
     size = panel or default_panel(folding.circuit.grid.name)
     pattern = folding.pattern(size, flat_pairs=flat_pairs)
@@ -352,12 +361,12 @@ def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Link
         # of a hinged pair one panel stands: that which stands for it in the congruent folding
         lowest = like.panels.index(like.folding.crease)
         other = like.folding.linkage(size, flat_pairs=flat_pairs)
-        twin = Twin.of(pattern, other, like.panels, np.array(like.turn))
+        twin = CongruentLinkage.of(pattern, other, like.panels, np.array(like.turn))
     return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({words})", twin)
 
 
 @lru_cache(maxsize=1024)
-def _likeness(circuit: Circuit, crease: int) -> Likeness | None:
+def _likeness(circuit: Circuit, crease: int) -> CongruentFolding | None:
     """As `Folding.likeness`, of the symmetries of a circuit's grid."""
     canonical, half = circuit.canonical(), circuit.n // 2
     ways = circuit.renumberings()
@@ -370,7 +379,7 @@ def _likeness(circuit: Circuit, crease: int) -> Likeness | None:
     upright = -1.0 if over and half % 2 else 1.0
     (a, b), (c, d) = _turn(circuit, canonical, way)
     turn = ((a, b, 0.0), (c, d, 0.0), (0.0, 0.0, upright))
-    return Likeness(Folding(canonical, lowest), tuple(map(way.panel, range(circuit.n))), turn)
+    return CongruentFolding(Folding(canonical, lowest), tuple(map(way.panel, range(circuit.n))), turn)
 
 
 def _turn(circuit: Circuit, canonical: Circuit, way: Renumbering) -> NDArray[np.float64]:

@@ -9,13 +9,13 @@ from hcsearch.basics.errors import SceneError
 
 PanelSize = tuple[float, float, float]
 """Length, width and thickness of a panel, m."""
-SMALLEST, LARGEST = 1e-6, 1e4
+MIN_PANEL_LENGTH, MAX_PANEL_LENGTH = 1e-6, 1e4
 """Lengths of panels, m."""
-SMALL_SIDE, LARGE_SIDE = 0.005, 20.0
+LIKELY_MIN_SIDE, LIKELY_MAX_SIDE = 0.005, 20.0
 """Sides below or above which a size was probably meant in another unit, m."""
-THICKEST = 0.2
+LIKELY_MAX_THICKNESS = 0.2
 """Greatest thickness that is likely to be meant, m."""
-ACROSS = "across "
+ACROSS_FLATS_PREFIX = "across "
 """Begins a text that gives the width across flats and the thickness, as in `across 1000x20`."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
@@ -35,8 +35,8 @@ def read_panel(text: str, grid: str | None = None) -> PanelSize:
     `rectangle` have three sizes. Of a known grid, `across 1000x20` gives the width across flats (of a triangle its
     height) and the thickness.
     """
-    if text.startswith(ACROSS) and grid is not None:
-        return _read_across(text.removeprefix(ACROSS).strip(), grid)
+    if text.startswith(ACROSS_FLATS_PREFIX) and grid is not None:
+        return _read_across(text.removeprefix(ACROSS_FLATS_PREFIX).strip(), grid)
     match = _PANEL.fullmatch(text)
     if match is None:
         raise SceneError(
@@ -51,10 +51,10 @@ def read_panel(text: str, grid: str | None = None) -> PanelSize:
             f"as {likely}"
         )
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
-    if not all(SMALLEST <= size <= LARGEST for size in sizes):
+    if not all(MIN_PANEL_LENGTH <= size <= MAX_PANEL_LENGTH for size in sizes):
         raise SceneError(
-            f"{text!r} is no panel: write length x width x thickness, from {1e3 * SMALLEST:g} to "
-            f"{1e3 * LARGEST:g} mm, such as 50x40x6"
+            f"{text!r} is no panel: write length x width x thickness, from {1e3 * MIN_PANEL_LENGTH:g} to "
+            f"{1e3 * MAX_PANEL_LENGTH:g} mm, such as 50x40x6"
         )
     return (length, width, thickness)
 
@@ -68,7 +68,7 @@ def _read_across(text: str, grid: str) -> PanelSize:
     return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
 
 
-def doubt_of(panel: PanelSize, across: str | None = None) -> str | None:
+def panel_size_doubt(panel: PanelSize, across: str | None = None) -> str | None:
     """A sentence on sizes that are probably not meant, with the likely ones; None where there is no doubt.
 
     Doubtful are sides of less than 5 mm, as of a size in metres, of more than 20 m, and panels thicker than half their
@@ -95,8 +95,8 @@ def _faults(panel: PanelSize) -> list[str]:
     """What is doubtful of the sizes of a panel, in words."""
     length, width, thickness = panel
     shortest, longest = min(length, width), max(length, width)
-    faults = [f"a side of less than {1e3 * SMALL_SIDE:g} mm"] if shortest < SMALL_SIDE else []
-    faults += [f"a side of more than {LARGE_SIDE:g} m"] if longest > LARGE_SIDE else []
+    faults = [f"a side of less than {1e3 * LIKELY_MIN_SIDE:g} mm"] if shortest < LIKELY_MIN_SIDE else []
+    faults += [f"a side of more than {LIKELY_MAX_SIDE:g} m"] if longest > LIKELY_MAX_SIDE else []
     return faults + (["a thickness of more than half their side"] if thickness > 0.5 * shortest else [])
 
 
@@ -111,7 +111,7 @@ def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
         turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
     for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
         first, second, last = (scale * size for size in turned)
-        if last <= THICKEST and not _faults((first / factor, second / factor, last)):
+        if last <= LIKELY_MAX_THICKNESS and not _faults((first / factor, second / factor, last)):
             return (first, second, last)
     return None
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.vocabulary import Way
 
-Words = NDArray[np.int8]
+CircuitWords = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
 
-NONE = np.iinfo(np.int32).min
+NO_NUMBER = np.iinfo(np.int32).min
 """In a batch of integers: there is no such number."""
 
 
@@ -28,7 +28,7 @@ class CircuitBatch(ByValue):
     """
 
     grid: str
-    words: Words
+    words: CircuitWords
     symmetry: Integers
 
     def __len__(self) -> int:
@@ -151,7 +151,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Lock:
+class StoredLock:
     """A proof that closed loops and stops keep a folding from coming from its packed to its flat state.
 
     way : how flat pairs are joined. decides : whether that is proved with it for every way that the scene allows.
@@ -177,7 +177,7 @@ class Evidence:
     """
 
     efforts: int
-    lock: Lock | None = None
+    lock: StoredLock | None = None
     critical: float | None = None
     unmet: float | None = None
 
@@ -244,7 +244,9 @@ class DeploymentBatch(ByValue):
         return ~np.isnan(self.clearance)
 
 
-def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def play_of_batch(
+    motion: MotionBatch, deployment: DeploymentBatch | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Needed margins and least gaps of the motions that give foldings their status, m; NaN without one.
 
     Those of the deployment where springs bring a folding flat, else those of its path.

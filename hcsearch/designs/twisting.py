@@ -7,13 +7,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.errors import expect
+from hcsearch.basics.errors import expect_kind
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import grid_named
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.circuits.folds import twist_words
 
-Vector = tuple[int, int, int]
+LatticeVector = tuple[int, int, int]
 
 
 def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.int16]:
@@ -36,7 +36,9 @@ def twist(folding: Folding) -> int:
     >>> twist(Folding.from_notation("hex:0234550132:4"))
     0
     """
-    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
+    expect_kind(
+        "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
+    )
     words = np.array([folding.circuit.word], np.int8)
     circuits = CircuitBatch(folding.circuit.grid.name, words, np.ones(1, np.int16))
     batch = FoldingBatch(np.zeros(1, np.int32), np.array([folding.crease], np.int16))
@@ -50,7 +52,9 @@ def gauss_linking(folding: Folding) -> int:
     in integer coordinates (an affine image, which changes no linking number) and projected along a direction in which
     no two points coincide; the crossings are counted with integer determinants. The sign changes under reflection.
     """
-    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
+    expect_kind(
+        "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
+    )
     centre, parallel = folded_band(folding)
     height = folding.circuit.n
     for trial in range(1, 100):
@@ -63,7 +67,7 @@ def gauss_linking(folding: Folding) -> int:
     raise AssertionError("no general direction among a hundred")  # pragma: no cover
 
 
-def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
+def folded_band(folding: Folding) -> tuple[list[LatticeVector], list[LatticeVector]]:
     """Corners of the closed centre line and of its parallel in the folded state, in eighths of a lattice step.
 
     A panel of layer z lies at height z; the lines run straight from crease to crease within a panel and straight up
@@ -77,7 +81,7 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
     first, second = (0, 0), steps[circuit.word[folding.crease]]
     origin = dict.fromkeys(folding.stacks[0], second) | dict.fromkeys(folding.stacks[1], first)
 
-    def corner(panel: int, direction: int, left: int) -> Vector:
+    def corner(panel: int, direction: int, left: int) -> LatticeVector:
         sign, offset = frames[panel]
         ex, ey = steps[(sign * direction + offset) % m]
         # the left-hand direction of step d is d + m/4; for six directions the sum of d + 1 and d + 2 points there
@@ -87,7 +91,7 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
         ox, oy = origin[panel]
         return (8 * ox + 4 * ex + left * tx, 8 * oy + 4 * ey + left * ty, layer[panel])
 
-    lines: tuple[list[Vector], list[Vector]] = ([], [])
+    lines: tuple[list[LatticeVector], list[LatticeVector]] = ([], [])
     for panel in range(n):
         entry, leaving = (circuit.word[panel - 1] + m // 2) % m, circuit.word[panel]
         for left, line in enumerate(lines):
@@ -97,12 +101,12 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
     return lines
 
 
-def _slant(line: list[Vector], across: tuple[int, int], scale: int) -> list[Vector]:
+def _slant(line: list[LatticeVector], across: tuple[int, int], scale: int) -> list[LatticeVector]:
     """The line as seen along a slanted direction: planar coordinates times `scale`, moved in proportion to height."""
     return [(scale * x + across[0] * z, scale * y + across[1] * z, z) for x, y, z in line]
 
 
-def _crossings(one: list[Vector], two: list[Vector]) -> int | None:
+def _crossings(one: list[LatticeVector], two: list[LatticeVector]) -> int | None:
     """Half the signed crossings of two closed lines seen from above; None when the view is not general."""
     total = 0
     for i, a in enumerate(one):
@@ -126,15 +130,15 @@ def _crossings(one: list[Vector], two: list[Vector]) -> int | None:
     return total // 2
 
 
-def _side(a: Vector, b: Vector, c: Vector) -> int:
+def _side(a: LatticeVector, b: LatticeVector, c: LatticeVector) -> int:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def _apart(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
+def _apart(a: LatticeVector, b: LatticeVector, c: LatticeVector, d: LatticeVector) -> bool:
     """Whether the bounding boxes of segments ab and cd have no point in common."""
     return any(max(a[i], b[i]) < min(c[i], d[i]) or max(c[i], d[i]) < min(a[i], b[i]) for i in (0, 1))
 
 
-def _height(a: Vector, b: Vector, side_a: int, side_b: int) -> Fraction:
+def _height(a: LatticeVector, b: LatticeVector, side_a: int, side_b: int) -> Fraction:
     """Height of segment ab where it crosses the line that a and b lie on the sides `side_a`, `side_b` of."""
     return a[2] + Fraction((b[2] - a[2]) * side_a, side_a - side_b)

@@ -13,7 +13,7 @@ from html import escape
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.cases.replays.replay import Replay, turned
+from hcsearch.cases.replays.replay import Replay, accumulated_turn
 from hcsearch.cases.replays.stacks import stacks_of
 from hcsearch.export.painting import painters_order
 from hcsearch.shape.drawing import svg_path
@@ -64,7 +64,7 @@ def animation_of(replay: Replay) -> str:
 
 def _even_steps(replay: Replay) -> Reals:
     """Fold angles of the frames, (FRAMES, n_hinges): springs are fast first, and long in coming to rest."""
-    length = turned(replay.angles)
+    length = accumulated_turn(replay.angles)
     return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAMES), length, replay.at))
 
 

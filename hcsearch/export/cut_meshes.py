@@ -6,8 +6,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from hcsearch.shape.mesh import Edge, Point, components
-from hcsearch.shape.pattern import Pair, Pattern
+from hcsearch.shape.mesh import Edge, PlanePoint, components
+from hcsearch.shape.pattern import FacetPair, Pattern
 
 Corner = tuple[int, int]
 """A facet, and the place of a corner in it; also the side that begins there."""
@@ -24,10 +24,10 @@ class Mesh:
     creases : the pair of facets of each crease.
     """
 
-    points: tuple[Point, ...]
+    points: tuple[PlanePoint, ...]
     faces: tuple[tuple[int, ...], ...]
     edges: tuple[Edge, ...]
-    creases: tuple[Pair, ...]
+    creases: tuple[FacetPair, ...]
 
 
 def mesh_of(pattern: Pattern) -> Mesh:
@@ -67,7 +67,7 @@ def mesh_of(pattern: Pattern) -> Mesh:
     return Mesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
-def _sides(pattern: Pattern, pair: Pair) -> tuple[Corner, Corner]:
+def _sides(pattern: Pattern, pair: FacetPair) -> tuple[Corner, Corner]:
     """The sides of two facets along their shared edge."""
     (first, second), (start, end) = pair, pattern.edges[pair]
     return (first, pattern.faces[first].index(start)), (second, pattern.faces[second].index(end))

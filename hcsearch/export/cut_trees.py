@@ -17,7 +17,7 @@ from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
 from hcsearch.scenes.laws import Law
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
@@ -84,7 +84,7 @@ class CutTree(ByValue):
 
 def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
     """The links of a scene; HcsearchError as of `compile_scene`."""
-    setup = settle(scene, linkage)
+    setup = setup_of_scene(scene, linkage)
     # frames of links are those of this linkage, and not of its twin
     compiled = compile_scene(replace(linkage, twin=None), setup, keep=frozenset(OMISSIONS))
     system, held = compiled.system, setup.held

@@ -18,8 +18,8 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.digits import strokes
 from hcsearch.export.settings import Profile, SheetKind
 from hcsearch.shape.labels import Labels
-from hcsearch.shape.mesh import Point
-from hcsearch.shape.pattern import Crease, Pair, Pattern
+from hcsearch.shape.mesh import PlanePoint
+from hcsearch.shape.pattern import Crease, FacetPair, Pattern
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -62,7 +62,7 @@ red, valleys blue, and creases that it does not drive magenta."""
 class Line:
     """A polyline, mm; of a panel or hinge by its label, or of the whole sheet."""
 
-    points: tuple[Point, ...]
+    points: tuple[PlanePoint, ...]
     closed: bool = False
     label: str = ""
 
@@ -75,11 +75,11 @@ class Sheet:
     height: float = 0.0
     lines: dict[str, list[Line]] = field(default_factory=lambda: {name: [] for name in LAYERS})
 
-    def add(self, layer: str, points: Sequence[Point], label: str = "", *, closed: bool = False) -> None:
+    def add(self, layer: str, points: Sequence[PlanePoint], label: str = "", *, closed: bool = False) -> None:
         """Add a polyline."""
         self.lines[layer].append(Line(tuple((float(x), float(y)) for x, y in points), closed, label))
 
-    def write(self, text: str, middle: Point, height: float) -> None:
+    def write(self, text: str, middle: PlanePoint, height: float) -> None:
         """Add a number, engraved about a point; with a line below where it may be read upside down."""
         for stroke in strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
             self.add("ENGRAVE", stroke, text)
@@ -111,7 +111,7 @@ class _Drawn:
         self.vertices = [(1e3 * x, 1e3 * y) for x, y in self.pattern.vertices]
         self.radii = [_radius(facet) for facet in self._polygons()]
 
-    def edge(self, pair: Pair) -> tuple[Point, Point]:
+    def edge(self, pair: FacetPair) -> tuple[PlanePoint, PlanePoint]:
         """The shared edge of two facets, the first on the left."""
         start, end = self.pattern.edges[pair]
         return self.vertices[start], self.vertices[end]
@@ -197,9 +197,11 @@ class _Drawn:
             raise HcsearchError(f"a kerf of {2 * kerf:g} mm closes a hole or a notch in an outline: give less")
         return grown
 
-    def _marks(self, facets: Sequence[Polygon]) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
+    def _marks(
+        self, facets: Sequence[Polygon]
+    ) -> dict[int, list[tuple[str, int, tuple[PlanePoint, PlanePoint], float]]]:
         """Of each panel the layer, the hinge, the side of a facet along it (facet on the left), the facet's radius."""
-        marks: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
+        marks: dict[int, list[tuple[str, int, tuple[PlanePoint, PlanePoint], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:
                 layer, hinge = _hinge_layer(crease), self.pattern.hinge_of(pair)
@@ -208,7 +210,7 @@ class _Drawn:
                     marks[self.pattern.panel_of[facet]].append((layer, hinge, side, _radius(facets[facet])))
         return marks
 
-    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point], radius: float) -> None:
+    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[PlanePoint, PlanePoint], radius: float) -> None:
         """The number of a hinge on the left of its edge, in a facet of a radius."""
         (x, y), (to_x, to_y) = _beside(edge, _NUMBER_INSET * radius, 1.0)
         sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
@@ -224,9 +226,9 @@ class _Drawn:
         sheet.write(label, middle, min(_PANEL_DIGIT * radius, 0.9 * room))
 
 
-def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
+def chains(edges: Sequence[tuple[PlanePoint, PlanePoint]]) -> list[list[PlanePoint]]:
     """Edges joined to polylines as long as they go without a branch; closed ones end where they begin."""
-    near: dict[Point, list[Point]] = defaultdict(list)
+    near: dict[PlanePoint, list[PlanePoint]] = defaultdict(list)
     for a, b in edges:
         near[a].append(b)
         near[b].append(a)
@@ -258,7 +260,7 @@ def _hinge_layer(crease: Crease) -> str:
     return "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
 
 
-def _strip(start: Point, end: Point, width: float, far: float) -> Polygon:
+def _strip(start: PlanePoint, end: PlanePoint, width: float, far: float) -> Polygon:
     """What lies left of the line from start to end by no more than a width, and all on its right that is near."""
     import shapely  # noqa: PLC0415 - as above
 
@@ -269,7 +271,7 @@ def _strip(start: Point, end: Point, width: float, far: float) -> Polygon:
     return shapely.Polygon([(corner.real, corner.imag) for corner in corners])
 
 
-def _side_along(facet: Polygon, edge: tuple[Point, Point]) -> tuple[Point, Point]:
+def _side_along(facet: Polygon, edge: tuple[PlanePoint, PlanePoint]) -> tuple[PlanePoint, PlanePoint]:
     """The side of a convex facet that is parallel to an edge on its right, and nearest to it."""
     a, b = complex(*edge[0]), complex(*edge[1])
     along = (b - a) / abs(b - a)
@@ -280,7 +282,7 @@ def _side_along(facet: Polygon, edge: tuple[Point, Point]) -> tuple[Point, Point
     return (start.real, start.imag), (end.real, end.imag)
 
 
-def _beside(edge: tuple[Point, Point], inset: float, share: float) -> tuple[Point, Point]:
+def _beside(edge: tuple[PlanePoint, PlanePoint], inset: float, share: float) -> tuple[PlanePoint, PlanePoint]:
     """A line on the left of an edge, over a share of its length about the middle."""
     a, b = complex(*edge[0]), complex(*edge[1])
     along = (b - a) / abs(b - a)
@@ -293,12 +295,12 @@ def _radius(facet: Polygon) -> float:
     return 2.0 * float(facet.area) / float(facet.length)
 
 
-def _middle(polygon: Polygon) -> Point:
+def _middle(polygon: Polygon) -> PlanePoint:
     point = polygon.centroid if polygon.covers(polygon.centroid) else polygon.representative_point()
     return point.x, point.y
 
 
-def _rings(polygons: Polygon) -> list[list[Point]]:
+def _rings(polygons: Polygon) -> list[list[PlanePoint]]:
     """The outer rings and holes of one or more polygons, without straight corners, the first point not repeated."""
     import shapely  # noqa: PLC0415 - as above
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.shape.mesh import Point
+from hcsearch.shape.mesh import PlanePoint
 
 WIDE, APART, BELOW = 0.5, 0.3, 0.25
 """Width of a digit, the space after it, and that above a line below, over its height."""
@@ -21,7 +21,7 @@ _PATHS: dict[str, tuple[str, ...]] = {
     "9": ("DCABFE",),
     "+": ("CD", "XY"),
 }
-_CORNERS: dict[str, Point] = {
+_CORNERS: dict[str, PlanePoint] = {
     "A": (0.0, 1.0),
     "B": (WIDE, 1.0),
     "C": (0.0, 0.5),
@@ -36,7 +36,7 @@ _CORNERS: dict[str, Point] = {
 }
 
 
-def strokes(text: str, middle: Point, height: float, *, underlined: bool = False) -> list[list[Point]]:
+def strokes(text: str, middle: PlanePoint, height: float, *, underlined: bool = False) -> list[list[PlanePoint]]:
     """Polylines of a text of digits and pluses, of a height, about a point."""
     step = WIDE + APART
     wide = step * len(text) - APART

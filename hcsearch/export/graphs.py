@@ -7,7 +7,7 @@ from typing import Any
 
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.shape.pattern import Pair, Pattern
+from hcsearch.shape.pattern import FacetPair, Pattern
 
 Array = Folding | Circuit | Pattern
 """What graphs are of: a folding, a circuit without a choice of creases, or the pattern of an assembly."""
@@ -47,7 +47,7 @@ def graph6_of(array: Array) -> bytes:
     return line
 
 
-def neighbours(array: Array) -> tuple[int, list[Pair]]:
+def neighbours(array: Array) -> tuple[int, list[FacetPair]]:
     """Return the number of panels (facets, of an assembly), and the pairs that share an edge."""
     if isinstance(array, Pattern):
         return len(array.facets), sorted(array.edges)

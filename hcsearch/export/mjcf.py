@@ -16,7 +16,7 @@ from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.motion.collision.margins import check_margin
 from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup, natural_seconds, settle
+from hcsearch.scenes.setup import Setup, natural_seconds, setup_of_scene
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -50,7 +50,7 @@ def mjcf_of(
     as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear, and
     for panels that are too small for MuJoCo.
     """
-    setup = settle(scene, linkage)
+    setup = setup_of_scene(scene, linkage)
     tree = cut_tree(linkage, labels, setup)
     _check_size(tree)
     timestep = timestep or natural_seconds(setup, linkage) / STEPS

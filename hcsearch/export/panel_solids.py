@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.shape.labels import Labels, is_name, ranges
+from hcsearch.shape.labels import Labels, is_label, label_ranges
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import sides_of
 from hcsearch.shape.pattern import Pattern
@@ -42,7 +42,7 @@ class Solid(ByValue):
     points: Reals
     facets: tuple[tuple[int, ...], ...]
     outlines: tuple[tuple[int, ...], ...]
-    wall: Whole
+    wall: WholeNumbers
     sides: tuple[Side, ...]
     thickness: float
 
@@ -63,7 +63,7 @@ class Solid(ByValue):
         return faces + [Face(side, (a, b, b + n, a + n)) for (a, b), side in walls]
 
     @property
-    def triangles(self) -> Whole:
+    def triangles(self) -> WholeNumbers:
         """The faces as triangles, (n, 3), numbers of vertices."""
         return np.array([t for face in self.faces for t in fan(face.corners)], np.int64)
 
@@ -102,8 +102,8 @@ def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
     """The panel of a name, None for all where no name is given; HcsearchError where there is none of that name."""
     if name is None:
         return None
-    if not is_name(name):
-        raise HcsearchError(f"there is no panel {name!r}: the panels are {ranges(labels.panels)}")
+    if not is_label(name):
+        raise HcsearchError(f"there is no panel {name!r}: the panels are {label_ranges(labels.panels)}")
     return (labels.panel(name),)
 
 

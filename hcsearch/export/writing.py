@@ -9,7 +9,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.case import Case
 from hcsearch.cases.names import design_named
 from hcsearch.cases.places import Place
-from hcsearch.cases.replays.sources import By, replay_case
+from hcsearch.cases.replays.sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
@@ -32,16 +32,16 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
     return Settings(**given)
 
 
-def check_motion(wanted: Format, by: By | None, state: State) -> None:
+def check_motion(wanted: Format, by: ReplaySource | None, state: State) -> None:
     """Refuse a motion that does not exist, or that a format has no place for."""
-    if by is not None and by not in get_args(By):
-        raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(By))}")
+    if by is not None and by not in get_args(ReplaySource):
+        raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(ReplaySource))}")
     if by is not None and not (wanted.of == "motion" or wanted.frames or _is_share(wanted, state)):
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
 
 
-def exported_case(case: Case, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
+def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, state: State = "flat") -> Exported:
     """Give a case as a format takes it, with its motion where the format or the state asks for one.
 
     by : where the motion comes from (`replay_case`). HcsearchError where there is no such motion, and for a share of a
@@ -76,7 +76,7 @@ def export_files(
     what: str | Folding | Circuit | Case,
     wanted: Format,
     settings: Settings,
-    motion: By | None = None,
+    motion: ReplaySource | None = None,
     db: Place | None = None,
     **named: Any,
 ) -> tuple[Exported, dict[str, bytes]]:

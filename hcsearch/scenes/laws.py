@@ -26,17 +26,17 @@ from pathlib import Path
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError, NotationError
-from hcsearch.scenes.spring_files import check_angles, read_moments
+from hcsearch.scenes.spring_files import check_angles, read_law_points
 
 Cubic = tuple[float, float, float, float]
 
-LARGEST, APART = 1e300, 1e-9
+MAX_LAW_VALUE, MIN_LAW_ANGLE_STEP = 1e300, 1e-9
 """The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
 _OVERFLOW = "a law's moments or energies overflow: give smaller moments, or angles further apart"
-MOST_FACTORS = 10
-"""In front of a law: each `scaled` adds one."""
+MAX_LAW_FACTORS = 10
+"""In front of a law: each `scaled_law` adds one."""
 
 
 def _integral(cubic: Cubic, x: float) -> float:
@@ -119,18 +119,18 @@ class Law:
         return max(0.0, (branch.moment(math.pi) - self.straight.moment(0.0)) / math.pi)
 
 
-FREE = Law(LawBranch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
+FREE_LAW = Law(LawBranch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
 """No moment."""
 
 
 @lru_cache(maxsize=4096)  # one scene's springs return in hundreds of others
-def linear(stiffness: float, preload: float = 0.0) -> Law:
+def linear_law(stiffness: float, preload: float = 0.0) -> Law:
     """Moment preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
     _finite(stiffness, preload)
     return _preloaded(Law(_one(0.0, stiffness), text=f"linear:{_short(stiffness)}"), preload)
 
 
-def quadratic(stiffness: float, growth: float, preload: float = 0.0) -> Law:
+def quadratic_law(stiffness: float, growth: float, preload: float = 0.0) -> Law:
     """Moment preload + stiffness angle + growth angle^2; N m/rad, N m/rad^2, N m.
 
     A spring that is stiffer at large angles, as the thesis's may have been (4.6): growth above 0.
@@ -140,7 +140,7 @@ def quadratic(stiffness: float, growth: float, preload: float = 0.0) -> Law:
     return _preloaded(Law(_one(0.0, stiffness, growth), text=text), preload)
 
 
-def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float = 0.0) -> Law:
+def tabulated_law(angles: Iterable[float], moments: Iterable[float], preload: float = 0.0) -> Law:
     """A law through points, two or more; fold angles in rad, increasing, moments in N m.
 
     Cubic Hermite pieces that rise and fall where the points do (Fritsch and Butland 1984, SciPy's PchipInterpolator);
@@ -155,7 +155,7 @@ def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float 
         raise HcsearchError(f"a table of {len(x)} points makes no law: give two points at least")
     _finite(*x, *y, preload)
     for one, two in pairwise(x):
-        if not two - one >= APART:
+        if not two - one >= MIN_LAW_ANGLE_STEP:
             raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
     with np.errstate(all="ignore"):
         try:
@@ -167,7 +167,7 @@ def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float 
     return _preloaded(Law(branch, text=f"table:{text}"), preload)
 
 
-def tape_spring(peak: float, peak_angle: float, low: float, back: float | None = None, preload: float = 0.0) -> Law:
+def tape_spring_law(peak: float, peak_angle: float, low: float, back: float | None = None, preload: float = 0.0) -> Law:
     """A tape spring, bent in its positive sense (Seffen and Pellegrino 1999; thesis 2.4 and figure 2.11b).
 
     Straight, its moment rises in proportion from O to A; there it snaps to B, and bent it is constant, whether the fold
@@ -198,7 +198,7 @@ def tape_spring(peak: float, peak_angle: float, low: float, back: float | None =
     return _preloaded(Law(_one(0.0, stiffness), _one(low), float(peak_angle), angle, text), preload)
 
 
-def scaled(law: Law, factor: float) -> Law:
+def scaled_law(law: Law, factor: float) -> Law:
     """A law with its moments multiplied: that of several springs in parallel."""
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
@@ -221,18 +221,18 @@ def law_named(text: str) -> Law:
     while factor := re.match(rf"({_NUMBER})\*\s*", name, re.ASCII):
         factors.append(float(factor[1]))
         name = name[factor.end() :]
-    if len(factors) > MOST_FACTORS:
+    if len(factors) > MAX_LAW_FACTORS:
         raise NotationError(f"{len(factors)} factors in front of a law: multiply them, such as 6*linear:0.1")
     law = _plain(name, text)
     for number in reversed(factors):
-        law = scaled(law, number)
+        law = scaled_law(law, number)
     return law
 
 
 def _plain(name: str, text: str) -> Law:
     """The law of a notation without a factor; `text` has them."""
-    if name == FREE.text:
-        return FREE
+    if name == FREE_LAW.text:
+        return FREE_LAW
     kind, _, rest = name.partition(":")
     for pattern, make in _NOTATIONS.get(kind, ()):
         match = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
@@ -247,21 +247,21 @@ def _of_numbers(make: Callable[..., Law], text: str, preload: float) -> Law:
 
 def _from_points(text: str, preload: float) -> Law:
     numbers = _numbers(text)
-    return tabulated(numbers[1::2], numbers[::2], preload)
+    return tabulated_law(numbers[1::2], numbers[::2], preload)
 
 
 def _from_file(name: str, preload: float) -> Law:
     """The law of a table in a file."""
-    angles, moments = read_moments(_expanded(name))
+    angles, moments = read_law_points(_expanded(name))
     if len(angles) > 1 and (np.diff(angles) < 0.0).all():
         angles, moments = angles[::-1], moments[::-1]
     for one, two in pairwise(angles):
-        if not two - one >= APART:
+        if not two - one >= MIN_LAW_ANGLE_STEP:
             raise HcsearchError(
                 f"angle {two:.6g} rad of {name} comes after {one:.6g}: sort it, each angle once, or fit a law to its "
                 "rows by hcsearch identify spring"
             )
-    return tabulated(angles, moments, preload)
+    return tabulated_law(angles, moments, preload)
 
 
 def spring_law(text: str, folder: Path) -> str:
@@ -303,13 +303,13 @@ def _numbers(text: str) -> list[float]:
 
 
 _NOTATIONS: dict[str, tuple[tuple[str, Callable[[str, float], Law]], ...]] = {
-    "linear": ((_NUMBER, lambda text, preload: linear(float(text), preload)),),
-    "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic, text, preload)),),
+    "linear": ((_NUMBER, lambda text, preload: linear_law(float(text), preload)),),
+    "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic_law, text, preload)),),
     "table": (
         (_POINTS, _from_points),
         (_FILE, _from_file),
     ),
-    "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring, text, preload)),),
+    "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring_law, text, preload)),),
 }
 _EXAMPLES = (
     "free",
@@ -348,11 +348,13 @@ def _short(number: float) -> str:
 def _finite(*numbers: float) -> None:
     """Refuse what is no number, or too large to be multiplied."""
     for number in numbers:
-        if not abs(number) <= LARGEST:
-            raise HcsearchError(f"{number} is no moment or angle: give finite numbers (N m, rad) up to {LARGEST:g}")
+        if not abs(number) <= MAX_LAW_VALUE:
+            raise HcsearchError(
+                f"{number} is no moment or angle: give finite numbers (N m, rad) up to {MAX_LAW_VALUE:g}"
+            )
 
 
-def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:
+def tables_of_laws(laws: Sequence[Law]) -> tuple[WholeNumbers, Reals, Reals, Reals]:
     """The laws as tables: pieces (n, 2, 2) of both branches, breaks, cubics, energies at the breaks."""
     pieces = np.zeros((len(laws), 2, 2), np.int64)
     breaks: list[float] = []

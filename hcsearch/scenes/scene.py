@@ -8,11 +8,18 @@ from dataclasses import dataclass, fields, replace
 
 from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.basics.vocabulary import WAYS, Way
-from hcsearch.designs.panel_sizes import ACROSS, PanelSize, default_panel, doubt_of, panel_text, read_panel
+from hcsearch.designs.panel_sizes import (
+    ACROSS_FLATS_PREFIX,
+    PanelSize,
+    default_panel,
+    panel_size_doubt,
+    panel_text,
+    read_panel,
+)
 
-Vector = tuple[float, float, float]
+SceneVector = tuple[float, float, float]
 
-DEFAULT = "default"
+DEFAULT_SCENE_NAME = "default"
 """The scene that is meant where none is named."""
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
 
@@ -50,7 +57,7 @@ class Scene:
     SceneError for values that a scene cannot have.
     """
 
-    name: str = DEFAULT
+    name: str = DEFAULT_SCENE_NAME
     panel: PanelSize | None = None
     density: float = 547.0
     areal_mass: float | None = None
@@ -61,10 +68,10 @@ class Scene:
     spring_range: tuple[float, float] | None = None
     damping_time: float = 0.043
     damping: float | None = None
-    gravity: Vector = (0.0, 0.0, 0.0)
+    gravity: SceneVector = (0.0, 0.0, 0.0)
     held: str = "bottom"
     base_mass: float = 0.0
-    base_inertia: Vector = (0.0, 0.0, 0.0)
+    base_inertia: SceneVector = (0.0, 0.0, 0.0)
     start: float = 0.999
     restitution: float = 0.0
     seconds: float | None = None
@@ -76,9 +83,9 @@ class Scene:
     def __post_init__(self) -> None:
         changed = {own.name for own in fields(self) if getattr(self, own.name) != own.default}
         if changed - {"name"} or not isinstance(self.name, str):
-            from hcsearch.scenes.values import checked  # noqa: PLC0415 - the command line needs the names of scenes alone
+            from hcsearch.scenes.values import checked_scene_values  # noqa: PLC0415 - the command line needs the names of scenes alone
 
-            for name, value in checked({name: getattr(self, name) for name in changed}).items():
+            for name, value in checked_scene_values({name: getattr(self, name) for name in changed}).items():
                 object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
@@ -146,23 +153,25 @@ def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
     """Give a scene the panels that a text asks for; HcsearchWarning where sizes are probably not meant."""
     sized = scene if panel is None else with_panel(scene, read_panel(panel, grid), grid)
     if sized.panel is not None:
-        warn_of(sized.panel, panel, grid)
+        warn_of_panel_size(sized.panel, panel, grid)
     return sized
 
 
-def warn_of(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
+def warn_of_panel_size(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
     """Issue a HcsearchWarning for sizes that are probably not meant; text : that gave them, on a grid."""
-    doubt = doubt_of(panel, grid if text is not None and text.startswith(ACROSS) else None)
+    doubt = panel_size_doubt(panel, grid if text is not None and text.startswith(ACROSS_FLATS_PREFIX) else None)
     if doubt is not None:
         warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 
 
 def joined_name(base: str, *parts: str) -> str:
     """The name of a scene that differs from another one; what it shares with `default` goes without saying."""
-    return ", ".join(part for part in (base if base != DEFAULT else "", *parts) if part) or DEFAULT
+    return (
+        ", ".join(part for part in (base if base != DEFAULT_SCENE_NAME else "", *parts) if part) or DEFAULT_SCENE_NAME
+    )
 
 
-def check_name(name: str) -> str:
+def check_scene_name(name: str) -> str:
     """The name of a scene; SceneError where it could not be written on a command line."""
     if not _NAME.fullmatch(name):
         raise SceneError(f"{name[:60]!r} is no name of a scene: write letters, digits, - and _, such as solar")

@@ -10,8 +10,8 @@ from typing import Any
 from hcsearch.basics.errors import SceneError
 from hcsearch.basics.vocabulary import FORMULATIONS
 from hcsearch.designs.panel_sizes import panel_text, read_panel
-from hcsearch.scenes.scene import DEFAULT, SCENES, Scene
-from hcsearch.scenes.values import MOST, read_value, shown, with_points
+from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene
+from hcsearch.scenes.values import MAX_SCENE_VALUE, read_scene_value, shown_value, with_table_points
 from hcsearch.system.reading import parse_toml, read_toml
 
 _IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
@@ -45,11 +45,11 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
     for key, value in values.items():
         if key not in known:
             raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
-        changes[key] = read_value(key, value)
+        changes[key] = read_scene_value(key, value)
     return replace(scene, **changes)
 
 
-def read_file(path: str) -> dict[str, Any]:
+def read_scene_file(path: str) -> dict[str, Any]:
     """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
@@ -59,13 +59,13 @@ def read_file(path: str) -> dict[str, Any]:
     """
     table = _checked(path, read_toml(path))
     folder = Path(path).parent
-    table = with_points(table, folder)
+    table = with_table_points(table, folder)
     if "scene" in table:
-        table["scene"] = with_points(table["scene"], folder)
+        table["scene"] = with_table_points(table["scene"], folder)
     return table
 
 
-def read_text(text: str, origin: str) -> dict[str, Any]:
+def read_scene_text(text: str, origin: str) -> dict[str, Any]:
     """The same from a text; origin : what it is called in messages."""
     try:
         table = parse_toml(text)
@@ -77,23 +77,23 @@ def read_text(text: str, origin: str) -> dict[str, Any]:
 def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
-        raise SceneError(f"{path} has the unknown key {shown(min(unknown))}: see docs/reference/scenes.md")
+        raise SceneError(f"{path} has the unknown key {shown_value(min(unknown))}: see docs/reference/scenes.md")
     if "design" in table and "assembly" in table:
         raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
     for key, (kind, example) in _KINDS.items():
         if key in table and not isinstance(table[key], kind):
-            raise SceneError(f"{path} has {key} = {shown(table[key])}: write {example}")
+            raise SceneError(f"{path} has {key} = {shown_value(table[key])}: write {example}")
     if table.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
         names = ", ".join(FORMULATIONS)
-        raise SceneError(f"{path} has formulation = {shown(table['formulation'])}: write one of {names}")
+        raise SceneError(f"{path} has formulation = {shown_value(table['formulation'])}: write one of {names}")
     if not isinstance(table.get("scene", {}).get("name", ""), str):
         raise SceneError(
-            f"{path} starts from the scene {shown(table['scene']['name'])}: choose one of {', '.join(SCENES)}"
+            f"{path} starts from the scene {shown_value(table['scene']['name'])}: choose one of {', '.join(SCENES)}"
         )
     for key, value in table.get("parameters", {}).items():
         if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
             example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
-            raise SceneError(f"{path} has {key} = {shown(value)}: write {example}")
+            raise SceneError(f"{path} has {key} = {shown_value(value)}: write {example}")
     return table
 
 
@@ -103,7 +103,7 @@ def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str |
     grid : of the panels, where that is known: those of `rectangle` have three sizes.
     """
     given = dict(table.get("scene", {}))
-    name = given.pop("name", DEFAULT)
+    name = given.pop("name", DEFAULT_SCENE_NAME)
     values = given | {key: table[key] for key in _ON_TOP if key in table}
     if "panel_mm" in table:
         values["panel"] = table["panel_mm"]
@@ -116,13 +116,13 @@ def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str |
 
 
 def _metres(key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= MOST:
-        raise SceneError(f"{key} cannot be {shown(value)}: give a number from 0 to {MOST:g}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= MAX_SCENE_VALUE:
+        raise SceneError(f"{key} cannot be {shown_value(value)}: give a number from 0 to {MAX_SCENE_VALUE:g}")
     return float(f"{value * 1e-3:.10g}")
 
 
-def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
-    """Write a file that `read_file` reads: what is deployed, and all of its scene that differs from `default`.
+def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
+    """Write a file that `read_scene_file` reads: what is deployed, and all of its scene that differs from `default`.
 
     facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone.
     """
@@ -132,7 +132,7 @@ def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -
     values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
     own = {key: value for key, value in values.items() if key != "name" and value != getattr(plain, key)}
     table: dict[str, Any] = {key: value for key, value in facts.items() if not isinstance(value, Mapping)}
-    if scene.name != DEFAULT:
+    if scene.name != DEFAULT_SCENE_NAME:
         table["name"] = scene.name
     if formulation is not None:
         table["formulation"] = formulation

@@ -16,19 +16,19 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.motion.collision.margins import EDGE, margin_of, scale_of
-from hcsearch.scenes.laws import Law, law_named, linear
-from hcsearch.scenes.scene import DEFAULT, SCENES, Scene, Vector
+from hcsearch.motion.collision.margins import REFERENCE_EDGE_LENGTH, margin_of, scale_of
+from hcsearch.scenes.laws import Law, law_named, linear_law
+from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
 
-SECONDS = 1.0
+DEFAULT_SCENE_SECONDS = 1.0
 """How long the scene `default` is given, s."""
-SOFTEST, STIFFEST = 0.001, 0.2
+MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS = 0.001, 0.2
 """Bounds of the stiffness of a spring there, N m/rad (thesis 4.5.4)."""
 _STANDARD_GRAVITY = 9.81
-_PLAIN = SCENES[DEFAULT]
+_PLAIN = SCENES[DEFAULT_SCENE_NAME]
 _PLAIN_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
 
 
@@ -52,11 +52,11 @@ class Setup:
     spring_range: tuple[float, float]
     damping_time: float
     damping: float
-    gravity: Vector
+    gravity: SceneVector
     held: int
     free: bool
     base_mass: float
-    base_inertia: Vector
+    base_inertia: SceneVector
     start: float
     restitution: float
     seconds: float
@@ -78,7 +78,7 @@ class Setup:
         return replace(self, laws=laws, held=twin.panels[self.held], gravity=_turned(linkage, self.gravity))
 
 
-def settle(scene: Scene | Setup, linkage: Linkage) -> Setup:
+def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     """Put a scene into numbers of a linkage; a setup stays as it is.
 
     Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never
@@ -95,7 +95,7 @@ def settle(scene: Scene | Setup, linkage: Linkage) -> Setup:
         density=scene.density_of(like.pattern.thickness),
         margin=float(f"{margin_of(like):.10g}") if scene.margin is None else scene.margin,
         laws=_laws(scene, linkage, labels),
-        spring_range=scene.spring_range or (SOFTEST, STIFFEST),
+        spring_range=scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
         damping_time=scene.damping_time if scene.damping is None else 0.0,
         damping=scene.damping or 0.0,
         gravity=scene.gravity,
@@ -105,7 +105,7 @@ def settle(scene: Scene | Setup, linkage: Linkage) -> Setup:
         base_inertia=scene.base_inertia,
         start=scene.start,
         restitution=scene.restitution,
-        seconds=scene.seconds or SECONDS,
+        seconds=scene.seconds or DEFAULT_SCENE_SECONDS,
         stop_stiffness=scene.stop_stiffness,
         stop_damping=scene.stop_damping,
         cut_stiffness=scene.cut_stiffness,
@@ -114,14 +114,14 @@ def settle(scene: Scene | Setup, linkage: Linkage) -> Setup:
     seconds, scale = _scales(setup, linkage)
     return replace(
         setup,
-        spring_range=scene.spring_range or (_short(SOFTEST * scale), _short(STIFFEST * scale)),
-        seconds=_short(SECONDS * seconds) if scene.seconds is None else scene.seconds,
+        spring_range=scene.spring_range or (_short(MIN_SPRING_STIFFNESS * scale), _short(MAX_SPRING_STIFFNESS * scale)),
+        seconds=_short(DEFAULT_SCENE_SECONDS * seconds) if scene.seconds is None else scene.seconds,
     )
 
 
 def natural_seconds(setup: Setup, linkage: Linkage) -> float:
     """Return how long a motion is simulated where its scene does not say, s."""
-    return _short(SECONDS * _scales(setup, linkage)[0])
+    return _short(DEFAULT_SCENE_SECONDS * _scales(setup, linkage)[0])
 
 
 def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
@@ -137,7 +137,7 @@ def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
     return seconds, _short(springs or inertia)
 
 
-def written(setup: Setup, scene: Scene, labels: Labels) -> Scene:
+def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
     """Write a setup as the scene it was made of, in which nothing is left open any more.
 
     labels : of the linkage. Springs of single hinges are listed unless all have the scene's.
@@ -158,7 +158,7 @@ def written(setup: Setup, scene: Scene, labels: Labels) -> Scene:
 
 def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setup:
     """Put a linear spring at every hinge, N m/rad in their order; 0 is none, and with it no damper."""
-    return replace(setup, laws=tuple(linear(float(stiffness)) for stiffness in stiffnesses))
+    return replace(setup, laws=tuple(linear_law(float(stiffness)) for stiffness in stiffnesses))
 
 
 def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, ...]:
@@ -173,7 +173,7 @@ def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, .
     return tuple(law_named(scene.spring if law is None else law) for law in laws)
 
 
-def _turned(linkage: Linkage, gravity: Vector) -> Vector:
+def _turned(linkage: Linkage, gravity: SceneVector) -> SceneVector:
     """Gravity as the twin of a linkage sees it."""
     assert linkage.twin is not None
     x, y, z = (float(part) for part in linkage.twin.turn @ np.array(gravity))
@@ -184,7 +184,7 @@ def _mass(linkage: Linkage, density: float) -> float:
     """Mean mass of a facet over that of a regular panel of the scene `default` with as many corners."""
     facets = linkage.pattern.facets
     corners = len(facets[0])
-    regular = 0.25 * corners * EDGE**2 / math.tan(math.pi / corners)
+    regular = 0.25 * corners * REFERENCE_EDGE_LENGTH**2 / math.tan(math.pi / corners)
     mean = sum(map(facet_area, facets)) / len(facets)
     return (density * mean * linkage.pattern.thickness) / (_PLAIN.density * regular * default_panel("square")[2])
 

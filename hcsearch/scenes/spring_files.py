@@ -11,15 +11,15 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.columns import Columns, canonical, read_columns, renamed
 from hcsearch.system.reading import MOST_BYTES
 
-ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
-MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
+ANGLE_COLUMN_UNITS = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
+MOMENT_COLUMN_UNITS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 _SPELLINGS = {"angle_degrees": "angle_deg", "moment_nm": "moment_N_m", "moment_nmm": "moment_N_mm"}
-_NAMES = {canonical(name): name for name in (*ANGLES, *MOMENTS)} | _SPELLINGS
-FOLDED = math.pi + 0.01
+_NAMES = {canonical(name): name for name in (*ANGLE_COLUMN_UNITS, *MOMENT_COLUMN_UNITS)} | _SPELLINGS
+MAX_FOLD_ANGLE = math.pi + 0.01
 """The greatest fold angle (rad): gauges are set to zero by eye, and pi is rounded."""
 
 
-def read_moments(path: str, *, most: int = MOST_BYTES, turn: float = FOLDED) -> tuple[Reals, Reals]:
+def read_law_points(path: str, *, most: int = MOST_BYTES, turn: float = MAX_FOLD_ANGLE) -> tuple[Reals, Reals]:
     """Fold angles (rad) and moments (N m) of a file with one column of each, in any of the units named above.
 
     Other columns are left out. The rows keep their order. most : size of the file in bytes. turn : the greatest angle
@@ -28,7 +28,7 @@ def read_moments(path: str, *, most: int = MOST_BYTES, turn: float = FOLDED) -> 
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
     columns = renamed(read_columns(path, "angle_rad,moment_N_m", what="the table", most=most), _NAMES, "angle_rad")
-    names = _only(columns, ANGLES), _only(columns, MOMENTS)
+    names = _only(columns, ANGLE_COLUMN_UNITS), _only(columns, MOMENT_COLUMN_UNITS)
     texts = zip(*map(columns.texts, names), strict=True)
     rows = tuple(row for row, cells in zip(columns.rows, texts, strict=True) if any(cells))
     columns = Columns(path, columns.names, rows)
@@ -36,14 +36,14 @@ def read_moments(path: str, *, most: int = MOST_BYTES, turn: float = FOLDED) -> 
     for k in np.flatnonzero(np.isnan(angles) | np.isnan(moments)):
         name = names[0] if math.isnan(angles[k]) else names[1]
         raise columns.fault(int(k), name, "leave the row out, or write the number that was measured")
-    angles, moments = angles * ANGLES[names[0]], moments * MOMENTS[names[1]]
+    angles, moments = angles * ANGLE_COLUMN_UNITS[names[0]], moments * MOMENT_COLUMN_UNITS[names[1]]
     hint = ", or name the column angle_deg if it is in degrees" if names[0] == "angle_rad" else ""
     check_angles(angles, path, hint, turn)
     _check_signs(angles, moments, path)
     return angles, moments
 
 
-def check_angles(angles: Reals, where: str, hint: str = "", turn: float = FOLDED) -> None:
+def check_angles(angles: Reals, where: str, hint: str = "", turn: float = MAX_FOLD_ANGLE) -> None:
     """Refuse angles (rad) that no hinge has; where : what holds them. hint : what may be wrong with large ones."""
     if not len(angles):
         return

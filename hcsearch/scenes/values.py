@@ -7,20 +7,20 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hcsearch.basics.errors import SceneError, refusal
+from hcsearch.basics.errors import SceneError, wrong_kind_message
 from hcsearch.basics.vocabulary import WAYS, Way
-from hcsearch.designs.panel_sizes import LARGEST, SMALLEST, read_panel
+from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
 
 Reader = Callable[[str, Any], Any]
 
-MOST = 1e12
+MAX_SCENE_VALUE = 1e12
 """Of all numbers of a scene but shares."""
-_ABOVE, _SHARE = (1e-9, MOST), (0.0, 1.0)
+_ABOVE, _SHARE = (1e-9, MAX_SCENE_VALUE), (0.0, 1.0)
 _LIMITS = {"density": _ABOVE, "areal_mass": _ABOVE, "seconds": _ABOVE, "start": _SHARE, "restitution": _SHARE}
-"""The least and the greatest value of numbers that have others than 0 and `MOST`."""
+"""The least and the greatest value of numbers that have others than 0 and `MAX_SCENE_VALUE`."""
 
 
-def checked(values: Mapping[str, Any]) -> dict[str, Any]:
+def checked_scene_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Check values of a scene made in Python; SceneError for those that a scene cannot have.
 
     Points of tables take the place of files, which count from the current folder.
@@ -30,11 +30,11 @@ def checked(values: Mapping[str, Any]) -> dict[str, Any]:
         if name in _AS_MADE:
             is_right, wanted = _AS_MADE[name]
             if not is_right(value):
-                raise SceneError(refusal(name, value, wanted))
+                raise SceneError(wrong_kind_message(name, value, wanted))
         elif name not in _READERS and not isinstance(value, Real):
-            raise SceneError(refusal(name, value, "a number"))
-        read[name] = value if name == "name" else read_value(name, value)
-    return with_points(read, Path())
+            raise SceneError(wrong_kind_message(name, value, "a number"))
+        read[name] = value if name == "name" else read_scene_value(name, value)
+    return with_table_points(read, Path())
 
 
 def _is_text(value: Any) -> bool:
@@ -47,7 +47,7 @@ def _is_name(value: Any) -> bool:
 
 def _is_size(value: Any) -> bool:
     return isinstance(value, tuple) and len(value) == 3 and all(
-        isinstance(length, (int, float)) and SMALLEST <= length <= LARGEST for length in value
+        isinstance(length, (int, float)) and MIN_PANEL_LENGTH <= length <= MAX_PANEL_LENGTH for length in value
     )  # fmt: skip
 
 
@@ -67,7 +67,7 @@ _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
 """Values of a scene in Python that differ from those of files: whether one is right, and what to give."""
 
 
-def read_value(key: str, value: Any) -> Any:
+def read_scene_value(key: str, value: Any) -> Any:
     """Read one value of a scene; SceneError where it is of another kind."""
     read: Reader = _READERS.get(key, _number)
     try:
@@ -75,11 +75,11 @@ def read_value(key: str, value: Any) -> Any:
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise
-        example = _EXAMPLES.get(key) or _from_to(*_LIMITS.get(key, (0.0, MOST)))
-        raise SceneError(f"{key} cannot be {shown(value)}: {example}") from error
+        example = _EXAMPLES.get(key) or _from_to(*_LIMITS.get(key, (0.0, MAX_SCENE_VALUE)))
+        raise SceneError(f"{key} cannot be {shown_value(value)}: {example}") from error
 
 
-def shown(value: Any) -> str:
+def shown_value(value: Any) -> str:
     """Show a value in a message, in 60 characters at most."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
@@ -92,7 +92,7 @@ def _from_to(least: float, most: float) -> str:
 def _number(key: str, value: Any) -> float:
     if isinstance(value, bool):
         raise ValueError
-    least, most = _LIMITS.get(key, (0.0, MOST))
+    least, most = _LIMITS.get(key, (0.0, MAX_SCENE_VALUE))
     if not least <= float(value) <= most:
         raise ValueError
     return float(value)
@@ -101,7 +101,7 @@ def _number(key: str, value: Any) -> float:
 def _vector(key: str, value: Any) -> tuple[float, ...]:
     parts = value.split(",") if isinstance(value, str) else value
     x, y, z = (float(number) for number in parts)
-    _check_limits(key, value, (x, y, z), 0.0 if key == "base_inertia" else -MOST)
+    _check_limits(key, value, (x, y, z), 0.0 if key == "base_inertia" else -MAX_SCENE_VALUE)
     return (x, y, z)
 
 
@@ -115,8 +115,8 @@ def _range(key: str, value: Any) -> tuple[float, float]:
 
 
 def _check_limits(key: str, value: Any, numbers: tuple[float, ...], least: float) -> None:
-    if not all(least <= number <= MOST for number in numbers):
-        raise SceneError(f"{key} cannot be {shown(value)}: give numbers from {least:g} to {MOST:g}")
+    if not all(least <= number <= MAX_SCENE_VALUE for number in numbers):
+        raise SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {least:g} to {MAX_SCENE_VALUE:g}")
 
 
 def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
@@ -133,9 +133,9 @@ def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
 
 def _name(text: str) -> str:
     """Read the name of a panel or hinge, without needless zeros."""
-    from hcsearch.shape.labels import is_name  # noqa: PLC0415 - loads kernels, which scenes of the program do without
+    from hcsearch.shape.labels import is_label  # noqa: PLC0415 - loads kernels, which scenes of the program do without
 
-    if not is_name(text):
+    if not is_label(text):
         raise ValueError
     return "+".join(str(int(part)) for part in text.split("+"))
 
@@ -191,7 +191,7 @@ _EXAMPLES = {
 }
 
 
-def with_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def with_table_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Put points of tables in place of files, whose names count from a folder; what is no law stays as it is."""
     changed = dict(values)
     if isinstance(changed.get("spring"), str):

@@ -1,7 +1,8 @@
 """Pictures of arrays, circuits and foldings as small inline SVG texts.
 
 Plain data in, text out: cells, their tiling, and the fold of each crease. Imports nothing of the package, so that
-every value above can draw itself. All coordinates are integers, `SIDE` to the side of a panel, y downwards.
+every value above can draw itself. All coordinates are integers, `DRAWING_SIDE_UNITS` to the side of a panel, y
+downwards.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from html import escape
 from itertools import pairwise
 from typing import Protocol
 
-SIDE = 100
+DRAWING_SIDE_UNITS = 100
 """Units to the (shorter) side of a panel: rounding to integers is then half a percent of it."""
 
-PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
+DRAWING_SIDE_PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
 """Screen pixels to the side of a panel in a picture that stands alone: panels of about equal area."""
 
-STYLES: dict[str, dict[str, str]] = {
+DRAWING_STYLES: dict[str, dict[str, str]] = {
     "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
     "outer": {"fill": "#cfd3da", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
     "circuit": {"fill": "none", "stroke": "#2f8f6b", "stroke-width": "4", "stroke-linejoin": "round"},
@@ -40,37 +41,37 @@ STYLES: dict[str, dict[str, str]] = {
 """Look of each class of lines, in the order they are drawn. Mountains and valleys differ in colour and in dashes."""
 
 # A corner-to-corner line of a rim panel is half as wide as its stroke, and slits have round ends.
-MARGIN = 8
+DRAWING_MARGIN = 8
 """Units between the outermost panels and the rim of a picture."""
 
-Cell = tuple[int, ...]
-Point = tuple[int, int]
-Segment = tuple[Point, Point]
+DrawnCell = tuple[int, ...]
+DrawingPoint = tuple[int, int]
+Segment = tuple[DrawingPoint, DrawingPoint]
 
 
-class Tiling(Protocol):
+class DrawnGrid(Protocol):
     """What a picture needs to know of a grid; `hcsearch.designs.grid.Grid` fits."""
 
     @property
     def name(self) -> str:
         """Name of the grid."""
 
-    def point(self, cell: Cell) -> Point:
+    def point(self, cell: DrawnCell) -> DrawingPoint:
         """Lattice point of a cell."""
 
-    def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
+    def neighbours(self, point: DrawingPoint) -> Iterator[tuple[int, DrawingPoint]]:
         """Directions and lattice points of the neighbours of a cell."""
 
     def position(self, point: tuple[float, float]) -> tuple[float, float]:
         """Cartesian coordinates of a lattice point."""
 
-    def corners(self, cell: Cell) -> list[tuple[float, float]]:
+    def corners(self, cell: DrawnCell) -> list[tuple[float, float]]:
         """Cartesian corners of a panel; corner i begins the edge facing the ith neighbour."""
 
 
 def draw_array(
-    tiling: Tiling,
-    cells: Sequence[Cell],
+    tiling: DrawnGrid,
+    cells: Sequence[DrawnCell],
     *,
     size: tuple[float, float] | None = None,
     title: str = "",
@@ -86,8 +87,8 @@ def draw_array(
 
 
 def draw_circuit(
-    tiling: Tiling,
-    cells: Sequence[Cell],
+    tiling: DrawnGrid,
+    cells: Sequence[DrawnCell],
     assignment: Sequence[str] | None = None,
     *,
     numbers: bool = False,
@@ -125,7 +126,7 @@ def stylesheet(scope: str = "svg") -> str:
     """Return CSS rules that give pictures without a look of their own the same one as those that stand alone."""
     return "\n".join(
         f"{scope} .{kind} {{ {'; '.join(f'{name}: {value}' for name, value in look.items())} }}"
-        for kind, look in STYLES.items()
+        for kind, look in DRAWING_STYLES.items()
     )
 
 
@@ -135,25 +136,25 @@ class _Sheet:
     edges : (i, j) with i < j, panels that share an edge, and its two ends.
     """
 
-    def __init__(self, tiling: Tiling, cells: Sequence[Cell], size: tuple[float, float] | None) -> None:
+    def __init__(self, tiling: DrawnGrid, cells: Sequence[DrawnCell], size: tuple[float, float] | None) -> None:
         length, width = size or ((50, 40) if tiling.name == "rectangle" else (1, 1))
         if len(tiling.corners(cells[0])) != 4:
             length = width = 1  # hexagons and triangles are regular
-        scale = SIDE / min(length, width)
+        scale = DRAWING_SIDE_UNITS / min(length, width)
         corners = [[(scale * length * x, -scale * width * y) for x, y in tiling.corners(cell)] for cell in cells]
-        left = min(x for panel in corners for x, _ in panel) - MARGIN
-        top = min(y for panel in corners for _, y in panel) - MARGIN
+        left = min(x for panel in corners for x, _ in panel) - DRAWING_MARGIN
+        top = min(y for panel in corners for _, y in panel) - DRAWING_MARGIN
 
-        def pixel(x: float, y: float) -> Point:
+        def pixel(x: float, y: float) -> DrawingPoint:
             return round(x - left), round(y - top)
 
-        self.pixels = PIXELS.get(tiling.name, 40)
+        self.pixels = DRAWING_SIDE_PIXELS.get(tiling.name, 40)
         self.panels = [[pixel(x, y) for x, y in panel] for panel in corners]
         points = [tiling.point(cell) for cell in cells]
         places = [tiling.position(point) for point in points]
         self.centres = [pixel(scale * length * x, -scale * width * y) for x, y in places]
-        self.width = max(x for panel in self.panels for x, _ in panel) + MARGIN
-        self.height = max(y for panel in self.panels for _, y in panel) + MARGIN
+        self.width = max(x for panel in self.panels for x, _ in panel) + DRAWING_MARGIN
+        self.height = max(y for panel in self.panels for _, y in panel) + DRAWING_MARGIN
         self.edges: dict[tuple[int, int], Segment] = {}
         index = {point: k for k, point in enumerate(points)}
         for k, point in enumerate(points):
@@ -170,45 +171,45 @@ class _Sheet:
 def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int | None) -> str:
     """Write a picture of an extent (width, height) in units.
 
-    pixels : screen pixels to `SIDE` units in a picture that stands alone, with its own size and the look of each line;
-        None where the page gives both.
+    pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a picture that stands alone, with its own size and the look
+        of each line; None where the page gives both.
     """
     body = "".join(marks)
     head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
     if pixels is not None:
-        width, height = (round(length * pixels / SIDE) for length in extent)
+        width, height = (round(length * pixels / DRAWING_SIDE_UNITS) for length in extent)
         head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
-        for kind, look in STYLES.items():
+        for kind, look in DRAWING_STYLES.items():
             attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
             body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
     return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
 
 
-def _by_steps(line: Sequence[Point]) -> str:
+def _by_steps(line: Sequence[DrawingPoint]) -> str:
     """Write the first point, then the steps to the others, with as few separators as SVG allows."""
     numbers = [line[0], *((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(line))]
     first, *steps = ["".join(f" {v}" if v >= 0 else f"{v}" for v in pair) for pair in numbers]
     return f"{first.lstrip()}l{''.join(steps).lstrip()}"
 
 
-def by_points(line: Sequence[Point]) -> str:
+def by_points(line: Sequence[DrawingPoint]) -> str:
     """Write every point of a line with its own coordinates."""
     return " ".join(f"{x},{y}" for x, y in line)
 
 
 def svg_path(
     kind: str,
-    lines: Iterable[Sequence[Point]],
+    lines: Iterable[Sequence[DrawingPoint]],
     *,
     closed: bool = False,
-    write: Callable[[Sequence[Point]], str] = _by_steps,
+    write: Callable[[Sequence[DrawingPoint]], str] = _by_steps,
 ) -> str:
     """Write one path element with a subpath for each line; empty without lines."""
     data = "".join(f"M{write(line)}{'z' if closed else ''}" for line in lines)
     return f'<path class="{kind}" d="{data}"/>' if data else ""
 
 
-def _start(centre: Point) -> str:
+def _start(centre: DrawingPoint) -> str:
     """Mark panel 0 with a dot."""
     return f'<circle class="start" cx="{centre[0]}" cy="{centre[1]}" r="9"/>'
 

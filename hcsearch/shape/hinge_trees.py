@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Whole
+from hcsearch.basics.arrays import WholeNumbers
 from hcsearch.shape.pattern import Pattern
 
 
@@ -20,11 +20,11 @@ class HingeTree(NamedTuple):
         a root.
     """
 
-    order: Whole
-    roots: Whole
-    parents: Whole
-    hinges: Whole
-    signs: Whole
+    order: WholeNumbers
+    roots: WholeNumbers
+    parents: WholeNumbers
+    hinges: WholeNumbers
+    signs: WholeNumbers
 
     def way(self, panel: int) -> list[tuple[int, int]]:
         """Hinges from the root of a panel to it, with their signs."""

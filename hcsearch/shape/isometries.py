@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 from typing import Any, NamedTuple
 
-Point = tuple[float, float]
+PlaneCoordinates = tuple[float, float]
 
 
 class Isometry(NamedTuple):
@@ -16,7 +16,7 @@ class Isometry(NamedTuple):
     shift: complex
 
     @staticmethod
-    def by(angle: float = 0.0, shift: Point = (0.0, 0.0), *, reflects: bool = False) -> Isometry:
+    def by(angle: float = 0.0, shift: PlaneCoordinates = (0.0, 0.0), *, reflects: bool = False) -> Isometry:
         """Perhaps reflect in the x axis, then turn about the origin by an angle (rad), then shift."""
         return Isometry(reflects, cmath.rect(1.0, angle), complex(*shift))
 
@@ -60,7 +60,7 @@ class Isometry(NamedTuple):
         """By which it turns, rad."""
         return cmath.phase(self.turn)
 
-    def image(self, point: Point) -> Point:
+    def image(self, point: PlaneCoordinates) -> PlaneCoordinates:
         """Where a point of two coordinates comes to lie."""
         moved = self(complex(*point))
         return moved.real, moved.imag

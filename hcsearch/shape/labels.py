@@ -35,7 +35,7 @@ class Labels:
         hinge = _find(self.hinges, name)
         if hinge is not None:
             return hinge
-        there = f"the hinges are {ranges(self.hinges)}" if self.hinges else "there are no hinges"
+        there = f"the hinges are {label_ranges(self.hinges)}" if self.hinges else "there are no hinges"
         if self.design and name.isdigit() and int(name) < self._n:
             own = self.panels[self.panel(name)]
             raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {own}: {there}")
@@ -45,7 +45,7 @@ class Labels:
         """The panel of a name, or that one of several belongs to; HcsearchError where there is none."""
         panel = _find(self.panels, name)
         if panel is None:
-            raise HcsearchError(f"there is no panel {name}: the panels are {ranges(self.panels)}")
+            raise HcsearchError(f"there is no panel {name}: the panels are {label_ranges(self.panels)}")
         return panel
 
     @property
@@ -79,17 +79,17 @@ def named_hinges(linkage: Linkage, hinges: Iterable[int]) -> str:
     return ", ".join(names[hinge] for hinge in hinges) or "none"
 
 
-def is_name(text: str) -> bool:
+def is_label(text: str) -> bool:
     """Whether a text may name a panel or a hinge: a number, or several that are one, `3+4`."""
     return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
 
 
-def plain(name: str) -> int | str:
+def label_data(name: str) -> int | str:
     """A name as data: a number, but a text where it is one of several, `3+4`."""
     return int(name) if name.isdigit() else name
 
 
-def ranges(names: Sequence[str]) -> str:
+def label_ranges(names: Sequence[str]) -> str:
     """Names in one line: numbers that follow each other as `0 to 3`."""
     runs: list[list[str]] = []
     for name in names:

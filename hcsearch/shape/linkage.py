@@ -14,9 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
-from hcsearch.basics.errors import HcsearchError, expect
+from hcsearch.basics.errors import HcsearchError, expect_kind
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.shape.hinge_trees import HingeTree, hinge_tree
 from hcsearch.shape.pattern import Pattern
@@ -25,7 +25,7 @@ Walk = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Twin(ByValue):
+class CongruentLinkage(ByValue):
     """A linkage that is congruent to another one, and how: rotated, reflected or turned upside down.
 
     panels, hinges : its panel and its hinge for each of the other one's. turn : shape (3, 3), the matrix that takes
@@ -38,7 +38,7 @@ class Twin(ByValue):
     turn: Reals
 
     @staticmethod
-    def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> Twin:
+    def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> CongruentLinkage:
         """The twin of a pattern's linkage. facets : the twin's facet for each of the pattern's."""
         own, other = pattern, linkage.pattern
         panels, hinges = [0] * len(own.panels), [0] * len(own.hinges)
@@ -48,7 +48,7 @@ class Twin(ByValue):
             if crease.face is not None:
                 first, second = sorted(facets[facet] for facet in pair)
                 hinges[own.hinge_of(pair)] = other.hinge_of((first, second))
-        return Twin(linkage, tuple(panels), tuple(hinges), turn)
+        return CongruentLinkage(linkage, tuple(panels), tuple(hinges), turn)
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,10 +63,10 @@ class Linkage:
     pattern: Pattern
     base: int = 0
     made_by: str = field(default="", compare=False)
-    twin: Twin | None = field(default=None, compare=False)
+    twin: CongruentLinkage | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        expect("the pattern of a linkage", self.pattern, Pattern, "a Pattern, or use Folding.linkage")
+        expect_kind("the pattern of a linkage", self.pattern, Pattern, "a Pattern, or use Folding.linkage")
         if not 0 <= self.base < self.n_panels:
             raise HcsearchError(f"there is no panel {self.base} to stand on: give 0 to {self.n_panels - 1}")
 
@@ -168,14 +168,14 @@ class Linkage:
         return tuple(steps)
 
     @cached_property
-    def loop_arrays(self) -> tuple[Whole, Whole, Whole]:
+    def loop_arrays(self) -> tuple[WholeNumbers, WholeNumbers, WholeNumbers]:
         """The loops as three arrays: where each loop begins, then the hinges and the senses of all loops."""
         starts = np.cumsum([0, *map(len, self.loops)])
         steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
         return starts, steps[:, 0].copy(), steps[:, 1].copy()
 
     @cached_property
-    def looped(self) -> Whole:
+    def looped(self) -> WholeNumbers:
         """The hinges that are in a loop, rising."""
         return np.array(sorted({hinge for loop in self.loops for hinge, _ in loop}), np.int64)
 

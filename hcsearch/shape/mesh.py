@@ -15,35 +15,35 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 
-Point = tuple[float, float]
-Facet = tuple[Point, ...]
+PlanePoint = tuple[float, float]
+Facet = tuple[PlanePoint, ...]
 """A polygon whose corners run counterclockwise."""
 Edge = tuple[int, int]
 """Two vertices, from start to end."""
 
-SAME_POINT = 1e-7
+SAME_POINT_SHARE = 1e-7
 """Points nearer than this share of the smallest facet's size are the same."""
 
 _Node = TypeVar("_Node", bound=Hashable)
 
 
-def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[Point, ...], tuple[tuple[int, ...], ...]]:
+def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[PlanePoint, ...], tuple[tuple[int, ...], ...]]:
     """Find the vertices of polygons, and those of each polygon by number.
 
     Vertices are numbered in the order in which polygons name them, and are where the first of these has its corner.
     """
     corners = [corner for polygon in polygons for corner in polygon]
-    vertices, numbers = distinct_points(corners, same_distance(polygons))
+    vertices, numbers = distinct_points(corners, same_point_distance(polygons))
     number = iter(numbers)
     return vertices, tuple(tuple(islice(number, len(polygon))) for polygon in polygons)
 
 
-def same_distance(polygons: Iterable[Facet]) -> float:
+def same_point_distance(polygons: Iterable[Facet]) -> float:
     """The distance below which corners of polygons are the same, in their unit."""
-    return SAME_POINT * math.sqrt(min(map(facet_area, polygons)))
+    return SAME_POINT_SHARE * math.sqrt(min(map(facet_area, polygons)))
 
 
-def distinct_points(points: Sequence[Point], tolerance: float) -> tuple[tuple[Point, ...], list[int]]:
+def distinct_points(points: Sequence[PlanePoint], tolerance: float) -> tuple[tuple[PlanePoint, ...], list[int]]:
     """Find the distinct points, in the order in which they come, and the number of each point among them.
 
     Points are the same where both coordinates have neighbours in rising order no further apart than the tolerance.
@@ -69,7 +69,7 @@ def sides_of(face: Sequence[int]) -> Iterable[Edge]:
     return zip(face, (*face[1:], face[0]), strict=True)
 
 
-def outline_of(faces: Iterable[Sequence[int]], vertices: Sequence[Point]) -> tuple[tuple[int, ...], ...]:
+def outline_of(faces: Iterable[Sequence[int]], vertices: Sequence[PlanePoint]) -> tuple[tuple[int, ...], ...]:
     """The boundary of a union of faces as closed walks of vertices, with the faces on the left.
 
     The outer walk comes first, counterclockwise; walks around holes are clockwise.
@@ -100,7 +100,7 @@ def components(nodes: Iterable[_Node], pairs: Iterable[tuple[_Node, _Node]]) -> 
     return list(nx.connected_components(graph))
 
 
-def facet_area(facet: Sequence[Point]) -> float:
+def facet_area(facet: Sequence[PlanePoint]) -> float:
     """Area of a polygon whose corners run counterclockwise."""
     sides = zip(facet, (*facet[1:], facet[0]), strict=True)
     return 0.5 * sum(x * to_y - y * to_x for (x, y), (to_x, to_y) in sides)

@@ -7,7 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 
-from hcsearch.shape.mesh import Edge, Point, components, facet_area, sides_of
+from hcsearch.shape.mesh import Edge, PlanePoint, components, facet_area, sides_of
 
 
 def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
@@ -27,7 +27,7 @@ def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
     return [(a, b) for a, b in edges if a in around and b in around[a]]
 
 
-def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[int]]:
+def faces_between(edges: Iterable[Edge], points: Sequence[PlanePoint]) -> list[list[int]]:
     """The bounded faces of a plane graph, corners counterclockwise; dead ends are left out.
 
     edges : pairs of numbers of points, which meet at their ends only.
@@ -109,7 +109,7 @@ def without_spurs(ring: Sequence[int]) -> list[int]:
     return own[low : high + 1]
 
 
-def without_straight_corners(face: Sequence[int], points: Sequence[Point], same: float) -> list[int]:
+def without_straight_corners(face: Sequence[int], points: Sequence[PlanePoint], same: float) -> list[int]:
     """A face without the corners in the middle of its sides, the straightest one first.
 
     same : how far a corner may be off the line between those before and after it, over the root of the face's area.

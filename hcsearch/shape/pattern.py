@@ -24,19 +24,19 @@ from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import (
     Edge,
     Facet,
-    Point,
+    PlanePoint,
     components,
     distinct_points,
     facet_area,
     outline_of,
     polygon_mesh,
-    same_distance,
+    same_point_distance,
     sides_of,
 )
 
-Face = Literal["top", "bottom"]
+PanelFace = Literal["top", "bottom"]
 Fold = Literal["mountain", "valley", "flat"]
-Pair = tuple[int, int]
+FacetPair = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Crease:
         outer layer stays flat there (fold angle 0).
     """
 
-    face: Face | None
+    face: PanelFace | None
     closes: bool = True
 
     @property
@@ -66,8 +66,8 @@ class Crease:
         return replace(self, face="bottom" if self.face == "top" else "top")
 
 
-RIGID = Crease(None, closes=False)
-VALLEY, MOUNTAIN = Crease("top"), Crease("bottom")
+RIGID_CREASE = Crease(None, closes=False)
+VALLEY_CREASE, MOUNTAIN_CREASE = Crease("top"), Crease("bottom")
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class Hinge:
 
     first: int
     second: int
-    face: Face
-    start: Point
-    end: Point
+    face: PanelFace
+    start: PlanePoint
+    end: PlanePoint
     closes: bool = True
 
     @property
@@ -103,19 +103,19 @@ class Pattern:
     of_circuit : whether facets are the panels of a circuit in its order, so that hinges have the numbers of creases.
     """
 
-    vertices: tuple[Point, ...]
+    vertices: tuple[PlanePoint, ...]
     faces: tuple[tuple[int, ...], ...]
-    creases: Mapping[Pair, Crease]
+    creases: Mapping[FacetPair, Crease]
     thickness: float
-    loops: tuple[tuple[Pair, ...], ...] = field(default=())
+    loops: tuple[tuple[FacetPair, ...], ...] = field(default=())
     of_circuit: bool = False
 
     @staticmethod
     def from_polygons(
         polygons: Sequence[Facet],
-        creases: Mapping[Pair, Crease],
+        creases: Mapping[FacetPair, Crease],
         thickness: float,
-        loops: tuple[tuple[Pair, ...], ...] = (),
+        loops: tuple[tuple[FacetPair, ...], ...] = (),
     ) -> Pattern:
         """Make the pattern whose facets are convex polygons, corners counterclockwise, in metres.
 
@@ -167,10 +167,10 @@ class Pattern:
 
     @cached_property
     def _same_distance(self) -> float:
-        return same_distance(self.facets)
+        return same_point_distance(self.facets)
 
     @cached_property
-    def edges(self) -> dict[Pair, Edge]:
+    def edges(self) -> dict[FacetPair, Edge]:
         """Edges shared by two facets (i, j), i < j: their vertices from start to end with facet i on the left."""
         left: dict[Edge, int] = {}
         for number, face in enumerate(self.faces):
@@ -181,7 +181,7 @@ class Pattern:
         beside = ((first, left.get((end, start), -1), (start, end)) for (start, end), first in left.items())
         return {(first, second): edge for first, second, edge in beside if first < second}
 
-    def segment(self, pair: Pair) -> tuple[Point, Point]:
+    def segment(self, pair: FacetPair) -> tuple[PlanePoint, PlanePoint]:
         """The edge shared by two facets, from start to end with the first facet on the left; in metres."""
         start, end = self.edges[pair]
         return self.vertices[start], self.vertices[end]
@@ -215,11 +215,11 @@ class Pattern:
         return self._joints[0]
 
     @cached_property
-    def _joints(self) -> tuple[tuple[Hinge, ...], dict[Pair, int]]:
+    def _joints(self) -> tuple[tuple[Hinge, ...], dict[FacetPair, int]]:
         """The hinges, and which of them each crease is part of."""
         hinges: list[Hinge] = []
-        between: dict[Pair, list[int]] = {}
-        number: dict[Pair, int] = {}
+        between: dict[FacetPair, list[int]] = {}
+        number: dict[FacetPair, int] = {}
         for pair in self.creases:
             hinge = self._hinge(pair)
             if hinge is None:
@@ -236,7 +236,7 @@ class Pattern:
                 hinges.append(hinge)
         return tuple(hinges), number
 
-    def _hinge(self, pair: Pair) -> Hinge | None:
+    def _hinge(self, pair: FacetPair) -> Hinge | None:
         crease = self.creases[pair]
         if crease.face is None:
             return None
@@ -246,7 +246,7 @@ class Pattern:
             first, second, start, end = second, first, end, start
         return Hinge(first, second, crease.face, start, end, crease.closes)
 
-    def hinge_of(self, pair: Pair) -> int:
+    def hinge_of(self, pair: FacetPair) -> int:
         """The number of the hinge to which the crease between two facets belongs."""
         return self._joints[1][min(pair), max(pair)]
 
@@ -255,7 +255,7 @@ class Pattern:
         """Degrees of freedom by the Kutzbach criterion, 6(n-1)-5j for n panels and j hinges (thesis eq. 2.4)."""
         return 6 * (len(self.panels) - 1) - 5 * len(self.hinges)
 
-    def with_creases(self, creases: Mapping[Pair, Crease]) -> Pattern:
+    def with_creases(self, creases: Mapping[FacetPair, Crease]) -> Pattern:
         """The pattern with some creases replaced; rigid ones merge panels (thesis 3.2.1 and 4.1.1)."""
         return replace(self, creases={**self.creases, **creases})
 
@@ -268,7 +268,7 @@ class Pattern:
         creases = {pair: crease.inverted for pair, crease in self.creases.items()}
         return replace(self, vertices=vertices, faces=faces, creases=creases)
 
-    def moved(self, turn: float = 0.0, shift: Point = (0.0, 0.0), *, over: bool = False) -> Pattern:
+    def moved(self, turn: float = 0.0, shift: PlanePoint = (0.0, 0.0), *, over: bool = False) -> Pattern:
         """The pattern turned about the origin by an angle (rad) and shifted (m).
 
         over : turn the sheet over first, about the x axis: top and bottom are exchanged with the reflection.
@@ -292,8 +292,8 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     _, centres = distinct_points([_centre(facet) for pattern in patterns for facet in pattern.facets], tolerance)
     corners, middles = iter(numbers), iter(centres)
     faces: list[tuple[int, ...]] = []
-    creases: dict[Pair, Crease] = {}
-    loops: list[tuple[Pair, ...]] = []
+    creases: dict[FacetPair, Crease] = {}
+    loops: list[tuple[FacetPair, ...]] = []
     for pattern in patterns:
         vertex = list(islice(corners, len(pattern.vertices)))
         number = list(islice(middles, len(pattern.faces)))
@@ -319,7 +319,7 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     return Pattern(vertices, tuple(faces), creases, patterns[0].thickness, tuple(loops))
 
 
-def _centre(facet: Iterable[Point]) -> Point:
+def _centre(facet: Iterable[PlanePoint]) -> PlanePoint:
     x, y = np.mean(list(facet), axis=0)
     return (float(x), float(y))
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from hcsearch.shape.drawing import MARGIN, SIDE, by_points, svg, svg_path
-from hcsearch.shape.drawing import Point as Pixel
-from hcsearch.shape.mesh import Point
+from hcsearch.shape.drawing import DRAWING_MARGIN, DRAWING_SIDE_UNITS, DrawingPoint, by_points, svg, svg_path
+from hcsearch.shape.mesh import PlanePoint
 from hcsearch.shape.pattern import Pattern
 
-PIXELS = 48
+PATTERN_SIDE_PIXELS = 48
 """Screen pixels to the side of a square of a panel's mean area."""
 
 _path = partial(svg_path, write=by_points)
@@ -21,14 +20,14 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
 
     Hinges that stay flat in the folded state are drawn as hinges, shared edges without a crease as slits.
     """
-    scale = SIDE / pattern.size
+    scale = DRAWING_SIDE_UNITS / pattern.size
     left, top = min(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
 
-    def pixel(point: Point) -> Pixel:
-        return round(scale * (point[0] - left)) + MARGIN, round(scale * (top - point[1])) + MARGIN
+    def pixel(point: PlanePoint) -> DrawingPoint:
+        return round(scale * (point[0] - left)) + DRAWING_MARGIN, round(scale * (top - point[1])) + DRAWING_MARGIN
 
     pixels = [pixel(point) for point in pattern.vertices]
-    kinds: dict[str, list[Sequence[Pixel]]] = {"hinge": [], "mountain": [], "valley": [], "slit": []}
+    kinds: dict[str, list[Sequence[DrawingPoint]]] = {"hinge": [], "mountain": [], "valley": [], "slit": []}
     for pair, ends in pattern.edges.items():
         crease = pattern.creases.get(pair)
         if crease is not None and crease.face is not None:
@@ -40,5 +39,5 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
         kinds[kind].append([pixels[end] for end in ends])
     outlines = [[pixels[v] for v in walk] for outline in pattern.outlines for walk in outline]
     marks = [_path("panel", outlines, closed=True), *(_path(kind, lines) for kind, lines in kinds.items())]
-    width, height = (max(values) + MARGIN for values in zip(*pixels, strict=True))
-    return svg(marks, title, (width, height), PIXELS) + "\n"
+    width, height = (max(values) + DRAWING_MARGIN for values in zip(*pixels, strict=True))
+    return svg(marks, title, (width, height), PATTERN_SIDE_PIXELS) + "\n"

@@ -9,11 +9,11 @@ from typing import Literal, NamedTuple
 
 from hcsearch.basics.vocabulary import (
     DESIGN_STATUSES,
-    ENDS,
+    ENDINGS,
+    EVIDENCE,
     FOLDING_STATUSES,
     KEEPS,
-    KNOWN,
-    OUTCOMES,
+    MOTION_ENDS,
     UNIT_PATHS,
     VERDICTS,
     WAYS,
@@ -84,7 +84,7 @@ _VERDICT = (
     ),
     Quantity(
         *("known", "text", "", "what stands behind the status: a deployment, a path, a search without one, a proof"),
-        words=KNOWN,
+        words=EVIDENCE,
         label="evidence",
     ),
     Quantity(
@@ -215,7 +215,7 @@ MOTIONS = (
     Quantity("as_crease", "integer", "", "crease of the congruent folding whose motion it is; null of its own"),
     Quantity("efforts", "integer", "", "efforts of the search that were made; `enumerate --budget` allows more"),
     Quantity("lock_pairs", "text", "", "how flat pairs are joined where it is proved locked between its ends", WAYS),
-    Quantity("lock_end", "text", "", "end that no motion leaves there: packed or flat", ENDS),
+    Quantity("lock_end", "text", "", "end that no motion leaves there: packed or flat", MOTION_ENDS),
     Quantity("lock_cubes", "integer", "", "cubes of fold angles of that proof"),
     Quantity("lock_faces", "integer", "", "faces of cubes that it tested"),
     Quantity("critical_margin", "real", "mm", "least play for each face at which a path is proved", better="lower"),
@@ -308,7 +308,7 @@ EVALUATIONS = (
     Quantity("subject", "text", "", "design or assembly, with its sizes"),
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of each hinge's spring, in their order"),
-    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", OUTCOMES),
+    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", ENDINGS),
     Quantity("clear", "boolean", "", "1: certified clear while it lasts; 0: panels collide; null: not decided"),
     Quantity("end_time", "real", "s", "when it ended"),
     Quantity("collision_time", "real", "s", "time of the first collision"),

@@ -31,7 +31,7 @@ from sqlalchemy import (
 from hcsearch.basics.errors import ArrayError, NotationError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import grammar
 from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_in
@@ -48,12 +48,12 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 
 
 @cache  # one object a view: SQLAlchemy would join two of the same name
-def view_table(view: str, scene: str = DEFAULT) -> FromClause:
+def view_table(view: str, scene: str = DEFAULT_SCENE_NAME) -> FromClause:
     """Return a view, in a scene, as something to select from; QueryError when there is none of that name."""
     if view not in VIEWS:
         raise QueryError(f"no view {view!r}{nearest(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
     columns: list[ColumnClause[Any]] = [column(quantity.name) for quantity in VIEWS[view]]
-    if scene == DEFAULT or view not in SCENIC:
+    if scene == DEFAULT_SCENE_NAME or view not in SCENIC:
         return table(view, *columns)
     # a colon would begin the name of a parameter
     return text(select_in(view, scene).replace(":", r"\:")).columns(*columns).subquery(view)
@@ -72,7 +72,7 @@ def quantities_named(view: str, columns: str | Sequence[str]) -> list[Quantity]:
     return [find_quantity(view, name) for name in _split_names(columns) or column_names(view)]
 
 
-def parse_query(query: str, view: str = "designs", scene: str = DEFAULT) -> ColumnElement[bool]:
+def parse_query(query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NAME) -> ColumnElement[bool]:
     """Return the condition that a query asks for; the empty query holds for every row.
 
     QueryError: a query that cannot be read (`grammar`), a column that is not there, a value that is no number where

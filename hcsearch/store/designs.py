@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, Select, bindparam, delete, select, update
 
-from hcsearch.designs.records import NONE, DesignBatch, MobilityBatch
+from hcsearch.designs.records import NO_NUMBER, DesignBatch, MobilityBatch
 from hcsearch.store.rows import next_id
 from hcsearch.store.schema import design, folding
 from hcsearch.store.upsert import insert_rows
@@ -75,7 +75,7 @@ def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
 def _mobility_columns(mobility: MobilityBatch) -> Columns:
     columns: Columns = {"kutzbach": [mobility.kutzbach] * len(mobility.dof)}
     for name in ("dof", "dof_folded", "dof_flat", "merged_panels", "kutzbach_merged", "dof_merged"):
-        columns[name] = [None if value == NONE else value for value in getattr(mobility, name).tolist()]
+        columns[name] = [None if value == NO_NUMBER else value for value in getattr(mobility, name).tolist()]
     return columns
 
 

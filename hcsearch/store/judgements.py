@@ -16,8 +16,8 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.basics.vocabulary import Status, Way
-from hcsearch.scenes import DEFAULT
-from hcsearch.scenes.looks import Look
+from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.scenes.looks import SceneVariant
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
@@ -39,7 +39,7 @@ class StoredVerdict:
 
     status: Status
     path: Way | None
-    deployed: Look | None
+    deployed: SceneVariant | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class StoredPath(ByValue):
 
 
 @again
-def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> dict[int, int]:
+def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME) -> dict[int, int]:
     """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
 
     The best folding is chosen by `stages.statuses.best_foldings`, once, when verdicts are recorded.
@@ -75,7 +75,7 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -
 
 
 @again
-def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT) -> StoredVerdict | None:
+def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT_SCENE_NAME) -> StoredVerdict | None:
     """The verdict on the folding of a design in a scene; None where no stage has judged it there."""
     same = [
         and_(other.c.design_id == verdict.c.design_id, other.c.crease == verdict.c.crease)
@@ -92,17 +92,19 @@ def find_verdict(database: Database, number: int, crease: int, scene: str = DEFA
         row = connection.execute(statement).first()
     if row is None:
         return None
-    deployed = None if row.scene is None else Look(row.pairs, row.springs, first=row.scene == scene)
+    deployed = None if row.scene is None else SceneVariant(row.pairs, row.springs, first=row.scene == scene)
     return StoredVerdict(cast("Status", row.status), cast("Way | None", row.flat_pairs), deployed)
 
 
-def foldings_with_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[tuple[int, int]]:
+def foldings_with_paths(
+    database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME
+) -> list[tuple[int, int]]:
     """Id and crease of the foldings of some designs whose path in a scene is stored, proved or not."""
     rows = _with_paths(database, sql_select(motion.c.design_id, motion.c.crease), ids, scene)
     return [(row.design_id, row.crease) for row in rows]
 
 
-def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[StoredPath]:
+def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME) -> list[StoredPath]:
     """The stored paths of the foldings of some designs in a scene, by design and crease; DatabaseError for damage."""
     paths = []
     for row in _with_paths(database, sql_select(motion), ids, scene):

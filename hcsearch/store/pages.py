@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, Connection, and_, func, literal_column, or
 from sqlalchemy import select as sql_select
 
 from hcsearch.basics.errors import DatabaseError, QueryError
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.conditions import find_quantity, parse_query, quantities_named, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
@@ -41,7 +41,7 @@ def select_page(
     skip: int = 0,
     count: int = 50,
     view: str = "designs",
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
     seconds: float = SECONDS,
 ) -> Result:
     """Return `count` rows of a view after the first `skip` of those that `select` returns.
@@ -76,7 +76,7 @@ def count_rows(
     *,
     most: int,
     view: str = "designs",
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
     seconds: float = SECONDS,
 ) -> int:
     """Return the number of rows of a view that satisfy a query; `most` where there are as many or more."""

@@ -11,10 +11,10 @@ from typing import Any
 from sqlalchemy import ColumnElement, FromClause, Select
 from sqlalchemy import select as sql_select
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect_kind, printable
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import is_panel
-from hcsearch.scenes import DEFAULT, SCENES
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
 from hcsearch.store.columns import Kind
 from hcsearch.store.conditions import named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
@@ -48,7 +48,7 @@ def stream(
     sort: str = "",
     limit: int | None = None,
     view: str = "designs",
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
 ) -> Iterator[Rows]:
     """Give the rows of a view that satisfy a query (see `conditions`) as they are read, in little memory.
 
@@ -78,7 +78,9 @@ def _checked(
 
 
 @contextmanager
-def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT) -> Iterator[Rows]:
+def stream_sql(
+    database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT_SCENE_NAME
+) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
     kinds : of its columns, where this program asks, and other values are to be refused. scene : that the views
@@ -87,7 +89,7 @@ def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: 
     """
     if not database.readonly:
         raise QueryError("SQL is run on read-only databases: open this one with open_readonly")
-    if scene != DEFAULT:
+    if scene != DEFAULT_SCENE_NAME:
         check_scene(database, scene)
         sql = sql_in(sql, scene)
     with database.reading() as connection:
@@ -112,13 +114,13 @@ def select(
     sort: str = "",
     limit: int | None = None,
     view: str = "designs",
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
 ) -> Result:
     """Return the rows of a view that satisfy a query as plain values; `read` gives a pandas table instead.
 
     database : an open database. query, columns, sort, limit, view : as in `read`. scene : the name of a scene.
     """
-    expect("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
+    expect_kind("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=scene) as rows:
         return rows.gathered()
 
@@ -129,22 +131,22 @@ def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Resu
 
     database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are to be refused.
     """
-    expect("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
+    expect_kind("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream_sql(database, sql, kinds) as rows:
         return rows.gathered()
 
 
 def check_scene(database: Database, scene: str, view: str = "designs") -> None:
     """Refuse a scene that was never run on a database; `default` stands for what needs none, where none was."""
-    if scene == DEFAULT and view not in SCENIC:
+    if scene == DEFAULT_SCENE_NAME and view not in SCENIC:
         return
     known = scene_names(database)
-    if scene in known or (scene == DEFAULT and not known):
+    if scene in known or (scene == DEFAULT_SCENE_NAME and not known):
         return
     names = ", ".join(map(shlex.quote, known)) or "none yet"
     base, _, size = scene.rpartition(", ")
-    exists = scene in SCENES or (is_panel(size) and (base or DEFAULT) in (*SCENES, *known))
-    named = "" if scene == DEFAULT else f" --scene {shlex.quote(scene)}" if exists else " --scene FILE.toml"
+    exists = scene in SCENES or (is_panel(size) and (base or DEFAULT_SCENE_NAME) in (*SCENES, *known))
+    named = "" if scene == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(scene)}" if exists else " --scene FILE.toml"
     remedy = f"{'' if exists else 'for a scene of your own '}run `hcsearch enumerate{named}`"
     others = "name one of these with --scene, or " if known else ""
     raise SceneError(
@@ -185,7 +187,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
 
 
 @again
-def find_design(database: Database, text: str, scene: str = DEFAULT) -> dict[str, Any]:
+def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) -> dict[str, Any]:
     """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
 
     These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. For people:

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import Integer, Text, bindparam, delete, select
 
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
@@ -22,7 +22,7 @@ _EVALUATION_KINDS: list[Kind] = [
 _UNIT_KEY = ("circuit", "crease", "alpha", "shape", "merged", "placements")
 
 
-def save_scores(database: Database, scores: Mapping[int, float | None], scene: str = DEFAULT) -> None:
+def save_scores(database: Database, scores: Mapping[int, float | None], scene: str = DEFAULT_SCENE_NAME) -> None:
     """Set the scores of designs in a scene by id, None for no score, in one transaction; those of others stay."""
     known = {design: value for design, value in scores.items() if value is not None}
     none = [{"key": design} for design, value in scores.items() if value is None]

@@ -25,7 +25,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-from hcsearch.basics.vocabulary import DESIGN_STATUSES, FOLDING_STATUSES, OUTCOMES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
+from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 
 REVISION = "0001"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
@@ -343,7 +343,7 @@ evaluation = Table(
     Column("evaluations", Integer, nullable=False),
     Column("looks", Integer, nullable=False),
     CheckConstraint("clear IN (0, 1)", name="clear"),
-    _one_of("outcome", OUTCOMES),
+    _one_of("outcome", ENDINGS),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )

@@ -11,7 +11,7 @@ from sqlalchemy import ColumnElement, Connection, Select, case, distinct, func
 from sqlalchemy import select as sql_select
 
 from hcsearch.basics.vocabulary import Status
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import VIEWS, Kind, column_names
 from hcsearch.store.conditions import parse_query, view_table
 from hcsearch.store.database import Database
@@ -49,7 +49,7 @@ class Summary:
 
 
 @again
-def summarize(database: Database, query: str, scene: str = DEFAULT) -> Summary:
+def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -> Summary:
     """Count the designs that a query selects, by what is known of them in a scene."""
     check_scene(database, scene)
     designs = view_table("designs", scene)
@@ -100,7 +100,9 @@ def _has_rows(connection: Connection, view: str, scene: str, ids: Select[Any]) -
 
 
 @again
-def rows_of_designs(database: Database, view: str, ids: Sequence[int], scene: str = DEFAULT) -> list[dict[str, Any]]:
+def rows_of_designs(
+    database: Database, view: str, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME
+) -> list[dict[str, Any]]:
     """Return the rows of `foldings`, `motions` or `deployments` of some designs that serve a scene, as dicts."""
     check_scene(database, scene)
     source = view_table(view, scene)

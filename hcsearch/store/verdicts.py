@@ -21,7 +21,7 @@ from hcsearch.designs.records import (
     Undecided,
     VerdictBatch,
     WorkKey,
-    play_of,
+    play_of_batch,
 )
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
@@ -196,7 +196,7 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
     deployments = verdicts.deployment
     clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
     none = [None] * len(designs)
-    margins, gaps = play_of(verdicts.motion, deployments)
+    margins, gaps = play_of_batch(verdicts.motion, deployments)
     rows |= {
         "status": verdicts.folding_status,
         "min_clearance": [millimetres(gap) for gap in clearance] or none,

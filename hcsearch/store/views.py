@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
@@ -122,7 +122,7 @@ _SELECT = re.compile(
 
 def create_view(view: str) -> str:
     """Return the CREATE VIEW statement of a view."""
-    return f"CREATE VIEW {view} AS {select_in(view, DEFAULT)}"
+    return f"CREATE VIEW {view} AS {select_in(view, DEFAULT_SCENE_NAME)}"
 
 
 def select_in(view: str, scene: str) -> str:

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.collision.distances import closest_of_pairs
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.collision.distances import write_hull_gaps
 from hcsearch_bench.collision.pairs import Family, Sample
 from hcsearch_bench.collision.proofs import settle
 from hcsearch_bench.peers import coal_distances as coal
@@ -53,7 +53,7 @@ class _Answers:
 
     gaps: Reals
     ways: Reals
-    corners: Whole
+    corners: WholeNumbers
 
 
 def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
@@ -78,7 +78,7 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
     )
 
 
-def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) -> tuple[_Answers, float, int]:
+def _search(solids: Reals, counts: WholeNumbers, start: _Answers | None, repeats: int) -> tuple[_Answers, float, int]:
     """Answers, from nowhere or from others, median processor seconds, and how many runs there were."""
     n = len(counts[0])
     answers = _Answers(np.empty(n), np.empty((n, 3)), np.empty((n, 4), np.int64))
@@ -88,7 +88,7 @@ def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) 
         answers.corners[:] = -1 if start is None else start.corners
         watch = Stopwatch()
         with watch:
-            closest_of_pairs(solids[0], counts[0], solids[1], counts[1], answers.ways, answers.corners, answers.gaps)
+            write_hull_gaps(solids[0], counts[0], solids[1], counts[1], answers.ways, answers.corners, answers.gaps)
         return watch.cpu
 
     run()  # compiled
@@ -96,7 +96,7 @@ def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) 
 
 
 def _beside_coal(
-    sample: Sample, solids: Reals, counts: Whole, answers: _Answers, repeats: int
+    sample: Sample, solids: Reals, counts: WholeNumbers, answers: _Answers, repeats: int
 ) -> dict[str, float | int]:
     """What coal says and takes, and who is right where it differs."""
     theirs, seconds = coal.one_by_one(sample.shapes, sample.which, sample.turns, sample.shifts)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 
 Random = np.random.Generator
 
@@ -28,12 +28,12 @@ class Sample:
 
     width: float
     shapes: list[Reals]
-    which: Whole
+    which: WholeNumbers
     turns: Reals
     shifts: Reals
 
     @property
-    def counts(self) -> Whole:
+    def counts(self) -> WholeNumbers:
         """Numbers of vertices, (2, k)."""
         return np.array([len(shape) for shape in self.shapes])[self.which.T].copy()
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.collision.distances import BITS, MASK, closest_of_pairs
+from hcsearch.kernels.collision.distances import CORNER_INDEX_BITS, CORNER_INDEX_MASK, write_hull_gaps
 
 Exact = list[Fraction]
 
@@ -43,7 +43,7 @@ def search(first: Reals, second: Reals) -> tuple[float, Reals, list[int]]:
     """Gap, direction and corners of two hulls by `closest`, from nowhere."""
     gap, way, corners = np.empty(1), np.zeros((1, 3)), np.full((1, 4), -1)
     counts = np.array([[len(first)], [len(second)]])
-    closest_of_pairs(first[None], counts[0], second[None], counts[1], way, corners, gap)
+    write_hull_gaps(first[None], counts[0], second[None], counts[1], way, corners, gap)
     return float(gap[0]), way[0], corners[0].tolist()
 
 
@@ -57,7 +57,11 @@ def bounds(first: Reals, second: Reals, way: Reals, corners: Sequence[int]) -> t
     n = [Fraction(x) for x in way.tolist()]
     gap = min(_dot(n, point) for point in two) - max(_dot(n, point) for point in one)
     lower = float(gap) / _root(_dot(n, n)) if gap > 0 else 0.0
-    points = [[b - a for a, b in zip(one[c >> BITS], two[c & MASK], strict=True)] for c in corners if c >= 0]
+    points = [
+        [b - a for a, b in zip(one[c >> CORNER_INDEX_BITS], two[c & CORNER_INDEX_MASK], strict=True)]
+        for c in corners
+        if c >= 0
+    ]
     if not points:
         return lower, math.inf
     # none below 0, so that what they lead to is in the hull

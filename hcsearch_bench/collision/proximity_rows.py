@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.motion.collision.distances import Proximity, proximal_distances
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import run
+from hcsearch.springs.deployment.deploying import simulate_compiled
 from hcsearch_bench.collision.proofs import search, settle
 from hcsearch_bench.peers import coal_distances as coal
 from hcsearch_bench.run.timing import Stopwatch, median_time
@@ -64,8 +64,8 @@ def proximity_row(name: str, repeats: int) -> ProximityRow:
     """Deploy with uniform springs until flat or 1 s, and ask for the distances of all pairs that no hinge joins."""
     linkage = design(name) if ":" in name else assembly(name)
     compiled = compile_scene(linkage, SCENE)
-    deployment = run(compiled, certified=False)
-    dynamics, _ = median_time(_watched(lambda: run(compiled, certified=False)), repeats)
+    deployment = simulate_compiled(compiled, certified=False)
+    dynamics, _ = median_time(_watched(lambda: simulate_compiled(compiled, certified=False)), repeats)
     motion = deployment.motion
     times = np.append(np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel(), motion.times[-1])
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
@@ -109,7 +109,7 @@ def _watched(call: Callable[[], object]) -> Callable[[], float]:
     return run
 
 
-def facet_pairs(linkage: Linkage, pairs: Whole) -> Whole:
+def facet_pairs(linkage: Linkage, pairs: WholeNumbers) -> WholeNumbers:
     """The pairs of facets of pairs of panels, (q, 3): the facets, and the number of the pair of panels."""
     panels = np.array(linkage.pattern.panel_of)
     numbered = [
@@ -122,7 +122,7 @@ def facet_pairs(linkage: Linkage, pairs: Whole) -> Whole:
 
 
 def _beside_coal(
-    linkage: Linkage, states: Reals, proximity: Proximity, facets: Whole, repeats: int
+    linkage: Linkage, states: Reals, proximity: Proximity, facets: WholeNumbers, repeats: int
 ) -> dict[str, float | int]:
     """Its time of a pair of facets and state, how far its distances are from ours, and who is right."""
     solids = [solid.reshape(-1, 3) for solid in linkage.solids(linkage.flat)]

@@ -26,8 +26,8 @@ class DeployabilityResults:
 
 def tables(results: DeployabilityResults) -> list[Table]:
     """What is shown and saved."""
-    from hcsearch.scenes.looks import PATIENT
-    from hcsearch.scenes.setup import SOFTEST, STIFFEST
+    from hcsearch.scenes.looks import VARIANT_TIME_FACTOR
+    from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS
     from hcsearch_bench.deployability.deployability_rows import LARGE, SAMPLE, SAMPLE_OF_LARGE, SETS
 
     return [
@@ -39,8 +39,10 @@ def tables(results: DeployabilityResults) -> list[Table]:
             "clear to flat in the scene `default` (uniform springs of 0.1 N m/rad, rigid flat pairs, no "
             "gravity). Each other folding is counted under the first of these that brings it flat: `hinged` "
             "flat pairs, `merged` mirror pairs, `graded` springs from 0.005 to 0.2 N m/rad over layers, faces "
-            f"or stacks, and {SETS} sets `spread` from {SOFTEST:g} to {STIFFEST:g} N m/rad. The time is 1 s in "
-            f"`default` and {PATIENT:g} s in the others. `movable`: of the rest, a path from packed to flat is "
+            f"or stacks, and {SETS} sets `spread` from {MIN_SPRING_STIFFNESS:g} to {MAX_SPRING_STIFFNESS:g} "
+            "N m/rad. The time is 1 s in "
+            f"`default` and {VARIANT_TIME_FACTOR:g} s in the others. "
+            "`movable`: of the rest, a path from packed to flat is "
             "proved, with panels shrunk by 0.1 mm on every face; a drive is needed. `locked`: proved locked "
             "with every way of joining flat pairs. `undecided`: none of these. `tight`: of all with a proved "
             "path, those that need 0.01 mm of play for each face. `designs`: those of the foldings; "

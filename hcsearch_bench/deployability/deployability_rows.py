@@ -13,13 +13,13 @@ import numpy as np
 from hcsearch.designs.folding import folding_at
 from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
-from hcsearch.motion.planning.proofs import PLAYS
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES
-from hcsearch.scenes.looks import SPREAD, looks_at
+from hcsearch.scenes.looks import SPREAD_SPRING_SETS, scene_variants
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import mobility
 from hcsearch.search.stages.motion_batches import motions
-from hcsearch.springs.deployment.verdicts import verdicts
+from hcsearch.springs.deployment.verdicts import deploy_foldings
 from hcsearch_bench.run.bench import Say
 from hcsearch_bench.subjects.foldings import packed, untwisted
 
@@ -34,7 +34,7 @@ SCENE = SCENES["default"]
 SAMPLE, LARGE, SAMPLE_OF_LARGE = 140, 30, 24
 """Foldings that are looked at, at most: of up to 30 panels, and of more."""
 HELPS = ("default", "hinged", "merged", "graded", "spread")
-SETS = len({look.springs for look in looks_at(SCENE)} & set(SPREAD))
+SETS = len({look.springs for look in scene_variants(SCENE)} & set(SPREAD_SPRING_SETS))
 """Spring sets spread over all that springs may be, of which looks are taken."""
 
 
@@ -45,7 +45,7 @@ class DeployabilityRow:
     untwisted : how many there are. foldings : how many were looked at, evenly over the list.
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
     merged : with mirror pairs made one; graded, spread : with such springs. movable : of the rest, those with a proved
-    path. tight : of all with a path, those within the least play of `PLAYS`. locked : of the rest,
+    path. tight : of all with a path, those within the least play of `CERTIFIED_MARGINS`. locked : of the rest,
     those proved so with rigid, hinged and merged flat pairs. designs : of the foldings; deployable : those
     of which a folding deploys or is movable. best : the folding that deploys, else moves, with the least play (mm), the
     lowest crease and the first circuit; empty without one.
@@ -103,9 +103,9 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
     for circuits, foldings in packed(untwisted(search, max(1, math.ceil(total / limit)))):
         known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
         moves = motions(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
-        judged = verdicts(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
+        judged = deploy_foldings(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
         tally.update(_helped(judged, moves, known))
-        tally["tight"] += int((moves.margin <= PLAYS[0]).sum())
+        tally["tight"] += int((moves.margin <= CERTIFIED_MARGINS[0]).sum())
         able = judged.deploys | moves.moves
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[able]))})
         best += _able(circuits, foldings, judged, moves)
@@ -153,4 +153,4 @@ def _helped(judged: DeploymentBatch, moves: MotionBatch, known: MobilityBatch) -
 def _help(scene: str) -> str:
     if scene in HELPS:
         return scene
-    return "spread" if scene.removeprefix("hinged, ") in SPREAD else "graded"
+    return "spread" if scene.removeprefix("hinged, ") in SPREAD_SPRING_SETS else "graded"

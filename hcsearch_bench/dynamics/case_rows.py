@@ -126,9 +126,9 @@ def reference_of(case: Case) -> Reference:
 
 
 def _simulated(case: Case, method: str, tolerance: float, longest: float = np.inf, end: float | None = None) -> Motion:
-    from hcsearch.springs.dynamics.simulation import simulate
+    from hcsearch.springs.dynamics.simulation import simulate_system
 
-    return simulate(
+    return simulate_system(
         case.system,
         case.q,
         end=end or case.end,

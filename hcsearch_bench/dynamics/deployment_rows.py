@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.arrivals import Arrival, arrivals
+from hcsearch.springs.deployment.arrivals import Arrival, hinge_arrivals
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import Deployment, deploy, run
+from hcsearch.springs.deployment.deploying import Deployment, simulate_compiled, simulate_deployment
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
@@ -105,21 +105,21 @@ def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, second
     method, tolerance = METHODS[formulation]
     compiled = subject.compiled(formulation, replace(scene, seconds=seconds))
     warm = replace(compiled, setup=replace(compiled.setup, seconds=1e-6))
-    run(warm, method=method, tolerance=tolerance, certified=False)
+    simulate_compiled(warm, method=method, tolerance=tolerance, certified=False)
     steps = LONG if formulation == "penalty" else None
-    return run(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
+    return simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
 
 
 def _row(subject: DeploymentSubject, deployment: Deployment, ours: Deployment | None) -> DeploymentRow:
     compiled, setup = deployment.compiled, deployment.compiled.setup
     springs = compiled.formulation == "penalty"
-    arrived, names = arrivals(deployment), labels_of(compiled.linkage).hinges
+    arrived, names = hinge_arrivals(deployment), labels_of(compiled.linkage).hinges
     return DeploymentRow(
         *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
         *(None if springs else setup.restitution, setup.cut_stiffness if springs else None),
         *(deployment.outcome, float(deployment.motion.times[-1])),
         arrivals=" ".join(f"{'+'.join(names[k] for k in a.hinges)}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
-        apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
+        apart=None if ours is None else arrivals_apart(hinge_arrivals(ours), arrived),
         events=len(deployment.motion.events),
         energy=compiled.factor * deployment.motion.drift,
         gap=gap_of(Case(subject.name, compiled.formulation, compiled, compiled.seconds), deployment.motion.q),
@@ -141,7 +141,7 @@ def arrivals_apart(ours: Sequence[Arrival], theirs: Sequence[Arrival]) -> float 
 
 def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
     """The quick check of some foldings, the first one also to compile."""
-    deploy(designs[0].linkage(), SCENE, tolerance=QUICK_TOLERANCE)
+    simulate_deployment(designs[0].linkage(), SCENE, tolerance=QUICK_TOLERANCE)
     whole, simulation, clearance = [], [], []
     outcomes: Counter[str] = Counter()
     for folding in designs:
@@ -149,7 +149,7 @@ def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
         linkage = folding.linkage()
         compiled = compile_scene(linkage, SCENE)
         built = time.perf_counter()
-        deployment = run(compiled, tolerance=QUICK_TOLERANCE)
+        deployment = simulate_compiled(compiled, tolerance=QUICK_TOLERANCE)
         end = time.perf_counter()
         whole.append(1e3 * (end - begin))
         simulation.append(1e3 * deployment.seconds)

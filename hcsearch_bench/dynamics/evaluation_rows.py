@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.scenes.laws import linear
-from hcsearch.springs.dynamics.bodies import Body, prism
+from hcsearch.scenes.laws import linear_law
+from hcsearch.springs.dynamics.bodies import Body, prism_body
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 
 EVALUATED = 100_000
 """Panels times evaluations that are timed together."""
@@ -47,15 +47,15 @@ def strip(n: int, *, closed: bool) -> System:
     axis = np.array([0.0, 1.0, 0.0])
     joints, bodies = [], []
     place = np.zeros(3)
-    flat = prism([(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)], THICKNESS, DENSITY)
+    flat = prism_body([(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)], THICKNESS, DENSITY)
     for i in range(n):
         c, s = np.cos(i * turn), np.sin(i * turn)
         rotation = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-        joints.append(Joint(i - 1 if i else GROUND, axis, place))
+        joints.append(TreeJoint(i - 1 if i else GROUND, axis, place))
         bodies.append(Body(flat.mass, place + rotation @ flat.centre, rotation @ flat.inertia @ rotation.T))
         place = place + SIDE * rotation[:, 0]
     welds = (Weld(GROUND, n - 1, place),) if closed else ()
-    return System(tuple(joints), tuple(bodies), (JointDrive(linear(0.1), 0.0043),) * n, welds, size=SIDE)
+    return System(tuple(joints), tuple(bodies), (JointDrive(linear_law(0.1), 0.0043),) * n, welds, size=SIDE)
 
 
 def evaluation_rows(sizes: Sequence[int], repeats: int) -> list[EvaluationRow]:
@@ -76,12 +76,16 @@ def _row(kind: str, system: System, repeats: int) -> EvaluationRow:
 
 
 def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
-    from hcsearch.kernels.multibody.motion import accelerate, hold_for, largest_pivot
+    from hcsearch.kernels.multibody.motion import accelerate, discrete_state_for, largest_pivot
     from hcsearch.kernels.multibody.tree import work_for
     from hcsearch_bench.kernels.repeating import accelerate_often
 
     mechanism, still = system.mechanism, np.zeros(system.n_joints)
-    hold, work, accelerations = hold_for(mechanism, still), work_for(mechanism.tree), np.empty(system.n_joints)
+    hold, work, accelerations = (
+        discrete_state_for(mechanism, still),
+        work_for(mechanism.tree),
+        np.empty(system.n_joints),
+    )
     scale = largest_pivot(mechanism, still, work)
     accelerate(mechanism, hold, still, still, scale, True, work, accelerations)
 
@@ -95,14 +99,14 @@ def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
 
 
 def _step_us(system: System, repeats: int) -> float:
-    from hcsearch.springs.dynamics.simulation import simulate
+    from hcsearch.springs.dynamics.simulation import simulate_system
 
     v = np.zeros(system.n_joints)
 
     def run(steps: int) -> tuple[float, int]:
         # steps of one length, so short that none is rejected
         begin = time.perf_counter()
-        motion = simulate(
+        motion = simulate_system(
             system, v, v, end=steps * STEP, tolerance=1.0, first_step=STEP, longest_step=STEP, max_steps=2 * steps
         )
         return time.perf_counter() - begin, motion.evaluations

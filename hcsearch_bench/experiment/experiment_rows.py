@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene
-from hcsearch.scenes.scene import Vector
+from hcsearch.scenes.scene import SceneVector
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.deploying import Deployment, deploy
+from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
 from hcsearch.springs.tuning.choice import SpringSet
-from hcsearch.springs.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
+from hcsearch.springs.tuning.tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
 from hcsearch_bench.run.bench import Say
 
 G = 9.81
-GRAVITIES: dict[str, Vector] = {
+GRAVITIES: dict[str, SceneVector] = {
     "none": (0.0, 0.0, 0.0),
     "+x": (G, 0.0, 0.0),
     "-x": (-G, 0.0, 0.0),
@@ -94,7 +94,7 @@ def uniform_rows(*, quick: bool, say: Say) -> list[UniformRow]:
             say(f"equal springs, gravity {gravity}, panel {held} held")
             for formulation in formulations:
                 scene = Scene(gravity=vector, held=str(held))
-                rows.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
+                rows.append(_uniform_row(gravity, held, simulate_deployment(linkage, scene, formulation)))
     return rows
 
 
@@ -122,8 +122,10 @@ def tuned_rows(*, quick: bool, say: Say) -> list[TunedRow]:
         say(f"tuning, gravity {gravity}")
         began = time.perf_counter()
         scene = Scene(gravity=GRAVITIES[gravity])
-        evaluations, samples = (100, 0) if quick else (EVALUATIONS, SAMPLES)
-        tuning = tune(linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples)
+        evaluations, samples = (100, 0) if quick else (DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT)
+        tuning = tune_springs(
+            linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples
+        )
         tuned += _rows(gravity, tuning, time.perf_counter() - began)
     return tuned
 

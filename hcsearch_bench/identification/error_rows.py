@@ -12,7 +12,7 @@ import numpy as np
 
 from hcsearch.scenes.laws import law_named
 from hcsearch.springs.identification.damping import HingeTest, hinge_test
-from hcsearch.springs.identification.springs import identify_spring
+from hcsearch.springs.identification.springs import fit_spring
 from hcsearch.springs.identification.vibration import identify_modes
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.bench import Say
@@ -92,7 +92,7 @@ def measure_springs(kind: str, text: str, noise: float, seeds: Sequence[int]) ->
     for seed in seeds:
         measured = pairs(law, noise, seed)
         begun = time.perf_counter()
-        chosen = identify_spring(*measured).chosen
+        chosen = fit_spring(*measured).chosen
         times.append(time.perf_counter() - begun)
         recognised += chosen.kind == kind
         by_law = np.array([chosen.law.straight.moment(angle) for angle in angles])

@@ -70,11 +70,11 @@ def measure_ours(
     problem: Problem, method: str, tolerance: float, times: Reals, way: Reals, repeats: int = 1
 ) -> ProblemRow:
     """One run of our engine, repeated."""
-    from hcsearch.springs.dynamics.simulation import simulate
+    from hcsearch.springs.dynamics.simulation import simulate_system
 
     def follow(end: float) -> Motion:
         options = {"method": method, "tolerance": tolerance, "max_steps": MAX_STEPS}
-        return simulate(problem.system, problem.q, problem.v, end=end, **options)  # type: ignore[arg-type]
+        return simulate_system(problem.system, problem.q, problem.v, end=end, **options)  # type: ignore[arg-type]
 
     follow(1e-3 * problem.end)  # compiled, and its tables made
     motion, seconds, runs = measured(lambda: follow(problem.end), repeats)

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.scenes.laws import linear
-from hcsearch.springs.dynamics.bodies import Body, joined
+from hcsearch.scenes.laws import linear_law
+from hcsearch.springs.dynamics.bodies import Body, joined_body
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 from hcsearch_bench.iftomm import references
 
 GRAVITY = 9.81
@@ -71,27 +71,27 @@ def pendulum() -> Problem:
     """A01: 1 kg on a massless bar of 1 m, from rest beside its pivot."""
     mass = np.array([-1.0, 0.0, 0.0])
     system = System(
-        (Joint(GROUND, Z, np.zeros(3)),), (point_mass(1.0, mass),), (JointDrive(),), gravity=(0.0, -GRAVITY, 0.0)
+        (TreeJoint(GROUND, Z, np.zeros(3)),), (point_mass(1.0, mass),), (JointDrive(),), gravity=(0.0, -GRAVITY, 0.0)
     )
     return Problem("A01", "pendulum", system, np.zeros(1), 10.0, 0, mass, references.pendulum)
 
 
 def four_bars(loops: int) -> Problem:
     """A02: N loops of 2 N + 1 uniform rods of 1 m and 1 kg, upright, at 1 m/s; singular whenever all rods lie flat."""
-    joints: list[Joint] = []
+    joints: list[TreeJoint] = []
     bodies: list[Body] = []
     welds: list[Weld] = []
     speeds: list[float] = []
     for k in range(loops + 1):
         foot, top, next_top = (np.array([x, y, 0.0]) for x, y in ((k, 0), (k, 1), (k + 1, 1)))
         upright = len(joints)
-        joints.append(Joint(GROUND, Z, foot))
+        joints.append(TreeJoint(GROUND, Z, foot))
         bodies.append(rod(foot, top, 1.0))
         speeds.append(-1.0)
         if k:
             welds.append(Weld(upright, upright - 1, top, PLANAR_PIN))
         if k < loops:
-            joints.append(Joint(upright, Z, top))
+            joints.append(TreeJoint(upright, Z, top))
             bodies.append(rod(top, next_top, 1.0))
             speeds.append(1.0)
     drives = tuple(JointDrive() for _ in joints)
@@ -121,13 +121,13 @@ def squeezer() -> Problem:
     pin = at(-data["d"], 0.0, theta, crank)
     arm, other_arm = at(data["zt"], 0.0, delta, a), at(0.0, -data["u"], epsilon, a)
     joints = (
-        Joint(GROUND, Z, np.zeros(3)),
-        Joint(0, Z, crank),
-        Joint(GROUND, Z, b),
-        Joint(GROUND, Z, a),
-        Joint(3, Z, arm),
-        Joint(GROUND, Z, a),
-        Joint(5, Z, other_arm),
+        TreeJoint(GROUND, Z, np.zeros(3)),
+        TreeJoint(0, Z, crank),
+        TreeJoint(GROUND, Z, b),
+        TreeJoint(GROUND, Z, a),
+        TreeJoint(3, Z, arm),
+        TreeJoint(GROUND, Z, a),
+        TreeJoint(5, Z, other_arm),
     )
     bodies = (
         body(1, at(data["ra"], 0.0, beta, np.zeros(3))),
@@ -139,7 +139,7 @@ def squeezer() -> Problem:
         body(6, at(data["zf"] - data["fa"], 0.0, omega, other_arm)),
     )
     welds = tuple(Weld(1, other, pin, PLANAR_PIN) for other in (2, 4, 6))
-    drives = (JointDrive(linear(0.0, -data["mom"])), *(JointDrive() for _ in range(6)))
+    drives = (JointDrive(linear_law(0.0, -data["mom"])), *(JointDrive() for _ in range(6)))
     spring = Strut(GROUND, 2, c, at(data["sd"], -data["sc"], gamma, b), data["c0"], 0.0, data["l0"])
     system = System(joints, bodies, drives, welds, (spring,), size=data["rr"])
     return Problem(
@@ -153,7 +153,7 @@ def bricard(section: float) -> Problem:
     Whether the official rods are thin or have a section of 0.1 m by 0.1 m is not known.
     """
     corners = [np.array(point, float) for point in references.BRICARD_CORNERS]
-    joints = tuple(Joint(k - 1, np.eye(3)[axis], corners[k]) for k, axis in enumerate(references.BRICARD_AXES[:5]))
+    joints = tuple(TreeJoint(k - 1, np.eye(3)[axis], corners[k]) for k, axis in enumerate(references.BRICARD_AXES[:5]))
     bodies = tuple(rod(corners[k], corners[k + 1], 1.0, section) for k in range(5))
     weld = Weld(GROUND, 4, corners[5], (0, 1, 3, 4, 5), np.array([Y, Z, X]))
     system = System(joints, bodies, tuple(JointDrive() for _ in joints), (weld,), gravity=(0.0, -GRAVITY, 0.0))
@@ -176,10 +176,10 @@ def governor() -> Problem:
     """
     data = references.GOVERNOR
     section, reach = data.section, np.array([math.cos(data.alpha), 0.0, -math.sin(data.alpha)])
-    shaft = Joint(GROUND, Z, np.zeros(3))
+    shaft = TreeJoint(GROUND, Z, np.zeros(3))
     height = data.slide * Z
     cube = data.density * data.cube**3
-    joints, struts = [shaft, Joint(0, Z, height, slides=True)], []
+    joints, struts = [shaft, TreeJoint(0, Z, height, slides=True)], []
     bodies = [
         rod(np.zeros(3), Z, data.rod, section),
         Body(cube, height, cube * data.cube**2 / 6 * np.eye(3)),
@@ -188,8 +188,8 @@ def governor() -> Problem:
         mirror = np.array([side, 1.0, 1.0])
         pivot = Z + side * data.pivot * X
         end = pivot + mirror * reach
-        joints.append(Joint(0, Y, pivot))
-        bodies.append(joined([rod(pivot, end, data.rod, section), point_mass(data.ball, end)]))
+        joints.append(TreeJoint(0, Y, pivot))
+        bodies.append(joined_body([rod(pivot, end, data.rod, section), point_mass(data.ball, end)]))
         middle, hold = (pivot + end) / 2, height + side * data.cube / 2 * X
         struts.append(Strut(len(joints) - 1, 1, middle, hold, data.stiffness, data.damping, data.rest))
     system = System(

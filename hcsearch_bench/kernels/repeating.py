@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
 
 
 @lean
 def accelerate_often(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, times: int, work: Work, a: Reals
+    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, times: int, work: Work, a: Reals
 ) -> None:
     """Evaluate the accelerations of one state so many times, as the stages of a step do; after `accelerate`."""
     for _ in range(times):

@@ -17,7 +17,7 @@ from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
 from hcsearch_bench.run.bench import Say
 
 if TYPE_CHECKING:
-    from hcsearch.motion.paths.motions import Path
+    from hcsearch.motion.paths.motions import MotionPath
     from hcsearch.shape.linkage import Linkage
     from hcsearch.shape.pattern import Pattern
 
@@ -68,8 +68,8 @@ class ExtremeScene:
     group: str
     name: str
     linkage: Linkage
-    run: Callable[[], Path]
-    error: Callable[[Path], float] | None = None
+    run: Callable[[], MotionPath]
+    error: Callable[[MotionPath], float] | None = None
     allowed: float = 0.0
 
 
@@ -123,7 +123,7 @@ def judge(scene: ExtremeScene) -> ExtremeRow:
     return row
 
 
-def _check(row: ExtremeRow, path: Path) -> None:
+def _check(row: ExtremeRow, path: MotionPath) -> None:
     if not np.isfinite(path.angles).all() or not math.isfinite(row.residual):
         raise HcsearchError(f"{row.group}, {row.scene}: a number is not finite; report this")
     if row.error is not None and row.bound is not None and row.error > 10 * row.bound + ACCURATE:
@@ -153,20 +153,24 @@ def _shapes(quick: bool) -> Iterator[ExtremeScene]:
 
 def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
     """A unit that opens from its folded state."""
-    from hcsearch.motion.paths.following import follow
+    from hcsearch.motion.paths.following import follow_path
 
     return ExtremeScene(
-        group, name, unit.linkage, partial(follow, unit.linkage, unit.linkage.folded, unit.opening()), unit.path_error
+        group,
+        name,
+        unit.linkage,
+        partial(follow_path, unit.linkage, unit.linkage.folded, unit.opening()),
+        unit.path_error,
     )
 
 
 def _sizes(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.motion.paths.following import follow
+    from hcsearch.motion.paths.following import follow_path
 
     for panels in (2, 200) if quick else (2, 20, 200, 2000):
         chain = _chain(panels)
         yield ExtremeScene(
-            "open chains", f"{panels} squares in a row", chain, partial(follow, chain, chain.folded), _straight
+            "open chains", f"{panels} squares in a row", chain, partial(follow_path, chain, chain.folded), _straight
         )
     for panels in (6, 200) if quick else (6, 20, 200, 2000):
         yield _there_and_back(f"ring of {panels} squares, there and back", ring(panels // 2))
@@ -175,17 +179,17 @@ def _sizes(quick: bool) -> Iterator[ExtremeScene]:
 def _chain(panels: int) -> Linkage:
     """Squares in a row that fold like a map, on alternating faces."""
     from hcsearch.shape.linkage import Linkage
-    from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
+    from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
     side = 0.05
     facets = tuple(
         tuple((side * (k + x), side * y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))) for k in range(panels)
     )
-    creases = {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(panels - 1)}
+    creases = {(k, k + 1): MOUNTAIN_CREASE if k % 2 else VALLEY_CREASE for k in range(panels - 1)}
     return Linkage(Pattern.from_polygons(facets, creases, 0.006))
 
 
-def _straight(path: Path) -> float:
+def _straight(path: MotionPath) -> float:
     """How far a path is from the straight line between its ends."""
     share = path.lengths / path.lengths[-1]
     return float(np.abs(path.angles - (path.angles[0] + share[:, None] * (path.end - path.angles[0]))).max())
@@ -193,19 +197,19 @@ def _straight(path: Path) -> float:
 
 def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
-    from hcsearch.motion.kinematics.closing import close
-    from hcsearch.motion.paths.following import Limits, Stepping, follow
+    from hcsearch.motion.kinematics.closing import close_linkage
+    from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
 
     rng = np.random.default_rng(linkage.n_hinges)
-    start = close(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
+    start = close_linkage(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
     direction = rng.standard_normal(linkage.n_hinges)
 
-    def run() -> Path:
-        options = {"limits": Limits(goal="none", stops=False, length=1.0), "stepping": Stepping(tolerance=SHORT)}
-        there = follow(linkage, start, direction, **options)  # type: ignore[arg-type]
+    def run() -> MotionPath:
+        options = {"limits": PathLimits(goal="none", stops=False, length=1.0), "stepping": Stepping(tolerance=SHORT)}
+        there = follow_path(linkage, start, direction, **options)  # type: ignore[arg-type]
         if not there.success or there.velocity is None:
             return there
-        return follow(linkage, there.end, -there.velocity, **options)  # type: ignore[arg-type]
+        return follow_path(linkage, there.end, -there.velocity, **options)  # type: ignore[arg-type]
 
     # among many motions closure does not correct the direction: each step adds to the error
     return ExtremeScene("loops", name, linkage, run, lambda p: float(np.abs(p.end - start).max()), allowed=50 * SHORT)
@@ -214,12 +218,12 @@ def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
 def _starts() -> Iterator[ExtremeScene]:
     from hcsearch.library.assemblies.assembly import Parameters
     from hcsearch.library.assemblies.eight_r import eight_r
-    from hcsearch.motion.paths.branches import branches
-    from hcsearch.motion.paths.following import Limits, follow
+    from hcsearch.motion.paths.branches import find_branches
+    from hcsearch.motion.paths.following import PathLimits, follow_path
     from hcsearch.shape.linkage import Linkage
 
     element = Linkage(eight_r(Parameters()))
-    subjects: list[tuple[str, Linkage, Callable[[Path], float] | None]] = [("8R", element, None)]
+    subjects: list[tuple[str, Linkage, Callable[[MotionPath], float] | None]] = [("8R", element, None)]
     for name in ("I", "II"):
         unit = KnownUnit(name)
         subjects.append((f"unit {name}", unit.linkage, unit.path_error))
@@ -227,12 +231,12 @@ def _starts() -> Iterator[ExtremeScene]:
         for state in ("folded", "flat"):
             start = getattr(linkage, state)
 
-            def along_branch(linkage: Linkage = linkage, start: Reals = start) -> Path:
-                ways = [b.direction for b in branches(linkage, start, stops=True).finite if b.within]
-                return follow(linkage, start, ways[0])
+            def along_branch(linkage: Linkage = linkage, start: Reals = start) -> MotionPath:
+                ways = [b.direction for b in find_branches(linkage, start, stops=True).finite if b.within]
+                return follow_path(linkage, start, ways[0])
 
-            def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> Path:
-                return follow(linkage, start, limits=Limits(goal="flat" if state == "folded" else "folded"))
+            def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> MotionPath:
+                return follow_path(linkage, start, limits=PathLimits(goal="flat" if state == "folded" else "folded"))
 
             yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, along_branch, error)
             yield ExtremeScene("singular start", f"{name} {state}, no direction given", linkage, straight, error)
@@ -241,7 +245,7 @@ def _starts() -> Iterator[ExtremeScene]:
 def _nearly(quick: bool) -> Iterator[ExtremeScene]:
     from hcsearch.library.assemblies.assembly import Parameters
     from hcsearch.library.assemblies.eight_r import eight_r
-    from hcsearch.motion.paths.following import follow
+    from hcsearch.motion.paths.following import follow_path
     from hcsearch.shape.linkage import Linkage
 
     unit = KnownUnit("II")
@@ -254,7 +258,7 @@ def _nearly(quick: bool) -> Iterator[ExtremeScene]:
                 "nearly parallel hinges",
                 f"{name}, corners moved by {share:g} of the base",
                 linkage,
-                partial(follow, linkage, linkage.flat, way),
+                partial(follow_path, linkage, linkage.flat, way),
             )
 
 

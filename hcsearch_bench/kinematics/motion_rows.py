@@ -11,8 +11,8 @@ import numpy as np
 
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.paths.branches import branches
-from hcsearch.motion.paths.descent import descend, find_motion
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.descent import descend_energy, find_descent
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.kinematics.path_methods import UNITS, KnownUnit
@@ -75,7 +75,7 @@ def measure_branches(*, say: Say) -> list[BranchRow]:
             for stops in (False, True):
                 say(f"branches of unit {name}, {state}{', with stops' if stops else ''}")
                 begin = time.perf_counter()
-                search = branches(linkage, getattr(linkage, state), stops=stops)
+                search = find_branches(linkage, getattr(linkage, state), stops=stops)
                 seconds = time.perf_counter() - begin
                 dimensions = [branch.dimension for branch in search.branches]
                 rows.append(
@@ -106,11 +106,11 @@ def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[De
             once, searched, ends, all_ends = [], [], Counter[str](), Counter[str]()
             for folding in subjects:
                 linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), flat_pairs=pairs))
-                descend(linkage, max_steps=1)  # what is cached is not counted
+                descend_energy(linkage, max_steps=1)  # what is cached is not counted
                 begin = time.perf_counter()
-                ends[descend(linkage).outcome] += 1
+                ends[descend_energy(linkage).outcome] += 1
                 middle = time.perf_counter()
-                all_ends[find_motion(linkage).path.outcome] += 1
+                all_ends[find_descent(linkage).path.outcome] += 1
                 once.append(1e3 * (middle - begin))
                 searched.append(1e3 * (time.perf_counter() - middle))
             rows.append(

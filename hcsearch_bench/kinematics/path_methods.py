@@ -16,7 +16,7 @@ from hcsearch_bench.run.bench import Say
 
 if TYPE_CHECKING:
     from hcsearch.motion.paths.following import Stepping
-    from hcsearch.motion.paths.motions import Path
+    from hcsearch.motion.paths.motions import MotionPath
     from hcsearch.shape.linkage import Linkage
 
 UNITS = ("I", "II")
@@ -112,7 +112,7 @@ class KnownUnit:
         second = 2 * np.arctan2(np.sin(first / 2), math.cos(self.parameters.alpha) * np.cos(first / 2))
         return float(np.abs(phi - np.where(self.legs, second, first)).max())
 
-    def path_error(self, path: Path) -> float:
+    def path_error(self, path: MotionPath) -> float:
         """`off_path` of a path's states."""
         return self.off_path(path.angles)
 
@@ -156,16 +156,16 @@ def _steppings(quick: bool) -> Iterator[Stepping]:
 
 
 def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> PathRow:
-    from hcsearch.motion.paths.following import Limits, follow
+    from hcsearch.motion.paths.following import PathLimits, follow_path
 
     adaptive = stepping.adapts
     start = unit.linkage.folded if adaptive else unit.at(MARGIN)
-    limits = Limits(events=False, max_steps=20_000)
+    limits = PathLimits(events=False, max_steps=20_000)
     if not adaptive:
         limits = replace(limits, goal="none", length=unit.length(MARGIN, math.pi - MARGIN))
 
-    def run() -> Path:
-        return follow(unit.linkage, start, unit.opening(), stepping=stepping, limits=limits)
+    def run() -> MotionPath:
+        return follow_path(unit.linkage, start, unit.opening(), stepping=stepping, limits=limits)
 
     path, seconds, runs = _timed(run, repeats)
     arrived = path.success
@@ -187,7 +187,7 @@ def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> P
     )
 
 
-def _timed(run: Callable[[], Path], repeats: int) -> tuple[Path, float, int]:
+def _timed(run: Callable[[], MotionPath], repeats: int) -> tuple[MotionPath, float, int]:
     """What a run gives, the median of its times, and how often it ran: once where it is slow."""
     times: list[float] = []
     while len(times) < repeats and sum(times) < 2.0:

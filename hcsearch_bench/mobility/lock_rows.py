@@ -15,7 +15,7 @@ from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.designs.twisting import twist_batch
-from hcsearch.motion.locks.proofs import Lock, lock_at
+from hcsearch.motion.locks.proofs import LockVerdict, lock_at
 from hcsearch.motion.locks.tightness import Tightness, tightness
 from hcsearch.search.enumeration import FoldedSearch
 from hcsearch.search.stages.mobility import mobility
@@ -217,7 +217,7 @@ def _tight(folding: Folding, panel: PanelSize, flat_pairs: Way) -> list[TightRow
     return rows
 
 
-def _tight_row(folding: Folding, end: str, pairs: str, lock: Lock, measured: Tightness) -> TightRow:
+def _tight_row(folding: Folding, end: str, pairs: str, lock: LockVerdict, measured: Tightness) -> TightRow:
     assert lock.order is not None
     return TightRow(
         folding=folding.notation,
@@ -232,16 +232,16 @@ def _tight_row(folding: Folding, end: str, pairs: str, lock: Lock, measured: Tig
     )
 
 
-def _ends(folding: Folding, panel: PanelSize, flat_pairs: Way = "rigid") -> dict[str, Lock]:
+def _ends(folding: Folding, panel: PanelSize, flat_pairs: Way = "rigid") -> dict[str, LockVerdict]:
     linkage = Linkage(folding.pattern(panel, flat_pairs=flat_pairs))
     return {"folded": lock_at(linkage, linkage.folded), "flat": lock_at(linkage, linkage.flat)}
 
 
-def _is_locked(ends: dict[str, Lock]) -> bool:
+def _is_locked(ends: dict[str, LockVerdict]) -> bool:
     return any(lock.locked for lock in ends.values())
 
 
-def _play(folding: Folding, panel: PanelSize, end: tuple[str, Lock]) -> float | None:
+def _play(folding: Folding, panel: PanelSize, end: tuple[str, LockVerdict]) -> float | None:
     """Turn of the freest hinge in multiples of a gap at all stops, at most, by a first-order lock's own wrench.
 
     With x_i >= -gap the wrench y bounds every turn: y . A x = 0 makes (y . A_i) x_i at most the sum of the other

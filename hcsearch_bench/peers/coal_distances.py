@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 
 TOLERANCE, ROUNDS = 1e-10, 1000
 """Of its search, m: its distances are too great by up to that. They take as long with any, but some get worse below:
@@ -51,7 +51,7 @@ def _set(request: Any, *, warm: bool) -> None:
         request.enable_cached_gjk_guess = warm
 
 
-def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -> tuple[Reals, float]:
+def one_by_one(shapes: list[Reals], which: WholeNumbers, turns: Reals, shifts: Reals) -> tuple[Reals, float]:
     """Distances of pairs, 0 where they meet, and the processor seconds of the calls alone."""
     import coal
 
@@ -73,7 +73,7 @@ def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -
 class CoalScene:
     """Solids that are placed freely, and pairs of them whose distances are all computed at once."""
 
-    def __init__(self, solids: list[Reals], pairs: Whole, *, moving: bool) -> None:
+    def __init__(self, solids: list[Reals], pairs: WholeNumbers, *, moving: bool) -> None:
         import pinocchio as pin
 
         self.pin, self.model, self.shapes = pin, pin.Model(), pin.GeometryModel()

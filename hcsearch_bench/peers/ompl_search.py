@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.planning.closing import close, new_closing, open_by
-from hcsearch.kernels.planning.search import PIECE, fan_out
-from hcsearch.kernels.planning.space import pick, place
+from hcsearch.kernels.planning.closing import close_state, largest_closure_residual, new_closing
+from hcsearch.kernels.planning.search import MAX_SEARCH_PIECE, fan_out
+from hcsearch.kernels.planning.space import pick_state, place_state
 from hcsearch.kernels.planning.trees import StateTree, new_tree
-from hcsearch.motion.planning.forests import CAPACITY, STARTS, TRIES
+from hcsearch.motion.planning.forests import MAX_ROOT_TRIES, ROOT_START_COUNT, TREE_STATE_CAPACITY
 from hcsearch.motion.planning.planner import Planner
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import UnableError
@@ -62,22 +62,22 @@ class _Rules:
         self.space = planner.space
         self.size = planner.linkage.n_hinges
         self.work = new_closing(planner.space.loops)
-        self.state = pick(planner.stack, 0)
+        self.state = pick_state(planner.stack, 0)
 
     def project(self, angles: Reals) -> Reals | None:
         """The nearest closed angles within the stops, or None."""
         closed: Reals = np.array(angles)
-        return closed if close(self.space.loops, closed, TOLERANCE, 0.0, STEPS, self.work) else None
+        return closed if close_state(self.space.loops, closed, TOLERANCE, 0.0, STEPS, self.work) else None
 
     def closed(self, angles: Reals) -> bool:
         """Whether angles are closed."""
-        return bool(open_by(self.space.loops, np.array(angles), self.work) < TOLERANCE)
+        return bool(largest_closure_residual(self.space.loops, np.array(angles), self.work) < TOLERANCE)
 
     def valid(self, angles: Reals | None) -> bool:
         """Whether angles are within the stops, and panels apart."""
         if angles is None or angles.min() < 0.0 or angles.max() > math.pi:
             return False
-        return bool(place(self.space, angles, self.space.least, self.state))
+        return bool(place_state(self.space, angles, self.space.least, self.state))
 
 
 def _problem(base: Any, rules: _Rules, ends: list[list[Reals]]) -> Any:
@@ -88,7 +88,7 @@ def _problem(base: Any, rules: _Rules, ends: list[list[Reals]]) -> Any:
     stops.setHigh(math.pi)
     angles.setBounds(stops)
     space = base.ProjectedStateSpace(angles, _closure(base, rules))
-    space.setDelta(PIECE)
+    space.setDelta(MAX_SEARCH_PIECE)
     information = base.ConstrainedSpaceInformation(space)
     information.setStateValidityChecker(_checker(base, rules, information))
     information.setup()
@@ -136,9 +136,9 @@ def _angles(state: Any, size: int) -> Reals:
 def _fanned(planner: Planner, seed: int) -> tuple[StateTree, StateTree]:
     """Trees of states near the packed and near the flat state, as our own planner begins with."""
     roots = planner.space.folded, np.zeros(planner.linkage.n_hinges)
-    trees = new_tree(CAPACITY, roots[0]), new_tree(CAPACITY, roots[1])
+    trees = new_tree(TREE_STATE_CAPACITY, roots[0]), new_tree(TREE_STATE_CAPACITY, roots[1])
     for side, tree in enumerate(trees):
-        fan_out(planner.space, tree, STARTS, TRIES, 2 * seed + side, planner.stack, planner.work)
+        fan_out(planner.space, tree, ROOT_START_COUNT, MAX_ROOT_TRIES, 2 * seed + side, planner.stack, planner.work)
     return trees
 
 

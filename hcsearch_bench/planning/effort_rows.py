@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.designs.folding import folding_at
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch_bench.planning.folding_rows import Group
 from hcsearch_bench.run.timing import Stopwatch
@@ -46,7 +46,7 @@ def effort_rows(group: Group, most: int) -> list[EffortRow]:
         for folding in waiting:
             watch = Stopwatch()
             with watch:
-                motion = motion_of(folding, panel, allowed, SCENE.margin, budget=effort, done=effort - 1)
+                motion = plan_motion(folding, panel, allowed, SCENE.margin, budget=effort, done=effort - 1)
             seconds[folding] += watch.cpu
             if motion.margin is not None or motion.locked:
                 counts["locked" if motion.locked else "movable"] += 1

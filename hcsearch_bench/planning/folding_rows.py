@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.designs.folding import folding_at
 from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
-from hcsearch.motion.planning.proofs import PLAYS
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import locked_with, locks_of, mobility
@@ -191,7 +191,7 @@ def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) 
 def margin_rows(rows: Sequence[FoldingRow]) -> list[MarginRow]:
     """What is settled of a set within each margin that paths are certified at."""
     counts = []
-    for margin in map(_mm, PLAYS):
+    for margin in map(_mm, CERTIFIED_MARGINS):
         movable = sum(row.margin_mm is not None and row.margin_mm <= margin for row in rows)
         locked = _count(rows, "locked")
         counts.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))

@@ -104,15 +104,15 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
     from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.springs.deployment.deploying import judged, run
-    from hcsearch.springs.dynamics.simulation import simulate
+    from hcsearch.springs.deployment.deploying import deployment_of_motion, simulate_compiled
+    from hcsearch.springs.dynamics.simulation import simulate_system
 
     keep = frozenset(OMISSIONS if case.whole else ())
     compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)
     if not case.subject.flat:
-        return run(compiled, method=case.method, tolerance=case.tolerance, certified=False, max_steps=FEW)
+        return simulate_compiled(compiled, method=case.method, tolerance=case.tolerance, certified=False, max_steps=FEW)
     begin = time.perf_counter()
-    motion = simulate(
+    motion = simulate_system(
         compiled.system,
         case.subject.start_of(compiled),
         end=compiled.seconds,
@@ -121,7 +121,7 @@ def simulated(case: SweepCase) -> Deployment:
         restitution=case.scene.restitution,
         max_steps=FEW,
     )
-    return judged(compiled, motion, time.perf_counter() - begin, certified=False)
+    return deployment_of_motion(compiled, motion, time.perf_counter() - begin, certified=False)
 
 
 def finite(deployment: Deployment) -> bool:

@@ -172,7 +172,7 @@ def branches_of_assemblies() -> Answer:
     Of families, of which a search shows some members, their dimensions.
     """
     from hcsearch.library.assemblies import ASSEMBLIES
-    from hcsearch.motion.paths.branches import branches
+    from hcsearch.motion.paths.branches import find_branches
     from hcsearch.shape.linkage import Linkage
 
     answer: Answer = []
@@ -180,7 +180,7 @@ def branches_of_assemblies() -> Answer:
         linkage = Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
         for state in ("folded", "flat"):
             for stops in (False, True):
-                result = branches(linkage, getattr(linkage, state), stops=stops)
+                result = find_branches(linkage, getattr(linkage, state), stops=stops)
                 families = sorted({branch.dimension for branch in result.branches} - {0})
                 search = {"subject": name, "state": state, "stops": stops}
                 answer.append(search | {"nullity": result.nullity, "families": families})

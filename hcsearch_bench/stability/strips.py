@@ -12,7 +12,7 @@ from hcsearch.basics.arrays import Reals
 
 if TYPE_CHECKING:
     from hcsearch.shape.linkage import Linkage
-    from hcsearch.springs.deployment.compiling import Compiled
+    from hcsearch.springs.deployment.compiling import CompiledScene
 
 
 SIDE = 0.050
@@ -44,7 +44,7 @@ class StabilitySubject:
         """Its panels and hinges."""
         return _linkage(self.name, self.panels, self.ratio)
 
-    def start_of(self, compiled: Compiled) -> Reals:
+    def start_of(self, compiled: CompiledScene) -> Reals:
         """Coordinates of the joints at the start."""
         return np.zeros_like(compiled.start) if self.flat else compiled.start
 
@@ -75,9 +75,9 @@ def _linkage(name: str, panels: int, ratio: float) -> Linkage:
 def _strip(panels: int, thickness: float) -> Linkage:
     """Squares in a row that fold like a map, on alternating faces; the first one is held."""
     from hcsearch.shape.linkage import Linkage
-    from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
+    from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((SIDE * (k + x), SIDE * y) for x, y in corners) for k in range(panels))
-    creases = {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(panels - 1)}
+    creases = {(k, k + 1): MOUNTAIN_CREASE if k % 2 else VALLEY_CREASE for k in range(panels - 1)}
     return Linkage(Pattern.from_polygons(facets, creases, thickness))

@@ -18,7 +18,7 @@ from hcsearch.basics.errors import HcsearchError
 if TYPE_CHECKING:
     from hcsearch.basics.vocabulary import Formulation
     from hcsearch.scenes import Scene
-    from hcsearch.springs.deployment.compiling import Compiled
+    from hcsearch.springs.deployment.compiling import CompiledScene
     from hcsearch.springs.deployment.deploying import Deployment
     from hcsearch.springs.dynamics.simulation import Motion
     from hcsearch_bench.stability.strips import StabilitySubject
@@ -226,18 +226,18 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
     from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.springs.deployment.outcomes import FLAT
-    from hcsearch.springs.dynamics.simulation import simulate
+    from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
+    from hcsearch.springs.dynamics.simulation import simulate_system
 
     compiled = compile_scene(subject.linkage, scene, formulation, keep=frozenset(OMISSIONS))
-    motion = simulate(
+    motion = simulate_system(
         compiled.system,
         subject.start_of(compiled),
         end=compiled.seconds,
         method=method,
         tolerance=tolerance,
         restitution=scene.restitution,
-        flat=None if subject.flat else FLAT,
+        flat=None if subject.flat else FLAT_FOLD_ANGLE,
         watched=compiled.hinged,
         longest_step=compiled.seconds / FINE,
         max_steps=20 * FINE,
@@ -251,7 +251,7 @@ def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, meth
 class Fine:
     """A simulation to compare to."""
 
-    compiled: Compiled
+    compiled: CompiledScene
     motion: Motion
 
     def distance(self, deployment: Deployment) -> float:

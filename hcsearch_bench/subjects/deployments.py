@@ -15,8 +15,8 @@ from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import OMISSIONS, Compiled, compile_scene
-from hcsearch.springs.deployment.deploying import run
+from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.deploying import simulate_compiled
 from hcsearch.springs.dynamics.system import System
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)
@@ -46,7 +46,7 @@ class DeploymentSubject:
         """Its panels and hinges."""
         return self.build()
 
-    def compiled(self, formulation: str, scene: Scene = SCENE) -> Compiled:
+    def compiled(self, formulation: str, scene: Scene = SCENE) -> CompiledScene:
         """A scene in a formulation, or `constrained` with nothing left out."""
         if formulation == WHOLE:
             return compile_scene(self.linkage, scene, keep=frozenset(OMISSIONS) - {"stops"})
@@ -55,7 +55,7 @@ class DeploymentSubject:
 
     def horizon(self, formulation: str) -> float:
         """Until when motions are compared, s: before the first event of a tight run, and before `until`."""
-        motion = run(self.compiled(formulation), tolerance=TIGHT, certified=False).motion
+        motion = simulate_compiled(self.compiled(formulation), tolerance=TIGHT, certified=False).motion
         first = motion.events[0].time if motion.events else motion.times[-1]
         return min(SHARE * float(first), self.until)
 
@@ -70,7 +70,7 @@ class Case:
 
     subject: str
     formulation: str
-    compiled: Compiled
+    compiled: CompiledScene
     end: float
 
     @cached_property

@@ -9,7 +9,7 @@ from hcsearch import GRIDS, SCENES, Circuit, Folding, Linkage, Scene, enumerate_
 from hcsearch.basics.errors import ArrayError
 from hcsearch.designs.twisting import twist
 from hcsearch.search.enumeration import ArraySearch
-from hcsearch.shape.pattern import VALLEY, Pattern
+from hcsearch.shape.pattern import VALLEY_CREASE, Pattern
 from tests.strategies import circuits, congruences
 
 NAMES = {name: getattr(hcsearch, name) for name in hcsearch.__all__}
@@ -51,7 +51,7 @@ def test_texts_of_linkages_of_foldings_rebuild_them(name, panel, flat_pairs):
 def test_a_linkage_of_another_pattern_says_how_large_it_is():
     facets = (((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), ((1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)))
     assert (
-        repr(Linkage(Pattern.from_polygons(facets, {(0, 1): VALLEY}, 0.1)))
+        repr(Linkage(Pattern.from_polygons(facets, {(0, 1): VALLEY_CREASE}, 0.1)))
         == "<Linkage of 2 panels and 1 hinges, base 0>"
     )
 

@@ -9,7 +9,7 @@ import pytest
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, Parameters
 from hcsearch.library.assemblies.description import compare, describe, stated_parameters
 from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]
 
@@ -81,7 +81,7 @@ def test_published_at_defaults_only_there():
 def test_a_pattern_that_does_not_fold_says_so():
     corners = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     squares = tuple(tuple((x + a, y + b) for a, b in corners) for x, y in corners)
-    creases = {(0, 1): VALLEY, (1, 2): VALLEY, (2, 3): VALLEY, (0, 3): MOUNTAIN}
+    creases = {(0, 1): VALLEY_CREASE, (1, 2): VALLEY_CREASE, (2, 3): VALLEY_CREASE, (0, 3): MOUNTAIN_CREASE}
     assembly = Assembly(
         "four", "Four squares", "none", ("thickness",), lambda _: Pattern.from_polygons(squares, creases, 0.1)
     )

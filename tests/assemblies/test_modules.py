@@ -14,11 +14,11 @@ from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies import modules as m
 from hcsearch.library.assemblies.packages import package
 from hcsearch.library.assemblies.sheets import doubled, folded_to, joined, mirrored, sheet
-from hcsearch.motion.kinematics.closing import CLOSED
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.rank import rank_at
-from hcsearch.motion.paths.branches import branches
+from hcsearch.motion.paths.branches import find_branches
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import MOUNTAIN, VALLEY, overlay
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, overlay
 
 _FILE = json.loads((Path(__file__).parents[1] / "golden" / "thesis_chapter6.json").read_text("utf-8"))
 GOLDEN, DEPARTURES = _FILE["assemblies"], _FILE["departures"]
@@ -44,7 +44,7 @@ def residual(pattern, angles):
 def dof(pattern, grid=1.1):
     """Degrees of freedom at a state of the motion; None where equation 6.4 does not close it."""
     angles = folded_to(pattern, grid)
-    return rank_at(Linkage(pattern), angles).nullity if residual(pattern, angles) <= CLOSED else None
+    return rank_at(Linkage(pattern), angles).nullity if residual(pattern, angles) <= CLOSED_LOOP_RESIDUAL else None
 
 
 def footprint(pattern):
@@ -87,7 +87,7 @@ def test_modules_keep_closed_with_one_dof_for_any_size(name, data):
     assert dof(pattern, data.draw(st.floats(0.3, math.pi - 0.2))) == 1
     for grid, end in ((0.0, linkage.flat), (math.pi, linkage.folded)):
         assert folded_to(pattern, grid) == pytest.approx(end)
-        assert residual(pattern, folded_to(pattern, grid)) <= CLOSED
+        assert residual(pattern, folded_to(pattern, grid)) <= CLOSED_LOOP_RESIDUAL
     assert dof(pattern, math.pi / 2) == rank_at(linkage, ASSEMBLIES[name].between(parameters)).nullity
 
 
@@ -116,7 +116,7 @@ def test_nullity_of_flat_and_folded_state(name):
 def test_one_motion_within_the_stops_opens_the_folded_stack(name):
     pattern = ASSEMBLIES[name].build(SIZE)
     linkage = Linkage(pattern)
-    (only,) = branches(linkage, linkage.folded, stops=True).finite
+    (only,) = find_branches(linkage, linkage.folded, stops=True).finite
     opening = folded_to(pattern, math.pi - 1e-6) - linkage.folded
     assert only.direction == pytest.approx(opening / np.linalg.norm(opening), abs=1e-5)
 
@@ -197,7 +197,7 @@ def test_module_i_folds_flat_along_each_of_its_aligned_creases():
     for hinges in lines.values():
         angles = np.zeros(len(pattern.hinges))
         angles[hinges] = 1.0
-        assert residual(pattern, angles) <= CLOSED
+        assert residual(pattern, angles) <= CLOSED_LOOP_RESIDUAL
 
 
 # arrays of modules I
@@ -289,7 +289,7 @@ def test_ring_of_four_modules_i_has_a_void_and_must_be_hinged_on_the_diagonals_f
     assert squares(ring.area) == pytest.approx(32)  # of 36: the void has two squares, the outer corners as much
     half = doubled(m.module_i(SIZE), "x", 3 * SIDE)
     assert dof(doubled(half, "y", 3 * SIDE)) is None  # merged along both mirrors
-    other = doubled(half, "y", 3 * SIDE, MOUNTAIN)
+    other = doubled(half, "y", 3 * SIDE, MOUNTAIN_CREASE)
     assert overlap(other) > 0
     assert dof(other) is None  # it would have to open beyond flat
 
@@ -322,16 +322,16 @@ def test_module_ii_has_ten_bodies_around_its_slit():
 
 def test_module_ii_must_be_hinged_on_the_face_of_the_diagonals():
     half = doubled(sheet(("\\.", ".\\"), SIDE, THICK).inverted(), "x", 2 * SIDE)
-    right, wrong = (doubled(half, "y", 0.0, crease) for crease in (MOUNTAIN, VALLEY))
+    right, wrong = (doubled(half, "y", 0.0, crease) for crease in (MOUNTAIN_CREASE, VALLEY_CREASE))
     assert (overlap(right), dof(right)) == (0, 1)
     assert overlap(wrong) > 0
     angles = folded_to(right, 1.1)
     hinges = [k for k, hinge in enumerate(right.hinges) if abs(hinge.start[1]) + abs(hinge.end[1]) < 1e-9]
     angles[hinges] *= -1  # on the other face the same motion turns these hinges the other way
-    assert residual(wrong, angles) <= CLOSED
+    assert residual(wrong, angles) <= CLOSED_LOOP_RESIDUAL
     # one on each face does not close at all
     (pair, *_) = [pair for pair in right.edges if pair in right.creases and on_axis(right.segment(pair))]
-    mixed = right.with_creases({pair: VALLEY})
+    mixed = right.with_creases({pair: VALLEY_CREASE})
     assert min(residual(mixed, turned(mixed, hinges, s)) for s in np.linspace(-3, 3, 61)) > 0.1
 
 

@@ -14,7 +14,7 @@ from hcsearch.library.assemblies.eight_r import ten_triangles
 from hcsearch.library.assemblies.packages import Column, Package, flat_overlap, package
 from hcsearch.library.assemblies.units import unit_i, unit_ii
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern
 from tests.strategies import circuits
 
 SQUARES = tuple(((x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)) for x in map(float, range(8)))
@@ -89,7 +89,7 @@ def test_volume_is_kept_where_nothing_is_empty_or_shared():
 
 def test_a_stair():
     flat = Crease("top", closes=False)
-    folded = package(strip([VALLEY, flat]))
+    folded = package(strip([VALLEY_CREASE, flat]))
     # the first panel lies on the second, and the third beside them
     assert sorted((column.panels, round(column.area, 9)) for column in folded.columns) == [(1, 1.0), (2, 1.0)]
     assert folded.stepped
@@ -99,7 +99,7 @@ def test_a_stair():
 
 def test_voids_and_overlaps():
     # three panels rolled up: the last one would lie where the second is, on the first
-    rolled = package(strip([VALLEY, VALLEY]))
+    rolled = package(strip([VALLEY_CREASE, VALLEY_CREASE]))
     assert rolled.overlap_volume == pytest.approx(0.1)
     column = Column((0, 1, 1, 4), 2.0)
     assert (column.panels, column.gaps, column.overlaps) == (4, 2, 1)
@@ -114,14 +114,19 @@ def test_a_ratio_that_is_none_of_whole_numbers():
 
 
 def test_a_rigid_sheet_is_its_own_package():
-    folded = package(strip([RIGID, RIGID]))
+    folded = package(strip([RIGID_CREASE, RIGID_CREASE]))
     assert (folded.whole_ratio, folded.n_layers, folded.heights, folded.stepped) == ("1:1", 1, (1,), False)
 
 
 def test_no_folded_state():
     corners = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     squares = tuple(tuple((x + a, y + b) for a, b in corners) for x, y in corners)
-    ring = {(0, 1): VALLEY, (1, 2): VALLEY, (2, 3): VALLEY, (0, 3): MOUNTAIN}  # the last hinge line lies too low
+    ring = {
+        (0, 1): VALLEY_CREASE,
+        (1, 2): VALLEY_CREASE,
+        (2, 3): VALLEY_CREASE,
+        (0, 3): MOUNTAIN_CREASE,
+    }  # the last hinge line lies too low
     with pytest.raises(PatternError, match="no folded state"):
         package(Pattern.from_polygons(squares, ring, 0.1))
 
@@ -131,4 +136,4 @@ def test_overlap_in_the_flat_state():
     both = Pattern.from_polygons(triangles, {}, 0.1)
     expected = shapely.Polygon(triangles[0]).intersection(shapely.Polygon(triangles[1])).area
     assert flat_overlap(both) == pytest.approx(expected)
-    assert flat_overlap(strip([RIGID, RIGID])) == 0
+    assert flat_overlap(strip([RIGID_CREASE, RIGID_CREASE])) == 0

@@ -3,8 +3,8 @@ from xml.etree import ElementTree
 import pytest
 
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.shape.drawing import STYLES
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
+from hcsearch.shape.drawing import DRAWING_STYLES
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern
 from hcsearch.shape.pattern_drawing import draw_pattern
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -41,11 +41,11 @@ def test_every_line_is_drawn_once_and_within_the_picture(name):
     _, _, width, height = map(int, root.get("viewBox").split())
     assert all(0 <= x <= width and 0 <= y <= height for lines in drawn.values() for line in lines for x, y in line)
     assert root.find(f"{SVG}title").text == "pattern"
-    assert all(path.get("stroke") == STYLES[path.get("class")]["stroke"] for path in root.iter(f"{SVG}path"))
+    assert all(path.get("stroke") == DRAWING_STYLES[path.get("class")]["stroke"] for path in root.iter(f"{SVG}path"))
 
 
 def test_seen_from_above_with_y_upwards():
-    pattern = Pattern.from_polygons(squares((0, 0), (0, 1)), {(0, 1): VALLEY}, 0.1)
+    pattern = Pattern.from_polygons(squares((0, 0), (0, 1)), {(0, 1): VALLEY_CREASE}, 0.1)
     _, drawn = subpaths(draw_pattern(pattern))
     lower, upper = drawn["panel"]
     assert min(y for _, y in lower) == max(y for _, y in upper)
@@ -53,7 +53,7 @@ def test_seen_from_above_with_y_upwards():
 
 def test_rigid_creases_are_not_drawn_and_edges_within_a_panel_neither():
     block = squares((0, 0), (1, 0), (1, 1), (0, 1))
-    pattern = Pattern.from_polygons(block, {(0, 1): RIGID, (1, 2): RIGID, (2, 3): RIGID}, 0.1)
+    pattern = Pattern.from_polygons(block, {(0, 1): RIGID_CREASE, (1, 2): RIGID_CREASE, (2, 3): RIGID_CREASE}, 0.1)
     _, drawn = subpaths(draw_pattern(pattern))
     (outline,) = drawn["panel"]
     assert set(drawn) == {"panel"}
@@ -62,14 +62,14 @@ def test_rigid_creases_are_not_drawn_and_edges_within_a_panel_neither():
 
 def test_a_panel_around_a_hole_has_two_outlines():
     ring = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
-    creases = {(k, k + 1): RIGID for k in range(7)}
+    creases = {(k, k + 1): RIGID_CREASE for k in range(7)}
     _, drawn = subpaths(draw_pattern(Pattern.from_polygons(squares(*ring), creases, 0.1)))
     assert sorted(map(len, drawn["panel"])) == [4, 12]
 
 
 def test_flat_hinges_and_titles():
     pattern = Pattern.from_polygons(
-        squares((0, 0), (1, 0), (2, 0)), {(0, 1): Crease("top", closes=False), (1, 2): MOUNTAIN}, 0.1
+        squares((0, 0), (1, 0), (2, 0)), {(0, 1): Crease("top", closes=False), (1, 2): MOUNTAIN_CREASE}, 0.1
     )
     root, drawn = subpaths(draw_pattern(pattern, "a < b"))
     assert {kind: len(lines) for kind, lines in drawn.items()} == {"panel": 3, "hinge": 1, "mountain": 1}

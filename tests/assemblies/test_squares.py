@@ -15,7 +15,7 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies.packages import package
 from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, RING, array_6r, element_6r, stepwise, thesis_4x4
-from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.rank import decide_rank, rank_at
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.shape.linkage import Linkage
@@ -35,7 +35,7 @@ def joints(pattern):
 
 def dof(pattern, angles):
     linkage = Linkage(pattern)
-    assert np.abs(linkage.closure(angles)[0]).max() <= CLOSED
+    assert np.abs(linkage.closure(angles)[0]).max() <= CLOSED_LOOP_RESIDUAL
     return rank_at(linkage, angles).nullity
 
 
@@ -112,7 +112,7 @@ def rank_of_cut_hinge(linkage, angles, cut):
 
 def test_nullity_of_the_4x4_array_and_rank_of_its_cut_hinge():
     linkage = Linkage(thesis_4x4(ARRAY))
-    between = close(linkage, np.random.default_rng(3).uniform(0.8, 2.2, 12))
+    between = close_linkage(linkage, np.random.default_rng(3).uniform(0.8, 2.2, 12))
     assert between.success
     ranks = []
     for angles in (linkage.flat, between.angles, linkage.folded):

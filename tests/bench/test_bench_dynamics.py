@@ -9,9 +9,9 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.library.unit_search.elements import untwisted
-from hcsearch.scenes.laws import linear
+from hcsearch.scenes.laws import linear_law
 from hcsearch.springs.deployment.arrivals import Arrival
-from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.springs.dynamics.simulation import simulate_system
 from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at
 from hcsearch_bench.dynamics.deployment_rows import (
     BOUNCE,
@@ -103,7 +103,7 @@ def test_nothing_comes_to_a_stop_before_the_end(name):
     assert end <= own.until
     case = own.case("constrained", end)
     assert all(math.isinf(drive.lower) and math.isinf(drive.upper) for drive in case.system.drives)
-    angles = case.angles(simulate(case.system, case.q, end=end, tolerance=1e-8).q)
+    angles = case.angles(simulate_system(case.system, case.q, end=end, tolerance=1e-8).q)
     assert angles.min() > 0.0
     assert angles.max() <= math.pi + 1e-12
     assert np.abs(angles[-1] - angles[0]).max() > 0.3  # it does move
@@ -119,7 +119,7 @@ def test_a_subject_that_does_not_end_has_no_reference(monkeypatch):
 def unstopped(seed):
     """A random system with linear laws, and a closed state of it; None where there is none."""
     system, rng = random_system(seed, struts=0)
-    drives = tuple(replace(drive, law=linear(0.3, 0.1), lower=-math.inf, upper=math.inf) for drive in system.drives)
+    drives = tuple(replace(drive, law=linear_law(0.3, 0.1), lower=-math.inf, upper=math.inf) for drive in system.drives)
     twin = Twin(replace(system, drives=drives, stop_stiffness=0.0, stop_damping=0.0))
     q, v = twin.closed(0.1 * rng.normal(size=twin.n), rng.normal(size=twin.n))
     return (twin, q, v) if np.abs(twin.errors(q)).max(initial=0.0) < 1e-10 else None
@@ -154,7 +154,7 @@ def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
     import pinocchio as pin
 
     case = subject(name).case(WHOLE, 0.05)
-    motion = simulate(case.system, case.q, end=case.end, tolerance=1e-9)
+    motion = simulate_system(case.system, case.q, end=case.end, tolerance=1e-9)
     forces = pinocchio_system._Forces(pin, case.system)
     q, v = np.empty(len(case.q)), np.empty(len(case.q))
     q[forces.order], v[forces.order] = motion.q[-1], motion.v[-1]
@@ -232,7 +232,7 @@ def test_rings_are_closed(n):
     ring = strip(n, closed=True)
     assert closure(ring, np.zeros((1, n))) < 1e-15
     assert len(strip(n, closed=False).welds) == 0
-    motion = simulate(ring, np.zeros(n), end=0.001, tolerance=1e-8)
+    motion = simulate_system(ring, np.zeros(n), end=0.001, tolerance=1e-8)
     assert motion.ending == "time"
     assert motion.drift < 1e-9
 
@@ -290,7 +290,7 @@ def test_the_quick_check_counts_outcomes():
 def test_bricard_by_dense_matrices():
     problem = bricard(0.0)
     state = np.zeros(problem.system.n_joints), problem.v
-    motion = simulate(problem.system, *state, end=0.1, tolerance=1e-10)
+    motion = simulate_system(problem.system, *state, end=0.1, tolerance=1e-10)
     for k in (0, len(motion.q) // 2, -1):
         got = Dense(problem.system).accelerations(motion.q[k], motion.v[k])
         assert got == pytest.approx(motion.a[k], abs=1e-7 * np.abs(motion.a[k]).max())

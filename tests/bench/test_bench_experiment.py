@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.robustness import Robustness
 from hcsearch_bench.experiment.experiment_rows import TunedRow, UniformRow, _row, claims
 
 HIT = UniformRow("none", 0, "constrained", "moving", 1.0, "collides", 0.166, "0 and 7")
 TUNED = TunedRow("none", 0, "tuned", "0.1 0.2", "flat, certified clear", 0.5, "3 of 64", "1% to 13%", 50.0)
-GOOD = Check("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
+GOOD = DeploymentCheck("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
 
 
 def test_claims_are_counted_from_the_rows():

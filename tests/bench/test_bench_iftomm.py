@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.scenes.laws import Law, LawBranch, linear
+from hcsearch.scenes.laws import Law, LawBranch, linear_law
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 from hcsearch_bench.iftomm import problem_rows, problems
 from hcsearch_bench.iftomm.iftomm import best_of, goals_of
 from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows
@@ -133,7 +133,7 @@ def test_stiff_methods_are_for_stiff_problems():
 
 
 def chain(*welds, axes=(Z, Z), **options):
-    joints = (Joint(GROUND, axes[0], 0 * X), Joint(0, axes[1], X))
+    joints = (TreeJoint(GROUND, axes[0], 0 * X), TreeJoint(0, axes[1], X))
     bodies = tuple(pendulum().system.bodies * 2)
     return System(joints, bodies, (JointDrive(), JointDrive()), welds, **options)
 
@@ -152,7 +152,7 @@ def test_points_that_close_a_weld():
 
 
 def test_laws_that_other_engines_have():
-    assert line_of(linear(3.0, 0.5)) == (0.5, 3.0)
+    assert line_of(linear_law(3.0, 0.5)) == (0.5, 3.0)
     assert line_of(Law(LawBranch((1.0,), ((2.0, 3.0, 0.0, 0.0),)))) == (-1.0, 3.0)
     with pytest.raises(UnableError, match="not linear"):
         line_of(Law(LawBranch((0.0,), ((0.0, 0.0, 1.0, 0.0),))))

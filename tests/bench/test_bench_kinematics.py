@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.motion.paths.following import TO_THE_END, Limits, follow
+from hcsearch.motion.paths.following import DEFAULT_PATH_LIMITS, PathLimits, follow_path
 from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.kinematics import extremes, path_methods
 from hcsearch_bench.kinematics.path_methods import CostRow, KnownUnit, fit_costs, measure_costs, ring
@@ -71,13 +71,13 @@ def test_corners_are_shaken_as_one():
     assert Linkage(shaken).n_hinges == 24
 
 
-def scene(error, limits=TO_THE_END):
+def scene(error, limits=DEFAULT_PATH_LIMITS):
     unit = KnownUnit("II")
     return extremes.ExtremeScene(
         "some",
         "scene",
         unit.linkage,
-        lambda: follow(unit.linkage, unit.linkage.folded, unit.opening(), limits=limits),
+        lambda: follow_path(unit.linkage, unit.linkage.folded, unit.opening(), limits=limits),
         error,
     )
 
@@ -86,7 +86,7 @@ def test_verdicts():
     good = extremes.judge(scene(lambda path: 1e-9))
     assert (good.verdict, good.outcome, good.rank) == ("accurate", "flat", "decided")
     assert good.bound < extremes.ACCURATE
-    short = extremes.judge(scene(lambda path: 1e-9, Limits(max_steps=2)))
+    short = extremes.judge(scene(lambda path: 1e-9, PathLimits(max_steps=2)))
     assert (short.verdict, short.bound, short.error) == ("refused", None, None)
     assert short.reason.startswith("out of budget: 2 steps were not enough")
 

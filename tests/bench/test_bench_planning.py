@@ -12,9 +12,9 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.planning.folding_rows import (
@@ -70,7 +70,7 @@ def test_foldings_are_those_of_direct_calls():
         linkage = folding.linkage(panel, flat_pairs="hinged")
         locked = any(lock_at(linkage, end).locked for end in (linkage.folded, linkage.flat))
         assert locked == (row.result == "locked")
-        motion = None if locked else motion_of(folding, panel, SCENE.flat_pairs)
+        motion = None if locked else plan_motion(folding, panel, SCENE.flat_pairs)
         if motion is None or motion.margin is None:
             assert (row.flat_pairs, row.margin_mm) == (None, None)
         else:
@@ -126,7 +126,7 @@ def test_shares_rise_with_work_and_margin(results):
         assert sweep[-1].share == shown.share
     for row in results.rows:
         assert (row.result == "movable") == (row.margin_mm is not None) == (row.flat_pairs is not None)
-        assert row.margin_mm is None or any(row.margin_mm == pytest.approx(1e3 * play) for play in PLAYS)
+        assert row.margin_mm is None or any(row.margin_mm == pytest.approx(1e3 * play) for play in CERTIFIED_MARGINS)
 
 
 def test_efforts_settle_more_and_more(results):

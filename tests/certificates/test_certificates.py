@@ -21,10 +21,10 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
-from hcsearch.motion.certificates.proving import CertificateError, prove, verify
+from hcsearch.motion.certificates.proving import CertificateError, prove_folding, verify_certificate
 from hcsearch.motion.certificates.writing import array_data, checksum, lock_claim
 from hcsearch.motion.locks.enclosures import Enclosure
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.scenes import SCENES
 from tests.planned import joined, region_of
 from tests.strategies import writings
@@ -44,7 +44,7 @@ SAMPLES = {
 
 
 def proof_of(folding, **options):
-    return prove(folding, default_panel(folding.circuit.grid.name), WAYS, None, **options)
+    return prove_folding(folding, default_panel(folding.circuit.grid.name), WAYS, None, **options)
 
 
 @cache
@@ -68,7 +68,7 @@ def signed(data):
 def test_what_is_proved_is_proved_by_the_checkers(name):
     data = certificate(name)
     assert [claim["kind"] for claim in data["claims"]] == SAMPLES[name]
-    sentences = verify(data)
+    sentences = verify_certificate(data)
     assert all(name in sentence for sentence in sentences)
     assert sentences == proved(name)[1]
     for claim in data["claims"]:
@@ -153,7 +153,7 @@ def test_six_hundred_certificates_with_a_value_of_another_kind_are_refused():
         for _ in range(200):
             changed = changed_at(data["claims"], rng.choice(places), lambda value: spoiled(value, rng))
             with pytest.raises(CertificateError):
-                verify(signed({**data, "claims": changed}))
+                verify_certificate(signed({**data, "claims": changed}))
 
 
 def test_four_hundred_certificates_of_another_array_are_refused():
@@ -172,7 +172,7 @@ def test_four_hundred_certificates_of_another_array_are_refused():
             )
             claims = [{**data["claims"][0], "array": changed}]
             with pytest.raises(CertificateError):
-                verify(signed({**data, "claims": claims}))
+                verify_certificate(signed({**data, "claims": claims}))
 
 
 def test_a_file_that_was_changed_is_refused():
@@ -182,7 +182,7 @@ def test_a_file_that_was_changed_is_refused():
     for _ in range(200):
         changed = changed_at(data, rng.choice(places), lambda value: spoiled(value, rng))
         with pytest.raises(CertificateError):
-            verify(changed)
+            verify_certificate(changed)
 
 
 def refused(claim):
@@ -269,7 +269,7 @@ def test_a_folding_that_is_written_differently_has_the_same_certificate():
         if number % 5 == 1:
             own = [folding for folding in foldings(writing) if folding.likeness(panel).folding.notation == name]
             assert proof_of(own[0]) == proved(name)
-            ((_, lock),) = motion_of(own[0], panel, ("hinged",), budget=3).locks
+            ((_, lock),) = plan_motion(own[0], panel, ("hinged",), budget=3).locks
             claim = lock_claim(own[0].linkage(panel, flat_pairs="hinged"), lock)
             assert not refused(json.loads(json.dumps(claim)))
 

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.interpolate import BPoly
 
-from hcsearch.kernels.collision.distances import proximity
+from hcsearch.kernels.collision.distances import hull_distance
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
@@ -95,7 +95,7 @@ def shrunk_solids(linkage, angles, margin):
 
 def distance(one, two):
     """Distance of two hulls; the direction that comes with it proves that it is no less."""
-    least, *way = proximity(one, len(one), two, len(two), (0.0, 0.0, 0.0))
+    least, *way = hull_distance(one, len(one), two, len(two), (0.0, 0.0, 0.0))
     gap = (two @ way).min() - (one @ way).max()
     assert least == max(gap, 0.0) or abs(least - gap) < 1e-15
     return least

@@ -26,19 +26,19 @@ from scipy.optimize import brentq, minimize_scalar
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.overlaps import first_overlap
-from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.between import largest_opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.motion.collision.clearance import certify
-from hcsearch.motion.collision.margins import MARGIN, RESOLUTION
+from hcsearch.motion.collision.clearance import certify_clearance
+from hcsearch.motion.collision.margins import DEFAULT_PANEL_MARGIN, GAP_RESOLUTION
 from hcsearch.motion.collision.penetration import first_cut
 from hcsearch.motion.collision.prisms import deepest_margin, prisms_of
 from hcsearch.motion.collision.reaches import longest_way, slack_of
-from hcsearch.motion.collision.solids import kept_apart, pairs_of
+from hcsearch.motion.collision.solids import kept_apart, solid_pairs
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import RIGID, VALLEY, Pattern
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from tests.linkages import linkage_named
 
 LINKAGES = [
@@ -60,10 +60,10 @@ def drawn(motion):
 
 
 def certified(linkage, course, **options):
-    return certify(linkage, course, apart=hinged(linkage), **options)
+    return certify_clearance(linkage, course, apart=hinged(linkage), **options)
 
 
-def first_sample_that_overlaps(linkage, states, margin=MARGIN, apart=None):
+def first_sample_that_overlaps(linkage, states, margin=DEFAULT_PANEL_MARGIN, apart=None):
     """The first of some states at which shrunk panels overlap, by separating axes, and which do; -1 without."""
     pairs = np.array(pairs_looked_at(linkage, hinged(linkage) if apart is None else apart))
     depths = np.zeros(len(pairs))
@@ -73,7 +73,7 @@ def first_sample_that_overlaps(linkage, states, margin=MARGIN, apart=None):
     return number, {tuple(sorted((panel[f], panel[g]))) for (f, g), depth in zip(pairs, depths, strict=True) if depth}
 
 
-def nearest_at(linkage, course, time, panels, margin=MARGIN):
+def nearest_at(linkage, course, time, panels, margin=DEFAULT_PANEL_MARGIN):
     """Distance of two shrunk panels at a time."""
     k = min(max(int(np.searchsorted(course.times, time)) - 1, 0), len(course.times) - 2)
     angles = polynomial(course, k)(time - course.times[k])
@@ -121,11 +121,11 @@ def test_random_motions_are_clear_as_well_as_not(linkage):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_deployments_agree_with_their_states(name):
-    deployment = deploy(linkage_named(name), SCENES["default"], tolerance=1e-6)
+    deployment = simulate_deployment(linkage_named(name), SCENES["default"], tolerance=1e-6)
     linkage, motion = deployment.compiled.linkage, deployment.motion
     accelerations = np.ascontiguousarray(motion.a[:, deployment.compiled.joint_of])
     course = Course(motion.times, deployment.angles.copy(), deployment.rates.copy(), accelerations, False)
-    exact = certify(linkage, course, apart=deployment.compiled.apart)
+    exact = certify_clearance(linkage, course, apart=deployment.compiled.apart)
     agrees_with_sampling(linkage, course, exact, 40, deployment.compiled.apart)
     assert exact.kind == deployment.clearance.kind
     if exact.kind == "collides":
@@ -141,9 +141,11 @@ def test_deployments_agree_with_their_states(name):
 
 def check_gap(gap, table, marked):
     """The smallest gap is right to the resolution; a dip about as deep as the rise may count or not."""
-    low, high = (smallest_dip(table, marked, 2 * MARGIN + sign * 1.1 * RESOLUTION) for sign in (-1, 1))
+    low, high = (
+        smallest_dip(table, marked, 2 * DEFAULT_PANEL_MARGIN + sign * 1.1 * GAP_RESOLUTION) for sign in (-1, 1)
+    )
     own = math.inf if gap is None else gap
-    assert low - 1.1 * RESOLUTION <= own <= high + 1e-9
+    assert low - 1.1 * GAP_RESOLUTION <= own <= high + 1e-9
 
 
 def test_smallest_gaps_of_random_motions():
@@ -206,8 +208,8 @@ def test_touching_stacks_are_clear(name):
         clearance = certified(linkage, course)
         assert (clearance.kind, clearance.gap) == ("clear", None)
         # nothing is nearer than two margins
-        assert certified(linkage, course, slack=1.999 * MARGIN).kind == "clear"
-        assert certified(linkage, course, slack=2.001 * MARGIN).kind == "undecided"
+        assert certified(linkage, course, slack=1.999 * DEFAULT_PANEL_MARGIN).kind == "clear"
+        assert certified(linkage, course, slack=2.001 * DEFAULT_PANEL_MARGIN).kind == "undecided"
 
 
 def test_panels_that_graze_each_other_are_not_clear():
@@ -221,7 +223,7 @@ def test_panels_that_graze_each_other_are_not_clear():
         linkage, course = swing(lean)
         panels = np.array([(0, 2)])
         depths = np.zeros(1)
-        shrunk, states = prisms_of(linkage, MARGIN), course.angles[1:2]
+        shrunk, states = prisms_of(linkage, DEFAULT_PANEL_MARGIN), course.angles[1:2]
         if first_overlap(linkage.chain, shrunk, panels, states, 0.0, depths) == 0:
             return depths[0]
         return -nearest_at(linkage, course, 0.01, (0, 2))
@@ -242,11 +244,11 @@ def nearest_of(linkage, course):
     """The least distance of shrunk panels in a motion of one step, by dense sampling, then by a search."""
     times, states = moments(course, 400)
     pairs = pairs_looked_at(linkage, hinged(linkage))
-    table = gaps(linkage, states, pairs, MARGIN)
+    table = gaps(linkage, states, pairs, DEFAULT_PANEL_MARGIN)
     k, p = np.unravel_index(table.argmin(), table.shape)
 
     def gap(time):
-        return gaps(linkage, [polynomial(course, 0)(time)], pairs[p : p + 1], MARGIN)[0, 0]
+        return gaps(linkage, [polynomial(course, 0)(time)], pairs[p : p + 1], DEFAULT_PANEL_MARGIN)[0, 0]
 
     ends = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
     best = minimize_scalar(gap, bounds=ends, method="bounded", options={"xatol": 1e-12})
@@ -271,7 +273,7 @@ def test_only_deeper_overlaps_than_the_slack_collide():
 
     def gap(angle, more):
         """Between the corner and the face that comes down, both shrunk by the margin and more."""
-        inset = MARGIN + more
+        inset = DEFAULT_PANEL_MARGIN + more
         return (0.03 + inset) * math.sin(angle) - (0.004 - inset) * math.cos(angle) + inset
 
     lowest = brentq(lambda angle: gap(angle, 0.0) + 5e-5, 0.01, 0.5)
@@ -300,8 +302,8 @@ def test_margins_that_leave_nothing_of_a_facet_are_refused():
         message = f"is not positive or leaves nothing of a panel: give more than 0 and less than {most} mm"
         for margin in (0.0, -1e-4, deepest_margin(linkage), 1.0, math.nan):
             with pytest.raises(HcsearchError, match=message):
-                certify(linkage, course, margin=margin)
-        certify(linkage, course, margin=0.99 * deepest_margin(linkage))
+                certify_clearance(linkage, course, margin=margin)
+        certify_clearance(linkage, course, margin=0.99 * deepest_margin(linkage))
 
 
 @pytest.mark.parametrize("linkage", [fan(), fan((7, 3, 4)), LINKAGES[1], linkage_named("hex:0234550132:4")])
@@ -361,7 +363,7 @@ def same_verdict(one, two, linkage, course, tolerance=1e-9):
     if one.time is None or one.time > tolerance:  # at the start several pairs may overlap
         assert one.panels == two.panels
     widths = [math.inf if each.gap is None else each.gap for each in (one, two)]
-    if widths[0] != widths[1] and abs(widths[0] - widths[1]) > 1.01 * RESOLUTION:
+    if widths[0] != widths[1] and abs(widths[0] - widths[1]) > 1.01 * GAP_RESOLUTION:
         times, states = moments(course, 80)
         table = gaps(linkage, states, pairs_looked_at(linkage, hinged(linkage)))
         for width in widths:
@@ -424,7 +426,7 @@ def test_nothing_is_looked_at_without_pairs_or_steps():
     linkage = LINKAGES[0]
     course = random_course(np.random.default_rng(1), linkage, 3)
     everything = {(0, 1), (0, 2), (1, 2)}
-    clearance = certify(linkage, course, apart=everything)
+    clearance = certify_clearance(linkage, course, apart=everything)
     assert (clearance.kind, clearance.gap, clearance.looks) == ("clear", None, 0)
     one = Course(*(table[:1] for table in course[:4]), False)
     assert certified(linkage, one).looks == 0
@@ -478,11 +480,11 @@ def test_the_same_motion_gives_the_same_bits():
 def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
     """Placed by trees from other panels, which break the loops elsewhere, panels lie within the slack."""
     scene = replace(SCENES["default"], seconds=0.3)
-    deployment = deploy(linkage_named(name), scene, tolerance=tolerance, certified=False)
+    deployment = simulate_deployment(linkage_named(name), scene, tolerance=tolerance, certified=False)
     compiled, motion = deployment.compiled, deployment.motion
     own = compiled.linkage
     tree = compiled.system.mechanism.tree
-    gap = opening(tree, (motion.times, motion.q, motion.v, motion.a), motion.cubic, work_for(tree))
+    gap = largest_opening(tree, (motion.times, motion.q, motion.v, motion.a), motion.cubic, work_for(tree))
     slack = slack_of(own, gap)
     trees = {}
     for base in range(own.n_panels):
@@ -497,7 +499,7 @@ def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
     worst = 0.0
     for angles in states[openings.argsort()[-4:]]:
         for other in trees.values():
-            for f, g in pairs_of(own, prisms_of(own)).prisms[::5]:
+            for f, g in solid_pairs(own, prisms_of(own)).prisms[::5]:
                 seen = [relative(linkage, angles, f, g) for linkage in (own, other)]
                 worst = max(worst, np.linalg.norm(seen[0] - seen[1], axis=1).max())
     assert 1e-3 * slack < worst < slack
@@ -531,14 +533,14 @@ def test_a_panel_that_reaches_across_the_line_of_its_hinge_may_collide():
         ((0.0, 0.05), (0.05, 0.02), (0.05, 0.1), (0.0, 0.1)),
         ((0.0, 0.0), (0.05, 0.0), (0.05, 0.02), (0.0, 0.05)),
     )
-    creases = {(0, 1): RIGID, (1, 2): RIGID, (0, 3): VALLEY}
+    creases = {(0, 1): RIGID_CREASE, (1, 2): RIGID_CREASE, (0, 3): VALLEY_CREASE}
     linkage = Linkage(Pattern.from_polygons(facets, creases, 0.006))
     assert linkage.n_panels == 2
     assert kept_apart(linkage) == set()
     times, angles = np.array([0.0, 1.0]), np.array([[math.pi], [0.0]])
     course = Course(times, angles, np.zeros_like(angles), np.zeros_like(angles), True)
-    assert certify(linkage, course, apart=kept_apart(linkage)).kind == "collides"
-    assert certify(linkage, course, apart=hinged(linkage)).kind == "clear"
+    assert certify_clearance(linkage, course, apart=kept_apart(linkage)).kind == "collides"
+    assert certify_clearance(linkage, course, apart=hinged(linkage)).kind == "clear"
 
 
 def relative(linkage, angles, f, g):

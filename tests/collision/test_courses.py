@@ -6,10 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
-from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
-from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.linkage.courses import (
+    COURSE_TERM_COUNT,
+    bound_rates,
+    path_bend,
+    path_speed,
+    write_course,
+    write_course_angles,
+    write_course_rates,
+)
+from hcsearch.kernels.linkage.reaches import PrismPairs
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import pairs_of
+from hcsearch.motion.collision.solids import solid_pairs
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),
@@ -22,7 +30,7 @@ LINKAGES = {
 def written(course, k=0):
     """Coefficients of a step, and its length."""
     h = course.times[k + 1] - course.times[k]
-    table = np.empty((course.angles.shape[1], TERMS))
+    table = np.empty((course.angles.shape[1], COURSE_TERM_COUNT))
     ends = [row[j] for j in (k, k + 1) for row in (course.angles, course.rates, course.accelerations)]
     write_course(h, course.cubic, *ends, table)
     return table, h
@@ -41,9 +49,9 @@ def test_a_course_passes_through_both_states(seed, cubic):
     own = polynomial(course, 0)
     values = np.empty(len(table))
     for x in (0.0, 0.1, 0.5, 0.9, 1.0):
-        follow(table, x, values)
+        write_course_angles(table, x, values)
         assert values == pytest.approx(own(x * h), rel=1e-10, abs=1e-10)
-        rates_at(table, x, h, values)
+        write_course_rates(table, x, h, values)
         assert values == pytest.approx(own.derivative()(x * h), rel=1e-9, abs=1e-9 / h)
     shares = table[:, ::-1]
     for degree, row in enumerate((course.angles, course.rates, course.accelerations)[: 2 if cubic else 3]):
@@ -66,7 +74,7 @@ def test_no_rate_exceeds_its_bound(seed, cubic):
 @given(st.floats(-3, 3), st.floats(-50, 50), st.floats(-2000, 2000), st.floats(1e-6, 0.1))
 def test_bounds_are_sharp_where_acceleration_is_constant(q, v, a, h):
     ends = [np.array([x]) for x in (q, v, a, q + h * (v + 0.5 * h * a), v + h * a, a)]
-    table = np.empty((1, TERMS))
+    table = np.empty((1, COURSE_TERM_COUNT))
     for cubic in (False, True):
         write_course(h, cubic, *ends, table)
         speeds, accelerations = bounds(table, h)
@@ -90,7 +98,7 @@ def seen_from(linkage, states, f, g):
 def test_no_point_is_faster_than_its_bound(name, cubic, back):
     linkage = LINKAGES[name]
     prisms = prisms_of(linkage)
-    pairs = pairs_of(linkage, prisms)
+    pairs = solid_pairs(linkage, prisms)
     rng = np.random.default_rng(len(name) + 2 * cubic)
     tight = 0.0
     for _ in range(3):
@@ -114,7 +122,7 @@ def test_no_point_is_faster_than_its_bound(name, cubic, back):
 @pytest.mark.parametrize("back", [False, True])
 def test_the_bounds_of_one_hinge_that_turns_evenly_are_exact(back):
     linkage = LINKAGES["2 panels"]
-    pairs = pairs_of(linkage, prisms_of(linkage))
+    pairs = solid_pairs(linkage, prisms_of(linkage))
     corners = linkage.solids(linkage.flat)[0 if back else 1].reshape(-1, 3) - linkage.points[0]
     radius = np.linalg.norm(np.cross(corners, linkage.directions[0]), axis=1).max()
     panels = np.array(linkage.pattern.panel_of)
@@ -128,7 +136,7 @@ def test_the_bounds_of_turns_about_one_line_add_up():
     # two prisms on panels 0 and 2, with hinge 0 from panel 0 to 1 and hinge 1 from 1 to 2
     hinges = np.array([[-1, 0, 1], [0, -1, 1], [0, 1, -1]], np.int32)
     nexts = np.array([[-1, 0, 1], [1, -1, 1], [1, 2, -1]], np.int32)
-    pairs = Pairs(np.array([[0, 1]]), hinges, nexts, np.full((2, 2), 2.0))
+    pairs = PrismPairs(np.array([[0, 1]]), hinges, nexts, np.full((2, 2), 2.0))
     panels, speeds, none = np.array([0, 2]), np.array([3.0, 4.0]), np.zeros(2)
     assert path_speed(pairs, 0, 0, speeds, panels) == pytest.approx(14.0)
     assert [path_bend(pairs, 0, back, speeds, none, panels) for back in (0, 1)] == pytest.approx([98.0] * 2)

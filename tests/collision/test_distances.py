@@ -9,13 +9,19 @@ from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
-from hcsearch.motion.collision.distances import CONTACT, Proximity, approach_speeds, nearest_panels, proximal_distances
+from hcsearch.kernels.collision.distances import exhaustive_gap, hull_distance, hull_gap, write_hull_gaps
+from hcsearch.motion.collision.distances import (
+    CONTACT_GAP_SHARE,
+    Proximity,
+    approach_speeds,
+    nearest_panels,
+    proximal_distances,
+)
 from hcsearch.motion.collision.penetration import penetration
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import RIGID, Crease, Pattern
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, Pattern
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from tests.linkages import linkage_named
 
 NOWHERE = (-1, -1, -1, -1)
@@ -23,7 +29,7 @@ NO_WAY = (0.0, 0.0, 0.0)
 
 
 def search(one, two, guess=NO_WAY, corners=NOWHERE):
-    gap, way, corner = closest(one, len(one), two, len(two), guess, corners)
+    gap, way, corner = hull_gap(one, len(one), two, len(two), guess, corners)
     return gap, np.array(way), corner
 
 
@@ -89,7 +95,7 @@ def test_the_distance_is_that_of_the_nearest_features_and_its_direction_proves_i
     else:
         # they meet: nothing separates them, and they overlap no more than along this direction
         assert -1e-12 * size <= overlap <= -gap + 1e-12 * size
-    assert proximity(one, len(one), two, len(two), NO_WAY) == pytest.approx((max(gap, 0.0), *way), abs=0)
+    assert hull_distance(one, len(one), two, len(two), NO_WAY) == pytest.approx((max(gap, 0.0), *way), abs=0)
 
 
 @given(pairs(), axes, angles, st.sampled_from((1e-9, 1e-3, 1.0, 1e6)))
@@ -136,7 +142,7 @@ def test_where_the_search_begins_does_not_change_the_answer(pair, other, guess):
 @given(pairs())
 def test_trying_all_directions_finds_the_same(pair):
     one, two = pair
-    gap, way = exhaustive(one, len(one), two, len(two))
+    gap, way = exhaustive_gap(one, len(one), two, len(two))
     assert gap == pytest.approx(gap_of(one, two, np.array(way)), abs=1e-13 * size_of(one, two))
     assert max(gap, 0.0) == pytest.approx(max(search(one, two)[0], 0.0), abs=1e-12 * size_of(one, two))
 
@@ -153,7 +159,7 @@ def test_points_lines_and_flat_hulls_with_points_that_coincide(first, second, of
     assert gap == pytest.approx(gap_of(one, two, way), abs=1e-13)
     if gap > 0:
         assert gap == pytest.approx(feature_distance(one, two), abs=1e-13)
-    assert max(gap, 0.0) == pytest.approx(max(exhaustive(one, len(one), two, len(two))[0], 0.0), abs=1e-13)
+    assert max(gap, 0.0) == pytest.approx(max(exhaustive_gap(one, len(one), two, len(two))[0], 0.0), abs=1e-13)
 
 
 def test_hulls_one_knows():
@@ -181,14 +187,14 @@ def test_pairs_are_searched_one_by_one_and_remembered():
     solids = rng.normal(size=(2, 50, 8, 3)) + np.array([0, 2.0])[:, None, None, None]
     counts = rng.integers(4, 9, size=(2, 50))
     ways, corners, gaps = np.zeros((50, 3)), np.full((50, 4), -1), np.empty(50)
-    closest_of_pairs(solids[0], counts[0], solids[1], counts[1], ways, corners, gaps)
+    write_hull_gaps(solids[0], counts[0], solids[1], counts[1], ways, corners, gaps)
     for k in range(50):
         gap, way, nearest = search(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]])
         assert gaps[k] == gap
         assert tuple(ways[k]) == tuple(way)
         assert tuple(corners[k]) == nearest
     again = np.empty(50)
-    closest_of_pairs(solids[0], counts[0], solids[1], counts[1], ways, corners, again)
+    write_hull_gaps(solids[0], counts[0], solids[1], counts[1], ways, corners, again)
     assert again == pytest.approx(gaps, abs=1e-14)
     assert (gaps > 0).any()
 
@@ -277,7 +283,7 @@ def test_panels_of_several_facets_with_different_numbers_of_corners():
     middle = ((1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0))
     triangle = ((2.0, 0.0), (3.0, 0.5), (2.0, 1.0))
     last = ((2.0, 1.0), (3.0, 0.5), (3.0, 2.0))
-    creases = {(0, 1): Crease("top"), (1, 2): Crease("bottom"), (2, 3): RIGID}
+    creases = {(0, 1): Crease("top"), (1, 2): Crease("bottom"), (2, 3): RIGID_CREASE}
     linkage = Linkage(Pattern.from_polygons((square, middle, triangle, last), creases, thickness=0.1))
     assert linkage.n_panels == 3
     states = np.array([(a, b) for a in (-0.3, 0.5, 2.5) for b in (-2.9, 1.0, 3.0)])
@@ -306,7 +312,7 @@ def test_what_is_allowed_only_touches():
 
 def test_datasets_of_a_deployment():
     linkage = linkage_named("thesis-4x4")
-    deployment = deploy(linkage, SCENES["default"], certified=False, tolerance=1e-4)
+    deployment = simulate_deployment(linkage, SCENES["default"], certified=False, tolerance=1e-4)
     times, states = deployment.motion.times, deployment.angles
     proximity = proximal_distances(linkage, states)
     first = next(k for k in range(len(states)) if (proximity.gaps[:, k] < 0).any())
@@ -339,7 +345,7 @@ def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap(name):
     number = {tuple(pair): k for k, pair in enumerate(distances.pairs.tolist())}
     for state, pair in enumerate(near.pairs.tolist()):
         column = distances.gaps[:, state]
-        apart = column[np.abs(column) > CONTACT * linkage.pattern.size]
+        apart = column[np.abs(column) > CONTACT_GAP_SHARE * linkage.pattern.size]
         assert near.gaps[state] == column[number[tuple(pair)]] == apart.min()
         assert near.touching[state] == len(column) - len(apart)
     assert (near.gaps < 0).any()

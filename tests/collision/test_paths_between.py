@@ -8,7 +8,7 @@ import pytest
 from naive_clearance import chain, fan, hinged, pairs_looked_at
 
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import pairs_of
+from hcsearch.motion.collision.solids import solid_pairs
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 
@@ -50,7 +50,7 @@ def test_ways_are_those_of_the_tree(name, apart):
     linkage = LINKAGES[name]
     tree, panel = tree_of(linkage), linkage.pattern.panel_of
     left_out = hinged(linkage) if apart else set()
-    pairs = pairs_of(linkage, prisms_of(linkage), left_out)
+    pairs = solid_pairs(linkage, prisms_of(linkage), left_out)
     assert [tuple(pair) for pair in pairs.prisms] == pairs_looked_at(linkage, left_out)
     for f, g in pairs.prisms:
         path = nx.shortest_path(tree, panel[f], panel[g])
@@ -62,7 +62,7 @@ def test_ways_are_those_of_the_tree(name, apart):
 @pytest.mark.parametrize("name", LINKAGES)
 def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
     linkage = LINKAGES[name]
-    pairs = pairs_of(linkage, prisms_of(linkage))
+    pairs = solid_pairs(linkage, prisms_of(linkage))
     rng = np.random.default_rng(5)
     panel, facets = linkage.pattern.panel_of, len(linkage.pattern.facets)
     greatest = np.zeros((facets, linkage.n_hinges))
@@ -89,12 +89,12 @@ def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
 
 def test_tables_grow_with_the_square_of_the_panels():
     long = Linkage(chain([0.02] * 120, ["top", "bottom"] * 59 + ["top"]).pattern, base=60)
-    pairs = pairs_of(long, prisms_of(long))
+    pairs = solid_pairs(long, prisms_of(long))
     assert sum(table.nbytes for table in pairs) <= 4 * 120**2 * 8
 
 
 def test_one_panel_has_no_pairs():
     one = chain([0.02], [])
-    pairs = pairs_of(one, prisms_of(one))
+    pairs = solid_pairs(one, prisms_of(one))
     assert pairs.prisms.shape == (0, 2)
     assert pairs.reaches.shape == (1, 0)

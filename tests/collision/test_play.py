@@ -13,15 +13,15 @@ from naive_distances import overlap_along_all
 from hcsearch.basics.play import millimetres, play_sentence
 from hcsearch.cases.resolve import resolve
 from hcsearch.kernels.collision.overlaps import first_overlap
-from hcsearch.motion.collision.clearance import certify, least_gap
-from hcsearch.motion.collision.margins import LEAST_PLAY, TOUCHING
+from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
+from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, TOUCHING_DISTANCE
 from hcsearch.motion.collision.penetration import deepest_cut, first_cut
 from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.agreement import confirmed
-from hcsearch.springs.deployment.courses import path_of
-from hcsearch.springs.deployment.deployed import deployed
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.agreement import confirm_deployment
+from hcsearch.springs.deployment.courses import course_of_deployment
+from hcsearch.springs.deployment.deployed import deploy_linkage
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.deployment.play import needed_margin_of
 from tests.linkages import linkage_named
 
@@ -42,15 +42,15 @@ DEPLOYING = [
 @given(st.sampled_from(LINKAGES), st.integers(0, 2**32), st.booleans(), st.sampled_from([0.2, 0.6]))
 def test_the_least_gap_is_that_of_dense_sampling(linkage, seed, cubic, size):
     course = random_course(np.random.default_rng(seed), linkage, 2, size=size, cubic=cubic)
-    gap = least_gap(linkage, course, apart=hinged(linkage))
+    gap = least_gap_of_motion(linkage, course, apart=hinged(linkage))
     _, states = moments(course, 400)
     cut = deepest_cut(linkage, states, hinged(linkage))
     if gap < 0.0 or cut:
-        assert -cut >= gap - TOUCHING
+        assert -cut >= gap - TOUCHING_DISTANCE
         assert gap >= -cut - 5e-5  # between the samples
     else:
         nearest = gaps(linkage, states[::40], pairs_looked_at(linkage, hinged(linkage))).min()
-        assert gap - TOUCHING <= nearest <= gap + 1e-3
+        assert gap - TOUCHING_DISTANCE <= nearest <= gap + 1e-3
 
 
 @settings(max_examples=25)
@@ -58,9 +58,9 @@ def test_the_least_gap_is_that_of_dense_sampling(linkage, seed, cubic, size):
 def test_half_an_overlap_off_every_face_is_enough(linkage, seed, margin):
     """Along any direction, two panels are further apart by two margins at least once they are shrunk by one."""
     course = random_course(np.random.default_rng(seed), linkage, 1, size=0.3)
-    gap = least_gap(linkage, course, apart=hinged(linkage))
-    kind = certify(linkage, course, margin=margin, apart=hinged(linkage), measured=False).kind
-    if gap > TOUCHING - 2.0 * margin:
+    gap = least_gap_of_motion(linkage, course, apart=hinged(linkage))
+    kind = certify_clearance(linkage, course, margin=margin, apart=hinged(linkage), measured=False).kind
+    if gap > TOUCHING_DISTANCE - 2.0 * margin:
         assert kind == "clear"
     if gap < -2.0 * math.sqrt(3.0) * margin * 1.5:  # corners of panels with sharp corners move further than faces
         assert kind == "collides"
@@ -70,17 +70,17 @@ def test_half_an_overlap_off_every_face_is_enough(linkage, seed, margin):
 def known(request):
     name, scene, gap, margin = request.param
     subject = resolve(name, "none.sqlite", scene=scene)
-    return deploy(subject.linkage, subject.setup), 1e-3 * gap, 1e-3 * margin
+    return simulate_deployment(subject.linkage, subject.setup), 1e-3 * gap, 1e-3 * margin
 
 
 def test_the_least_gap_of_a_deployment_is_that_of_its_densely_sampled_motion(known):
     deployment, gap, _ = known
     compiled, play = deployment.compiled, deployment.play
-    _, states = moments(path_of(compiled, deployment.motion).course, 20)
+    _, states = moments(course_of_deployment(compiled, deployment.motion).course, 20)
     cut = first_cut(compiled.linkage, states, max(0.0, -gap - 1e-6), compiled.apart)
     assert play.least_gap == pytest.approx(gap, abs=1e-6)
     deepest = deepest_cut(compiled.linkage, states, compiled.apart)
-    assert play.least_gap - TOUCHING <= -deepest <= play.least_gap + 2e-6
+    assert play.least_gap - TOUCHING_DISTANCE <= -deepest <= play.least_gap + 2e-6
     if cut is not None and gap < 0.0:
         solids = shrunk_solids(compiled.linkage, states[cut.state], 0.0)
         panel = compiled.linkage.pattern.panel_of
@@ -99,28 +99,28 @@ def overlaps(compiled, states, margin):
 
 def test_the_needed_margin_is_enough_and_no_step_less_is(known):
     deployment, _, margin = known
-    compiled, path = deployment.compiled, path_of(deployment.compiled, deployment.motion)
+    compiled, path = deployment.compiled, course_of_deployment(deployment.compiled, deployment.motion)
     assert deployment.play.needed_margin == pytest.approx(margin, abs=1e-12)
     _, states = moments(path.course, 20)
     assert not overlaps(compiled, states, margin)
 
     def kind(own):
-        return certify(
+        return certify_clearance(
             compiled.linkage, path.course, margin=own, slack=path.slack, apart=compiled.apart, measured=False
         ).kind
 
     assert kind(margin) == "clear"
     assert needed_margin_of(compiled, deployment.motion, margin) == pytest.approx(margin, abs=1e-12)
-    if margin > LEAST_PLAY:
-        assert kind(margin - LEAST_PLAY) != "clear"
-        assert overlaps(compiled, states, margin - 2.0 * LEAST_PLAY)
-    agreement = confirmed(deployment)
+    if margin > MIN_PANEL_MARGIN:
+        assert kind(margin - MIN_PANEL_MARGIN) != "clear"
+        assert overlaps(compiled, states, margin - 2.0 * MIN_PANEL_MARGIN)
+    agreement = confirm_deployment(deployment)
     assert agreement.needed_margin >= margin - 1e-12
     assert agreement.least_gap == deployment.play.least_gap
 
 
 def test_what_does_not_deploy_needs_no_margin():
-    one = deployed("it", linkage_named("hex:02234400:1"), SCENES["default"])
+    one = deploy_linkage("it", linkage_named("hex:02234400:1"), SCENES["default"])
     assert one.verdict == "collides"
     assert (one.deployment.play, one.needed_margin, one.least_gap) == (None, None, None)
     assert one.agreement.needed_margin is None
@@ -129,11 +129,11 @@ def test_what_does_not_deploy_needs_no_margin():
 def test_no_margin_is_needed_beyond_that_of_the_scene():
     linkage = linkage_named("hex:0234550132:4")
     for margin in (1.234e-4, 2e-4):
-        play = deploy(linkage, replace(SCENES["default"], margin=margin)).play
+        play = simulate_deployment(linkage, replace(SCENES["default"], margin=margin)).play
         # 0.199 mm of overlap, the half of it rounded up to a multiple of 0.01 mm
         assert play.needed_margin == pytest.approx(1e-4, abs=1e-12)
     scene = replace(SCENES["default"], margin=9.97e-5)
-    assert deploy(linkage, scene).play.needed_margin == 9.97e-5
+    assert simulate_deployment(linkage, scene).play.needed_margin == 9.97e-5
 
 
 def test_gaps_are_stated_to_a_nanometre():

@@ -9,18 +9,24 @@ from hypothesis import strategies as st
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.agreement import (
+    LOOSE_STATES_SHARE,
+    SimulationFindings,
+    agreement_of_simulations,
+    agreement_tolerances,
+    confirm_deployment,
+)
+from hcsearch.springs.deployment.deploying import simulate_deployment
 
 TIMES = st.floats(1e-6, 1e6)
 
 
 def seen(time, tolerance=1e-6, outcome="flat", verdict="deploys", loose=0.0):
-    return Seen(tolerance, outcome, verdict, time, loose)
+    return SimulationFindings(tolerance, outcome, verdict, time, loose)
 
 
 def both(one, two, **changes):
-    return agreed([seen(one), seen(two, 1e-7, **changes)])
+    return agreement_of_simulations([seen(one), seen(two, 1e-7, **changes)])
 
 
 @pytest.mark.parametrize(
@@ -61,22 +67,22 @@ def test_other_outcomes_leave_it_open():
     assert found.reason.startswith(start)
     assert both(1.5, 1.5, verdict="collides").verdict == "undecided"
     assert both(1.5, 1.5, verdict="collides").reason.endswith("but deploys at tolerance 1e-6, collides at 1e-7")
-    hits = agreed([seen(1.5, verdict="collides"), seen(0.6, 1e-7, "jammed", "collides")])
+    hits = agreement_of_simulations([seen(1.5, verdict="collides"), seen(0.6, 1e-7, "jammed", "collides")])
     assert (hits.verdict, hits.flat_time) == ("collides", None)
 
 
 def test_branches_of_singular_states_leave_it_open():
-    assert both(1.5, 1.5, loose=0.9 * LOOSE).verdict == "deploys"
+    assert both(1.5, 1.5, loose=0.9 * LOOSE_STATES_SHARE).verdict == "deploys"
     found = both(1.5, 1.5, loose=0.25)
     assert (found.verdict, found.flat_time) == ("undecided", 1.5)
     assert "at 25% of its states loops stay open" in found.reason
 
 
 def test_the_neighbours_are_tolerances_that_there_are():
-    assert neighbours(1e-6) == pytest.approx((1e-7, 1e-8))
-    assert neighbours(1e-6, "penalty") == pytest.approx((1e-7,))
-    assert neighbours(1e-11) == pytest.approx((1e-12, 1e-13))
-    assert neighbours(1e-12) == pytest.approx((1e-11, 1e-10))
+    assert agreement_tolerances(1e-6) == pytest.approx((1e-7, 1e-8))
+    assert agreement_tolerances(1e-6, "penalty") == pytest.approx((1e-7,))
+    assert agreement_tolerances(1e-11) == pytest.approx((1e-12, 1e-13))
+    assert agreement_tolerances(1e-12) == pytest.approx((1e-11, 1e-10))
 
 
 @pytest.mark.parametrize(
@@ -89,9 +95,9 @@ def test_the_neighbours_are_tolerances_that_there_are():
 )
 def test_motions_along_branches_of_singular_states_are_found(name, crease, verdict):
     linkage = folding_of(Circuit.from_notation(name).canonical(), crease).linkage()
-    found = deploy(linkage, SCENES["default"])
+    found = simulate_deployment(linkage, SCENES["default"])
     assert (found.outcome, found.verdict) == ("flat", "deploys")
-    agreement = confirmed(found)
+    agreement = confirm_deployment(found)
     assert agreement.verdict == verdict
     assert agreement.reason.startswith("branch-singular: ") == (verdict == "undecided")
     assert len(agreement.others) == 2
@@ -99,4 +105,4 @@ def test_motions_along_branches_of_singular_states_are_found(name, crease, verdi
 
 def test_what_does_not_come_flat_is_not_simulated_again():
     linkage = Folding.from_notation("hex:023350:1").linkage()
-    assert confirmed(deploy(linkage, replace(SCENES["default"], seconds=0.02))) is None
+    assert confirm_deployment(simulate_deployment(linkage, replace(SCENES["default"], seconds=0.02))) is None

@@ -6,9 +6,9 @@ import pytest
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.checking import check
+from hcsearch.springs.deployment.checking import check_deployments
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import deploy, run
+from hcsearch.springs.deployment.deploying import simulate_compiled, simulate_deployment
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
@@ -78,23 +78,23 @@ def largest_energy(motion):
 
 def test_each_entry_is_that_of_its_own_deployment():
     scenes = [compiled(name) for name in NAMES]
-    found = check(scenes, tolerance=TOLERANCE)
+    found = check_deployments(scenes, tolerance=TOLERANCE)
     assert {each.outcome for each in found} >= {"flat", "at rest", "jammed", "diverged"}
     assert {each.clear for each in found} >= {True, False}
     for scene, entry in zip(scenes, found, strict=True):
-        agrees(entry, run(scene, tolerance=TOLERANCE))
+        agrees(entry, simulate_compiled(scene, tolerance=TOLERANCE))
     assert found[NAMES.index("hex:0234550132:4")].deploys
     assert not found[NAMES.index("hex:02234400:1")].deploys
 
 
 def test_the_order_of_a_batch_does_not_matter():
     scenes = [compiled(name, seconds=0.1) for name in NAMES]
-    found = check(scenes, tolerance=TOLERANCE)
-    assert check(scenes[::-1], tolerance=TOLERANCE) == found[::-1]
-    assert check(scenes[:1], tolerance=TOLERANCE) == found[:1]
-    twice = check([scenes[0], *scenes, scenes[0]], tolerance=TOLERANCE)
+    found = check_deployments(scenes, tolerance=TOLERANCE)
+    assert check_deployments(scenes[::-1], tolerance=TOLERANCE) == found[::-1]
+    assert check_deployments(scenes[:1], tolerance=TOLERANCE) == found[:1]
+    twice = check_deployments([scenes[0], *scenes, scenes[0]], tolerance=TOLERANCE)
     assert twice == [found[0], *found, found[0]]
-    assert check([]) == []
+    assert check_deployments([]) == []
 
 
 def test_scenes_of_one_shape_may_differ():
@@ -110,10 +110,10 @@ def test_scenes_of_one_shape_may_differ():
         {"springs": ((0, "linear:0.05"),)},
     ]
     scenes = [compiled("hex:0233340501:3", **each) for each in changes]
-    found = check(scenes, tolerance=TOLERANCE)
+    found = check_deployments(scenes, tolerance=TOLERANCE)
     assert len({each.end_time for each in found}) > 5
     for scene, entry in zip(scenes, found, strict=True):
-        agrees(entry, run(scene, tolerance=TOLERANCE))
+        agrees(entry, simulate_compiled(scene, tolerance=TOLERANCE))
 
 
 @pytest.mark.slow
@@ -122,8 +122,8 @@ def test_springs_across_the_loops_are_checked_too():
     scenes = [compiled(name, "compliant", seconds=0.08, cut_stiffness=2.5e8) for name in names]
     scenes.append(compiled("hex:0234550132:4", seconds=0.08))
     # at 1e-4 rounding decides whether the energy balance holds where the first stop is met, at 0.07 s
-    found = check(scenes, tolerance=1e-5)
-    alone = [run(scene, tolerance=1e-5) for scene in scenes]
+    found = check_deployments(scenes, tolerance=1e-5)
+    alone = [simulate_compiled(scene, tolerance=1e-5) for scene in scenes]
     for entry, one in zip(found[:2], alone[:2], strict=True):
         moves_alike(entry, one)
         # a check takes the largest opening of the loops for all times, a deployment that of each step
@@ -144,32 +144,32 @@ def test_springs_across_the_loops_are_checked_too():
 def test_other_scenes_are_refused(formulation, changes):
     scenes = [compiled("hex:023350:1"), compiled("hex:023350:1", formulation, **changes)]
     with pytest.raises(HcsearchError, match="the quick check is of scenes with a panel held, constrained or compliant"):
-        check(scenes)
+        check_deployments(scenes)
 
 
 def test_margins_that_leave_nothing_are_refused():
     with pytest.raises(HcsearchError, match="leaves nothing of a panel: give more than 0 and less than 3 mm"):
-        check([compiled("hex:023350:1", margin=0.003)])
+        check_deployments([compiled("hex:023350:1", margin=0.003)])
 
 
 def test_a_batch_tells_the_same_bits_again():
     scenes = [compiled(name, seconds=0.1) for name in NAMES[:5]]
-    one, two = (check(scenes, tolerance=TOLERANCE) for _ in range(2))
+    one, two = (check_deployments(scenes, tolerance=TOLERANCE) for _ in range(2))
     assert one == two
-    again = deploy(linkage_named(NAMES[0]), replace(DEFAULT, seconds=0.1), tolerance=TOLERANCE)
+    again = simulate_deployment(linkage_named(NAMES[0]), replace(DEFAULT, seconds=0.1), tolerance=TOLERANCE)
     agrees(one[0], again)
 
 
 def test_in_parts_a_motion_is_the_same_and_ends_soon_after_a_collision():
     scenes = [compiled(name) for name in NAMES]
-    whole, parts = (check(scenes, tolerance=TOLERANCE, whole=each) for each in (True, False))
+    whole, parts = (check_deployments(scenes, tolerance=TOLERANCE, whole=each) for each in (True, False))
     for scene, one, part in zip(scenes, whole, parts, strict=True):
         assert part.clear is one.clear
         if one.clear is False:
             assert part.collision[1] == one.collision[1]
             assert part.collision[0] == pytest.approx(one.collision[0], rel=1e-6)
             assert part.remaining == pytest.approx(one.remaining, rel=1e-5)
-            times = run(scene, tolerance=TOLERANCE).motion.times
+            times = simulate_compiled(scene, tolerance=TOLERANCE).motion.times
             assert part.collision[0] < part.end_time
             assert part.end_time in times
             assert part.steps <= 33 + 1.5 * (times < part.collision[0]).sum()
@@ -182,7 +182,7 @@ def test_in_parts_a_motion_is_the_same_and_ends_soon_after_a_collision():
 def test_a_motion_in_parts_keeps_its_books():
     """The energy that dampers and impacts took in the parts before counts on."""
     scene = compiled("hex:0234550132:4")
-    (whole,), (parts,) = (check([scene], tolerance=1e-8, whole=each) for each in (True, False))
+    (whole,), (parts,) = (check_deployments([scene], tolerance=1e-8, whole=each) for each in (True, False))
     assert whole.deploys
     assert parts.deploys
     assert replace(parts, looks=whole.looks) == whole

@@ -11,7 +11,7 @@ from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene_file import scene_named
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.linkages import linkage_named
 from tests.naive import rotation
@@ -57,7 +57,7 @@ def _counts(deployment, hinge):
 
 
 def motion(name, scene, keep=frozenset(), formulation="constrained", **options):
-    return deploy(
+    return simulate_deployment(
         linkage_named(name), scene, formulation, tolerance=TOLERANCE, keep=frozenset(keep), certified=False, **options
     )
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from hcsearch import Folding
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.deployed import deployed
+from hcsearch.springs.deployment.deployed import deploy_linkage
 from hcsearch.springs.deployment.pictures import mark_collision
 from hcsearch.system.figures import head, legend, line_style
 
@@ -46,7 +46,7 @@ def test_long_titles_have_several_lines():
 
 @pytest.fixture(scope="module")
 def colliding():
-    return deployed("hex:02234400:1", Folding.from_notation("hex:02234400:1").linkage(), SCENES["default"])
+    return deploy_linkage("hex:02234400:1", Folding.from_notation("hex:02234400:1").linkage(), SCENES["default"])
 
 
 def test_a_collision_is_named_in_the_title_and_at_its_time(colliding, tmp_path):
@@ -62,7 +62,7 @@ def test_a_collision_is_named_in_the_title_and_at_its_time(colliding, tmp_path):
 
 
 def test_what_is_clear_has_no_line_of_a_collision():
-    clear = deployed("hex:0234550132:4", Folding.from_notation("hex:0234550132:4").linkage(), SCENES["default"])
+    clear = deploy_linkage("hex:0234550132:4", Folding.from_notation("hex:0234550132:4").linkage(), SCENES["default"])
     axes = Figure().subplots()
     mark_collision(axes, clear.deployment)
     assert not axes.lines

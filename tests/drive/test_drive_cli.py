@@ -13,7 +13,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.tune import tune
-from hcsearch.springs.drive.timing import timed
+from hcsearch.springs.drive.timing import time_path
 
 QUICK = ("hex:0234435011:1", "--rate", "4", "--acceleration", "40", "--period", "0.005")
 
@@ -123,7 +123,7 @@ def test_bounds_that_no_machine_has_are_refused(option, value):
 def test_a_time_law_within_such_bounds_is_refused(bound):
     for bounds in ((bound, 1.0), (1.0, bound)):
         with pytest.raises(HcsearchError, match="out of range: give 1e-06 to 1e"):
-            timed(None, *bounds)
+            time_path(None, *bounds)
 
 
 @pytest.mark.parametrize(

@@ -13,22 +13,22 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import read_panel
-from hcsearch.kernels.multibody.targets import ask
+from hcsearch.kernels.multibody.targets import write_drive_targets
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes import SCENES, with_panel
-from hcsearch.scenes.laws import linear
+from hcsearch.scenes.laws import linear_law
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.deploying import compile_driven, deploy
+from hcsearch.springs.deployment.deploying import compile_driven, simulate_deployment
 from hcsearch.springs.deployment.driving import drives_in, drives_text
 from hcsearch.springs.drive import driving
-from hcsearch.springs.drive.choosing import choose, frames_at, least_values, monotone_hinges
-from hcsearch.springs.drive.following import following
-from hcsearch.springs.drive.gains import stability
+from hcsearch.springs.drive.choosing import choose_driven_hinges, frames_at, least_singular_values, monotone_hinges
+from hcsearch.springs.drive.following import judge_following
+from hcsearch.springs.drive.gains import static_stability
 from hcsearch.springs.drive.pictures import envelope
 from hcsearch.springs.drive.smoothing import smooth_path
-from hcsearch.springs.drive.timing import timed
+from hcsearch.springs.drive.timing import time_path
 from hcsearch.springs.drive.torques import torques_along
-from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.springs.dynamics.simulation import simulate_system
 
 QUICK = driving.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (
@@ -53,7 +53,7 @@ def folding_named(name):
 @pytest.fixture(scope="module")
 def machine():
     folding, scene = folding_named("hex:0234435011:1"), SCENES["default"]
-    return driving.drive_along(folding, scene, driving.find_motion(folding, scene), QUICK)
+    return driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene), QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -87,10 +87,12 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
     folding, scene = folding_named(name), SCENES[scene]
     if panel is not None:
         scene = with_panel(scene, read_panel(panel), folding.circuit.grid.name)
-    own = driving.drive_along(folding, scene, driving.find_motion(folding, scene), driving.DriveOptions(period=period))
+    own = driving.drive_along(
+        folding, scene, driving.find_drive_motion(folding, scene), driving.DriveOptions(period=period)
+    )
     assert own.deployment.deploys
     assert own.greatest == pytest.approx(np.abs(own.torques.torques).max(axis=0), rel=0.05)
-    assert following(own).follows
+    assert judge_following(own).follows
     driven = own.deployment.driven
     assert driven.drift < 1e-3 * np.ptp(driven.motion.stored)
 
@@ -98,8 +100,8 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
 @pytest.mark.parametrize("wishes", [{"firm": 0.0}, {"rate": 100.0, "acceleration": 1e4, "period": 0.1}])
 def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
     folding, scene = folding_named("hex:0234550132:3"), SCENES["default"]
-    own = following(
-        driving.drive_along(folding, scene, driving.find_motion(folding, scene), driving.DriveOptions(**wishes))
+    own = judge_following(
+        driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene), driving.DriveOptions(**wishes))
     )
     assert not own.follows
     assert own.share > 0.05
@@ -110,7 +112,7 @@ def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
 def test_motors_are_sized_by_the_simulation_where_no_remedy_helps():
     folding = folding_named("square:012233330111:4")
     scene = with_panel(SCENES["default"], read_panel("1000x20"), "square")
-    own = following(driving.drive_along(folding, scene, driving.find_motion(folding, scene)))
+    own = judge_following(driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene)))
     assert not own.follows
     assert own.sentence.endswith("singular at 1 of the path: size motors by simulated torques, or try other panels")
 
@@ -130,7 +132,7 @@ def test_drives_are_asked_for_what_the_plan_interpolated_within_a_period_says(ma
     own = replace(machine.drives.commands(machine.deployment.compiled), period=period)
     time = np.array([share * own.times[-1]])
     work = work_for(machine.deployment.compiled.system.mechanism.tree)
-    ask(own.targets, float(time[0]), work)
+    write_drive_targets(own.targets, float(time[0]), work)
     expected = np.array([part[0] for part in own.asked(time)]).T
     size = np.abs(np.array(own.at(own.times))).max(axis=(1, 2))
     assert (np.abs(work.asked[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
@@ -171,28 +173,28 @@ def test_the_least_singular_value_is_that_of_the_reduced_jacobian(machine):
     rank, n = values.shape[1], machine.linkage.n_hinges
     sets = np.array(list(combinations(range(n), n - rank)))[::7]
     direct = np.linalg.svd(frames[:, sets, rank:], compute_uv=False)[..., -1].T
-    assert least_values(frames, n - rank, sets) == pytest.approx(direct, abs=1e-12)
+    assert least_singular_values(frames, n - rank, sets) == pytest.approx(direct, abs=1e-12)
     for more in (n - rank + 1, n - 1):  # few are not driven: their rows of closure say the same
         wide = np.array(list(combinations(range(n), more)))[::11]
         direct = np.linalg.svd(frames[:, wide, rank:], compute_uv=False)[..., -1].T
-        assert least_values(frames, n - rank, wide) == pytest.approx(direct, abs=1e-7)
+        assert least_singular_values(frames, n - rank, wide) == pytest.approx(direct, abs=1e-7)
 
 
 def test_driven_hinges_are_the_best_but_for_monotone_ones(machine):
     angles = machine.timed.path.at(np.linspace(0.0, machine.timed.path.length, 80))[0]
-    choice = choose(machine.linkage, angles, firm=0.0)
+    choice = choose_driven_hinges(machine.linkage, angles, firm=0.0)
     frames, _ = frames_at(machine.linkage, angles)
     sets = np.array(list(combinations(range(machine.linkage.n_hinges), choice.freedoms)))
-    best = least_values(frames, choice.freedoms, sets).min(axis=1).max()
+    best = least_singular_values(frames, choice.freedoms, sets).min(axis=1).max()
     assert len(choice.hinges) == choice.freedoms
     assert choice.least >= 0.45 * best
     steady = monotone_hinges(angles)
     assert choice.monotone == tuple(hinge for hinge in choice.hinges if steady[hinge])
-    assert len(choose(machine.linkage, angles, firm=0.9).hinges) > choice.freedoms
+    assert len(choose_driven_hinges(machine.linkage, angles, firm=0.9).hinges) > choice.freedoms
 
 
 def test_rates_and_accelerations_keep_their_bounds(machine):
-    course = timed(machine.timed.path, 2.0, 7.0)
+    course = time_path(machine.timed.path, 2.0, 7.0)
     times = np.linspace(0.0, course.seconds, 3001)
     angles, rates, accelerations = course.at(times)
     assert np.abs(rates).max() <= 2.0 * 1.002
@@ -207,7 +209,7 @@ def test_rates_and_accelerations_keep_their_bounds(machine):
 def test_a_rate_that_is_no_bound_leaves_an_even_pace(machine):
     """From rest to rest over half a turn: 2 sqrt(pi / 7) s at the least."""
     path = machine.timed.path
-    assert timed(path, 1e6, 7.0).seconds == timed(path, 50.0, 7.0).seconds < 6 * math.sqrt(math.pi / 7.0)
+    assert time_path(path, 1e6, 7.0).seconds == time_path(path, 50.0, 7.0).seconds < 6 * math.sqrt(math.pi / 7.0)
 
 
 def test_torques_balance_the_energy(machine, on_earth):
@@ -222,21 +224,21 @@ def test_forward_dynamics_give_the_motion_that_torques_are_for(machine, on_earth
         drives = [replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives]
         for number, hinge in enumerate(torques.driven):
             joint = compiled.joint_of[hinge]
-            drives[joint] = replace(drives[joint], law=linear(0.1, -torques.torques[k, number]))
+            drives[joint] = replace(drives[joint], law=linear_law(0.1, -torques.torques[k, number]))
         q, v, a = np.zeros((3, compiled.system.n_joints))
         q[compiled.joint_of], v[compiled.joint_of], a[compiled.joint_of] = (
             part[k] for part in (torques.angles, torques.rates, torques.accelerations)
         )
-        motion = simulate(compiled.system.driven(tuple(drives)), q, v, end=1e-9, closed=math.inf)
+        motion = simulate_system(compiled.system.driven(tuple(drives)), q, v, end=1e-9, closed=math.inf)
         assert motion.a[0] == pytest.approx(a, abs=1e-3 * np.abs(torques.accelerations).max())
 
 
 def test_springs_that_push_ask_for_stiff_control_and_none_for_nothing(machine):
     compiled = compile_driven(machine.linkage, machine.setup, None)
-    slow = timed(machine.timed.path, 0.2, 0.5)
-    needed = stability(compiled, torques_along(compiled, slow, machine.choice, 300))
+    slow = time_path(machine.timed.path, 0.2, 0.5)
+    needed = static_stability(compiled, torques_along(compiled, slow, machine.choice, 300))
     free = compile_driven(machine.linkage, replace(machine.scene, spring="linear:0.0001", damping=0.004), None)
-    less = stability(free, torques_along(free, slow, machine.choice, 300))
+    less = static_stability(free, torques_along(free, slow, machine.choice, 300))
     assert less.stiffness < 0.1 * needed.stiffness
     assert needed.time < 0.2 * slow.seconds  # by the packed state closure bends most
     assert (machine.drives.stiffness >= 2.0 * needed.stiffness).all()
@@ -250,7 +252,7 @@ def test_a_file_holds_the_drive(machine):
     assert again.hinges == machine.drives.hinges
     assert np.array_equal(again.start, machine.drives.start)
     assert again.angles == pytest.approx(machine.drives.angles, abs=1e-9)
-    deployment = deploy(machine.linkage, machine.setup, drives=again)
+    deployment = simulate_deployment(machine.linkage, machine.setup, drives=again)
     assert deployment.deploys
     assert deployment.flat_time == pytest.approx(machine.deployment.flat_time, abs=1e-4)
 
@@ -291,9 +293,11 @@ def table_of(machine):
 
 def test_drives_of_other_panels_are_refused(machine):
     with pytest.raises(SceneError, match="does not start from a closed state"):
-        deploy(machine.linkage, machine.scene, drives=replace(machine.drives, start=machine.drives.start[::-1] * 0.9))
+        simulate_deployment(
+            machine.linkage, machine.scene, drives=replace(machine.drives, start=machine.drives.start[::-1] * 0.9)
+        )
     with pytest.raises(HcsearchError, match="exact closure"):
-        deploy(machine.linkage, machine.scene, "penalty", drives=machine.drives)
+        simulate_deployment(machine.linkage, machine.scene, "penalty", drives=machine.drives)
 
 
 @pytest.mark.extra
@@ -317,7 +321,7 @@ def test_moments_of_joints_are_those_of_pinocchio(on_earth):
 @pytest.mark.parametrize("name", [*TEN, SIX_BY_FIVE])
 def test_ten_foldings_and_6x5_come_flat_clear(name):
     folding, scene = folding_named(name), SCENES["default"]
-    motion = driving.find_motion(folding, scene)
+    motion = driving.find_drive_motion(folding, scene)
     machine = driving.drive_along(folding, scene, motion, replace(QUICK, period=0.002))
     assert machine.deployment.deploys, machine.deployment.reason
     assert machine.missed < 5e-3
@@ -325,6 +329,6 @@ def test_ten_foldings_and_6x5_come_flat_clear(name):
 
 
 def test_smoothing_refuses_ends_that_leave_nothing(machine):
-    motion = driving.find_motion(machine.folding, SCENES["default"])
+    motion = driving.find_drive_motion(machine.folding, SCENES["default"])
     with pytest.raises(HcsearchError, match="smaller --near"):
         smooth_path(machine.linkage, motion.proof.motion, (4.0, 4.0))

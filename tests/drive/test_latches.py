@@ -7,9 +7,9 @@ import numpy as np
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
-from hcsearch.scenes.setup import settle
+from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.springs.deployment.deploying import compile_driven
-from hcsearch.springs.drive.latches import Latch, latches_on, release
+from hcsearch.springs.drive.latches import Latch, latches_on, simulate_latched
 from tests.linkages import linkage_named
 
 
@@ -28,9 +28,9 @@ def test_a_hinge_that_leaves_late_waits_for_the_one_furthest_ahead():
 def test_latched_hinges_stay_until_they_are_let_go():
     folding = Folding.from_notation("square:012233330111:4")
     linkage = folding.linkage(default_panel("square"), flat_pairs="hinged")
-    compiled = compile_driven(linkage, settle(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
+    compiled = compile_driven(linkage, setup_of_scene(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
     latches = (Latch(7, 6, 2.53), Latch(9, 6, 2.15))
-    deployment = release(compiled, latches)
+    deployment = simulate_latched(compiled, latches)
     start = compiled.start[compiled.joint_of]
     for latch in latches:
         let_go = int((deployment.angles[:, latch.waits_for] <= latch.angle).argmax())

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hcsearch.scenes.laws import linear, quadratic
+from hcsearch.scenes.laws import linear_law, quadratic_law
 from hcsearch.springs.dynamics.bodies import Body
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import Joint, Weld
+from hcsearch.springs.dynamics.trees import TreeJoint, Weld
 from tests.naive import rotation
 
 ALL = (0, 1, 2, 3, 4, 5)
@@ -241,9 +241,9 @@ def random_system(seed, *, welds=2, struts=2, bodies=(2, 9), slides=0.3):
         axis = rng.normal(size=3)
         # long chains, so that loops leave freedom
         parent = i - 1 if rng.random() < 0.7 else int(rng.integers(-1, i))
-        joints.append(Joint(parent, axis / np.linalg.norm(axis), rng.normal(size=3), bool(rng.random() < slides)))
-        law = [linear, quadratic][int(rng.integers(2))]
-        laws.append(law(*rng.normal(size=3 if law is quadratic else 2)))
+        joints.append(TreeJoint(parent, axis / np.linalg.norm(axis), rng.normal(size=3), bool(rng.random() < slides)))
+        law = [linear_law, quadratic_law][int(rng.integers(2))]
+        laws.append(law(*rng.normal(size=3 if law is quadratic_law else 2)))
     bonds = []
     for _ in range(int(rng.integers(0, welds + 1))):
         first, second = sorted(rng.choice(np.arange(-1, n), 2, replace=False).tolist())

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcsearch.kernels.multibody.between import OPEN, opening
+from hcsearch.kernels.multibody.between import INTERPOLATED_STATE_RESIDUAL, largest_opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.dynamics.simulation import closed_between
 from tests.linkages import linkage_named
 
@@ -14,12 +14,12 @@ DEFAULT = SCENES["default"]
 
 
 def deployed(name, tolerance, formulation="constrained"):
-    return deploy(linkage_named(name), DEFAULT, formulation, tolerance=tolerance, certified=False)
+    return simulate_deployment(linkage_named(name), DEFAULT, formulation, tolerance=tolerance, certified=False)
 
 
 def own_opening(system, states, cubic=False):
     tree = system.mechanism.tree
-    return opening(tree, states, cubic, work_for(tree))
+    return largest_opening(tree, states, cubic, work_for(tree))
 
 
 @pytest.mark.parametrize("name", ["hex:0234550132:4", "hex:022344440011:1", "hex:0233340501:3"])
@@ -29,9 +29,9 @@ def test_closed_states_come_between_where_loops_open(name):
     before = own_opening(system, (motion.times, motion.q, motion.v, motion.a))
     (times, q, v, a), gaps = closed_between(system, motion)
     after = gaps.max()
-    assert before > OPEN
+    assert before > INTERPOLATED_STATE_RESIDUAL
     assert after == own_opening(system, (times, q, v, a))
-    assert after < max(1.1 * OPEN, 0.1 * before)
+    assert after < max(1.1 * INTERPOLATED_STATE_RESIDUAL, 0.1 * before)
     assert len(times) > len(motion.times)
     assert (np.diff(times) >= 0.0).all()
     # the states there were are all there, in their order
@@ -53,7 +53,7 @@ def test_closed_states_come_between_where_loops_open(name):
 def test_motions_whose_loops_stay_closed_stay_as_they_are():
     deployment = deployed("hex:0234550132:4", 1e-9)
     (times, q, v, a), gaps = closed_between(deployment.compiled.system, deployment.motion)
-    assert gaps.max() < OPEN
+    assert gaps.max() < INTERPOLATED_STATE_RESIDUAL
     for table, own in zip((times, q, v, a), ("times", "q", "v", "a"), strict=True):
         assert table.tobytes() == getattr(deployment.motion, own).tobytes()
 
@@ -63,7 +63,7 @@ def test_springs_across_the_loops_close_them_as_they_do():
     motion, system = deployment.motion, deployment.compiled.system
     (times, *_), gaps = closed_between(system, motion)
     assert times.tobytes() == motion.times.tobytes()
-    assert gaps.max() > OPEN
+    assert gaps.max() > INTERPOLATED_STATE_RESIDUAL
     # what a step opens is computed with its neighbours, and never less than it is
     own = [
         own_opening(system, tuple(t[k : k + 2] for t in (motion.times, motion.q, motion.v, motion.a))) for k in range(5)

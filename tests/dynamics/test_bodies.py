@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.springs.dynamics.bodies import joined, prism
+from hcsearch.springs.dynamics.bodies import joined_body, prism_body
 
 
 @st.composite
@@ -53,7 +53,7 @@ def assert_same(one, two):
 @settings(max_examples=50)
 @given(polygons(), thicknesses, densities)
 def test_a_prism_is_the_sum_of_its_triangles(corners, thickness, density):
-    body = prism(corners, thickness, density)
+    body = prism_body(corners, thickness, density)
     mass, centre, inertia = summed(corners, thickness, density)
     assert body.mass == pytest.approx(mass, rel=1e-12)
     assert body.centre == pytest.approx(centre, abs=1e-12)
@@ -61,7 +61,7 @@ def test_a_prism_is_the_sum_of_its_triangles(corners, thickness, density):
 
 
 def test_a_brick_has_the_inertia_of_the_textbook():
-    body = prism([(1, 1), (3, 1), (3, 4), (1, 4)], 0.5, 2.0)
+    body = prism_body([(1, 1), (3, 1), (3, 4), (1, 4)], 0.5, 2.0)
     assert body.mass == pytest.approx(6.0)
     assert body.centre == pytest.approx([2.0, 2.5, 0.25])
     sizes = np.array([2.0, 3.0, 0.5]) ** 2
@@ -73,7 +73,7 @@ def test_a_brick_has_the_inertia_of_the_textbook():
 def test_a_turned_and_moved_polygon_makes_a_turned_and_moved_body(corners, thickness, angle, shift):
     turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
     moved = [tuple(turn[:2, :2] @ corner + shift) for corner in corners]
-    one, two = prism(corners, thickness, 1.0), prism(moved, thickness, 1.0)
+    one, two = prism_body(corners, thickness, 1.0), prism_body(moved, thickness, 1.0)
     assert two.mass == pytest.approx(one.mass, rel=1e-10)
     assert two.centre == pytest.approx(turn @ one.centre + [*shift, 0.0], abs=1e-10)
     assert two.inertia == pytest.approx(turn @ one.inertia @ turn.T, rel=1e-8, abs=1e-10)
@@ -82,17 +82,17 @@ def test_a_turned_and_moved_polygon_makes_a_turned_and_moved_body(corners, thick
 @settings(max_examples=50)
 @given(polygons(), thicknesses, st.data())
 def test_the_parts_of_a_prism_joined_are_the_prism(corners, thickness, data):
-    whole = prism(corners, thickness, 3.0)
+    whole = prism_body(corners, thickness, 3.0)
     if len(corners) > 3:
         cut = data.draw(st.integers(2, len(corners) - 2))
         parts = [corners[: cut + 1], [corners[0], *corners[cut:]]]
-        assert_same(joined(prism(part, thickness, 3.0) for part in parts), whole)
-    assert_same(joined(whole.share(part) for part in (0.25, 0.75)), whole)
+        assert_same(joined_body(prism_body(part, thickness, 3.0) for part in parts), whole)
+    assert_same(joined_body(whole.share(part) for part in (0.25, 0.75)), whole)
 
 
 @given(polygons(), thicknesses)
 def test_inertia_about_a_point_is_least_about_the_centre(corners, thickness):
-    body = prism(corners, thickness, 1.0)
+    body = prism_body(corners, thickness, 1.0)
     assert body.about(body.centre) == pytest.approx(body.inertia)
     way = np.array([0.0, 0.0, 2.0])
     assert body.about(body.centre + way) == pytest.approx(body.inertia + body.mass * np.diag([4.0, 4.0, 0.0]))

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcsearch.scenes.laws import linear
-from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.scenes.laws import linear_law
+from hcsearch.springs.dynamics.simulation import simulate_system
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 from hcsearch_bench.iftomm import references as iftomm_references
 from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod
@@ -47,7 +47,7 @@ def golden(name):
 def motion(name, tolerance=1e-10, method="dormand-prince-8"):
     problem = PROBLEMS[name]
     options = {"method": method, "tolerance": tolerance, "max_steps": 200_000}
-    return simulate(problem.system, problem.q, problem.v, end=problem.end, **options)
+    return simulate_system(problem.system, problem.q, problem.v, end=problem.end, **options)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -130,10 +130,10 @@ def open_chain():
     """Joints of all kinds, laws, dampers and struts."""
     points = (np.zeros(3), X + 0.2 * Y, X + Y + 0.3 * Z, 2 * X + Y)
     joints = (
-        Joint(GROUND, Z, points[0]),
-        Joint(0, np.array([1.0, 2.0, 2.0]) / 3, points[1]),
-        Joint(1, X, points[2], slides=True),
-        Joint(0, Y, points[1]),
+        TreeJoint(GROUND, Z, points[0]),
+        TreeJoint(0, np.array([1.0, 2.0, 2.0]) / 3, points[1]),
+        TreeJoint(1, X, points[2], slides=True),
+        TreeJoint(0, Y, points[1]),
     )
     bodies = (
         rod(points[0], points[1], 1.0, 0.1),
@@ -142,9 +142,9 @@ def open_chain():
         rod(points[1], points[1] + Z, 0.4, 0.2),
     )
     drives = (
-        JointDrive(linear(2.0, 0.3), 0.1),
-        JointDrive(linear(1.0), 0.05),
-        JointDrive(linear(30.0, 1.0), 0.4),
+        JointDrive(linear_law(2.0, 0.3), 0.1),
+        JointDrive(linear_law(1.0), 0.05),
+        JointDrive(linear_law(30.0, 1.0), 0.4),
         JointDrive(),
     )
     struts = (
@@ -157,13 +157,13 @@ def open_chain():
 def welded_loop():
     """A planar four-bar whose coupler is cut into halves that are welded: 6 rows of rank 3."""
     a, b, c, d = np.zeros(3), Y, 1.5 * X + Y, 2 * X
-    joints = (Joint(GROUND, Z, a), Joint(0, Z, b), Joint(GROUND, -Z, d), Joint(2, Z, c))
+    joints = (TreeJoint(GROUND, Z, a), TreeJoint(0, Z, b), TreeJoint(GROUND, -Z, d), TreeJoint(2, Z, c))
     half = rod(b, c, 1.0, 0.1).share(0.5)
     bodies = (rod(a, b, 1.0, 0.1), half, rod(d, c, 1.0, 0.1), half)
     drives = (
-        JointDrive(linear(8.0, 0.3), 0.1),
-        JointDrive(linear(1.0), 0.05),
-        JointDrive(linear(3.0, 1.0), 0.4),
+        JointDrive(linear_law(8.0, 0.3), 0.1),
+        JointDrive(linear_law(1.0), 0.05),
+        JointDrive(linear_law(3.0, 1.0), 0.4),
         JointDrive(),
     )
     return System(joints, bodies, drives, (Weld(1, 3, (b + c) / 2),), gravity=(0.0, -9.81, 0.0))
@@ -182,7 +182,7 @@ ENGINES = {
 def test_any_system_moves_as_in(engine, make):
     system = make()
     still, times = np.zeros(4), np.linspace(0.0, 2.0, 201)
-    ours = simulate(system, still, end=2.0, tolerance=1e-11).at(times)
+    ours = simulate_system(system, still, end=2.0, tolerance=1e-11).at(times)
     theirs = ENGINES[engine](system, still, still, times)
     assert np.ptp(ours, axis=0).min() > 0.3
     assert np.abs(theirs.q - ours).max() < (5e-6 if engine == "exudyn" else 1e-7)
@@ -197,7 +197,7 @@ def test_problems_move_as_in(engine, name):
     end = problem.end / 10  # A02: one singular passage
     times = np.linspace(0.0, end, 101)
     options = {"method": "dormand-prince", "tolerance": 1e-10, "max_steps": 200_000}
-    ours = simulate(problem.system, problem.q, problem.v, end=end, **options).at(times)
+    ours = simulate_system(problem.system, problem.q, problem.v, end=end, **options).at(times)
     theirs = ENGINES[engine](problem.system, problem.q, problem.v, times).q
     their_way, way = (places(problem.system, q).point(problem.body, problem.point)[0] for q in (theirs, ours))
     assert np.abs(their_way - way).max() < (1e-5 if engine == "exudyn" or name == "A02 N=2" else 1e-7)

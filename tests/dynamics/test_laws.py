@@ -11,23 +11,23 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from hcsearch.basics.errors import HcsearchError, NotationError
-from hcsearch.kernels.multibody.hinges import moment, steepness
+from hcsearch.kernels.multibody.hinges import law_moment, law_slope
 from hcsearch.scenes.laws import (
-    FREE,
+    FREE_LAW,
     Law,
     LawBranch,
     law_named,
-    linear,
-    quadratic,
-    scaled,
+    linear_law,
+    quadratic_law,
+    scaled_law,
     spring_law,
-    tables_of,
-    tabulated,
-    tape_spring,
+    tables_of_laws,
+    tabulated_law,
+    tape_spring_law,
 )
 from hcsearch.springs.dynamics.bodies import Body
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import Joint
+from hcsearch.springs.dynamics.trees import TreeJoint
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -49,39 +49,41 @@ def tapes(draw):
     peak, angle = draw(st.floats(0.01, 2.0)), draw(st.floats(0.02, 0.5))
     low = peak * draw(st.floats(0.02, 0.5))
     back = angle * low / peak * draw(st.floats(0.1, 1.9))
-    return tape_spring(peak, angle, low, draw(st.sampled_from([None, back])), draw(preloads))
+    return tape_spring_law(peak, angle, low, draw(st.sampled_from([None, back])), draw(preloads))
 
 
 laws = st.one_of(
-    st.just(FREE),
-    st.builds(linear, moments, preloads),
-    st.builds(quadratic, moments, moments, preloads),
-    st.builds(lambda table, preload: tabulated(*table, preload), tables(), preloads),
+    st.just(FREE_LAW),
+    st.builds(linear_law, moments, preloads),
+    st.builds(quadratic_law, moments, moments, preloads),
+    st.builds(lambda table, preload: tabulated_law(*table, preload), tables(), preloads),
     tapes(),
-    st.builds(lambda table, factor: scaled(tabulated(*table), factor), tables(), st.floats(0.1, 4.0)),
+    st.builds(lambda table, factor: scaled_law(tabulated_law(*table), factor), tables(), st.floats(0.1, 4.0)),
 )
 
 
 def kernel(*laws):
     """The tables of laws, one a joint."""
-    joints = tuple(Joint(-1, Z, np.zeros(3)) for _ in laws)
+    joints = tuple(TreeJoint(-1, Z, np.zeros(3)) for _ in laws)
     bodies = tuple(Body(1.0, np.zeros(3), np.eye(3)) for _ in laws)
     return System(joints, bodies, tuple(JointDrive(law) for law in laws)).mechanism.hinges
 
 
 def value(law, angle, branch=0):
-    return moment(kernel(law), 0, branch, angle)[0]
+    return law_moment(kernel(law), 0, branch, angle)[0]
 
 
 @settings(max_examples=60)
 @given(laws, angles.filter(lambda x: x == 0.0 or abs(x) > 1e-100), st.integers(0, 1))
 def test_energy_is_the_integral_of_the_moment_from_angle_0(law, angle, branch):
-    hinges = kernel(FREE, law)
+    hinges = kernel(FREE_LAW, law)
     breaks = [
         x for x in (law.bent if branch and law.bent else law.straight).breaks if min(0, angle) < x < max(0, angle)
     ]
-    expected, error = quad(lambda x: moment(hinges, 1, branch, x)[0], 0.0, angle, points=breaks or None, epsabs=1e-12)
-    assert moment(hinges, 1, branch, angle)[1] == pytest.approx(expected, abs=1e-10 + error, rel=1e-9)
+    expected, error = quad(
+        lambda x: law_moment(hinges, 1, branch, x)[0], 0.0, angle, points=breaks or None, epsabs=1e-12
+    )
+    assert law_moment(hinges, 1, branch, angle)[1] == pytest.approx(expected, abs=1e-10 + error, rel=1e-9)
 
 
 @settings(max_examples=60)
@@ -91,8 +93,8 @@ def test_steepness_is_the_slope_of_the_moment(law, angle, branch):
     h = 1e-5
     breaks = (law.bent if branch and law.bent else law.straight).breaks
     if min(abs(angle - x) for x in breaks) > 2 * h:
-        slope = (moment(hinges, 0, branch, angle + h)[0] - moment(hinges, 0, branch, angle - h)[0]) / (2 * h)
-        assert steepness(hinges, 0, branch, angle) == pytest.approx(slope, abs=1e-5, rel=1e-5)
+        slope = (law_moment(hinges, 0, branch, angle + h)[0] - law_moment(hinges, 0, branch, angle - h)[0]) / (2 * h)
+        assert law_slope(hinges, 0, branch, angle) == pytest.approx(slope, abs=1e-5, rel=1e-5)
 
 
 @settings(max_examples=60)
@@ -100,7 +102,7 @@ def test_steepness_is_the_slope_of_the_moment(law, angle, branch):
 def test_moments_do_not_jump_at_breaks(law):
     hinges = kernel(law)
     for x in law.straight.breaks:
-        before, after = (moment(hinges, 0, 0, x + d) for d in (-1e-9, 1e-9))
+        before, after = (law_moment(hinges, 0, 0, x + d) for d in (-1e-9, 1e-9))
         assert before == pytest.approx(after, abs=1e-6)
 
 
@@ -108,11 +110,11 @@ def test_moments_do_not_jump_at_breaks(law):
 @given(tables(), preloads)
 def test_tabulated_laws_pass_through_their_points_and_rise_where_they_rise(table, preload):
     x, y = table
-    hinges = kernel(tabulated(x, y, preload))
+    hinges = kernel(tabulated_law(x, y, preload))
     for angle, m in zip(x, y, strict=True):
-        assert moment(hinges, 0, 0, angle)[0] == pytest.approx(m + preload, abs=1e-9)
+        assert law_moment(hinges, 0, 0, angle)[0] == pytest.approx(m + preload, abs=1e-9)
     for k in range(len(x) - 1):
-        between = [moment(hinges, 0, 0, t)[0] for t in np.linspace(x[k], x[k + 1], 20)]
+        between = [law_moment(hinges, 0, 0, t)[0] for t in np.linspace(x[k], x[k + 1], 20)]
         assert (np.diff(between) * math.copysign(1.0, y[k + 1] - y[k])).min() >= -1e-9
 
 
@@ -125,30 +127,32 @@ def test_a_law_reads_its_own_text(law):
 
 @given(laws, st.floats(0.1, 9.0), angles)
 def test_springs_in_parallel_add_their_moments(law, factor, angle):
-    hinges = kernel(law, scaled(law, factor))
+    hinges = kernel(law, scaled_law(law, factor))
     for branch in (0, 1):
-        one, many = moment(hinges, 0, branch, angle), moment(hinges, 1, branch, angle)
+        one, many = law_moment(hinges, 0, branch, angle), law_moment(hinges, 1, branch, angle)
         assert np.array(many) == pytest.approx(factor * np.array(one), rel=1e-12, abs=1e-12)
-    assert (scaled(law, factor).snap_up, scaled(law, factor).snap_down) == (law.snap_up, law.snap_down)
+    assert (scaled_law(law, factor).snap_up, scaled_law(law, factor).snap_down) == (law.snap_up, law.snap_down)
 
 
 @given(tapes())
 def test_a_tape_spring_leaves_its_straight_branch_at_the_peak_and_comes_back_at_a_smaller_angle(law):
     hinges = kernel(law)
     assert law.snap_down < law.snap_up
-    (peak, before), (low, after) = (moment(hinges, 0, branch, law.snap_up) for branch in (0, 1))
+    (peak, before), (low, after) = (law_moment(hinges, 0, branch, law.snap_up) for branch in (0, 1))
     assert low < peak
     assert after <= before + 1e-12 * abs(before) + 1e-15
-    assert moment(hinges, 0, 1, math.pi)[0] == pytest.approx(low)
-    (_, straight), (_, bent) = (moment(hinges, 0, branch, law.snap_down) for branch in (0, 1))
+    assert law_moment(hinges, 0, 1, math.pi)[0] == pytest.approx(low)
+    (_, straight), (_, bent) = (law_moment(hinges, 0, branch, law.snap_down) for branch in (0, 1))
     # there and back takes the area between the branches
-    area, _ = quad(lambda x: moment(hinges, 0, 0, x)[0] - moment(hinges, 0, 1, x)[0], law.snap_down, law.snap_up)
+    area, _ = quad(
+        lambda x: law_moment(hinges, 0, 0, x)[0] - law_moment(hinges, 0, 1, x)[0], law.snap_down, law.snap_up
+    )
     assert bent >= straight - 1e-12
     assert (before - after) + (bent - straight) == pytest.approx(area, abs=1e-12)
 
 
 def test_a_tape_spring_snaps_back_where_its_branches_meet_unless_told():
-    law = tape_spring(peak=0.2, peak_angle=0.05, low=0.04)
+    law = tape_spring_law(peak=0.2, peak_angle=0.05, low=0.04)
     assert law.snap_down == pytest.approx(0.01)
     assert value(law, 0.01) == pytest.approx(value(law, 0.01, branch=1))
 
@@ -176,10 +180,10 @@ def test_notations_say_what_they_mean(text, angle, expected):
 
 
 def test_laws_of_one_text_are_one_whoever_made_them():
-    assert linear(1).text == "linear:1"
-    assert linear(0.1, -0.02).text == "linear:0.1-0.02"
-    assert law_named("2*linear:0.1") == linear(0.2)
-    assert tabulated(np.array([0.0, 3.0]), np.array([0, 1])).text == "table:0@0,1@3"
+    assert linear_law(1).text == "linear:1"
+    assert linear_law(0.1, -0.02).text == "linear:0.1-0.02"
+    assert law_named("2*linear:0.1") == linear_law(0.2)
+    assert tabulated_law(np.array([0.0, 3.0]), np.array([0, 1])).text == "table:0@0,1@3"
     assert Law(LawBranch((0.0,), ((0.0, 1.0, 0.0, 0.0),))).text == ""
 
 
@@ -195,7 +199,7 @@ def test_laws_of_one_text_are_one_whoever_made_them():
 def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, text):
     file = tmp_path / "spring+1.csv"
     file.write_text(text, encoding="utf-8")
-    expected = tabulated([0.0, 1.5, 3.1], [0.0, 0.1, 0.3])
+    expected = tabulated_law([0.0, 1.5, 3.1], [0.0, 0.1, 0.3])
     assert law_named(f"table:{file}") == expected
     assert law_named(f"2*table:{file}+0.02").text == "2*table:0@0,0.1@1.5,0.3@3.1+0.02"
 
@@ -203,22 +207,22 @@ def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, text):
 @pytest.mark.parametrize(
     ("make", "remedy"),
     [
-        (lambda: tabulated([0.0], [0.0]), "give two points"),
-        (lambda: tabulated([0.0, 1.0], [0.0]), "give one moment for each angle"),
-        (lambda: tabulated([0.0, 2.0, 1.0], [0.0, 1.0, 2.0]), "sort it"),
-        (lambda: tabulated([0.0, 1.0, 1.0], [0.0, 1.0, 2.0]), "each angle once"),
-        (lambda: tabulated([0.0, math.nan], [0.0, 1.0]), "give finite numbers"),
-        (lambda: tabulated([0.0, 1.0], [0.0, math.inf]), "give finite numbers"),
-        (lambda: linear(math.nan), "give finite numbers"),
-        (lambda: quadratic(0.1, math.inf), "give finite numbers"),
-        (lambda: linear(0.1, math.nan), "give finite numbers"),
-        (lambda: tape_spring(-0.2, 0.05, 0.03), "give positive numbers"),
-        (lambda: tape_spring(0.2, 0.05, 0.15), "at most half the peak"),
-        (lambda: tape_spring(0.2, 0.05, 0.03, 0.06), "give an angle above 0"),
-        (lambda: tape_spring(0.2, 0.05, 0.03, 0.02), "at most 0.015"),
-        (lambda: tape_spring(0.2, 0.05, 0.03, math.nan), "give an angle above 0"),
-        (lambda: scaled(FREE, 0.0), "give a positive factor"),
-        (lambda: scaled(FREE, math.nan), "give a positive factor"),
+        (lambda: tabulated_law([0.0], [0.0]), "give two points"),
+        (lambda: tabulated_law([0.0, 1.0], [0.0]), "give one moment for each angle"),
+        (lambda: tabulated_law([0.0, 2.0, 1.0], [0.0, 1.0, 2.0]), "sort it"),
+        (lambda: tabulated_law([0.0, 1.0, 1.0], [0.0, 1.0, 2.0]), "each angle once"),
+        (lambda: tabulated_law([0.0, math.nan], [0.0, 1.0]), "give finite numbers"),
+        (lambda: tabulated_law([0.0, 1.0], [0.0, math.inf]), "give finite numbers"),
+        (lambda: linear_law(math.nan), "give finite numbers"),
+        (lambda: quadratic_law(0.1, math.inf), "give finite numbers"),
+        (lambda: linear_law(0.1, math.nan), "give finite numbers"),
+        (lambda: tape_spring_law(-0.2, 0.05, 0.03), "give positive numbers"),
+        (lambda: tape_spring_law(0.2, 0.05, 0.15), "at most half the peak"),
+        (lambda: tape_spring_law(0.2, 0.05, 0.03, 0.06), "give an angle above 0"),
+        (lambda: tape_spring_law(0.2, 0.05, 0.03, 0.02), "at most 0.015"),
+        (lambda: tape_spring_law(0.2, 0.05, 0.03, math.nan), "give an angle above 0"),
+        (lambda: scaled_law(FREE_LAW, 0.0), "give a positive factor"),
+        (lambda: scaled_law(FREE_LAW, math.nan), "give a positive factor"),
         (lambda: law_named("linear:1e999"), "give finite numbers"),
         (lambda: law_named("table:nowhere.csv"), "name a file that is there"),
         (lambda: law_named("table:/dev/../dev/zero.csv"), "name a file that is there"),
@@ -310,7 +314,7 @@ def test_a_table_in_the_folder_of_the_user_is_named_by_a_tilde(tmp_path, monkeyp
 
 
 def test_joints_of_one_law_share_its_pieces():
-    law = tabulated([0.0, 1.0, 2.0], [0.0, 1.0, 3.0])
-    pieces, breaks, cubics, energies = tables_of([law, FREE, law])
+    law = tabulated_law([0.0, 1.0, 2.0], [0.0, 1.0, 3.0])
+    pieces, breaks, cubics, energies = tables_of_laws([law, FREE_LAW, law])
     assert (pieces[0] == pieces[2]).all()
     assert len(breaks) == len(cubics) == len(energies) == 3

@@ -6,7 +6,7 @@ from naive_dynamics import Twin, along, random_system
 
 from hcsearch.kernels.multibody import motion, sweeps, welds
 from hcsearch.kernels.multibody.contact import push_apart
-from hcsearch.kernels.multibody.hinges import energies, joint_torques, kinetic, lost_power
+from hcsearch.kernels.multibody.hinges import joint_torques, kinetic_energy, lost_power, write_energies
 from hcsearch.kernels.multibody.tree import work_for
 
 SEEDS = range(25)
@@ -24,12 +24,12 @@ class Case:
         self.tree = self.mechanism.tree
         self.work = work_for(self.tree)
         signs = np.where(self.held, self.rng.choice([-1, 1], self.n), 0).astype(np.int8)
-        self.hold = motion.hold_for(self.mechanism, self.q)._replace(held=signs)
+        self.hold = motion.discrete_state_for(self.mechanism, self.q)._replace(held=signs)
         self.scale = motion.largest_pivot(self.mechanism, self.q, self.work)
 
     def move(self):
-        sweeps.place(self.tree, self.q, self.work)
-        sweeps.move(self.tree, self.v, self.work)
+        sweeps.place_bodies(self.tree, self.q, self.work)
+        sweeps.move_bodies(self.tree, self.v, self.work)
 
     def accelerations(self):
         accelerations = np.empty(self.n)
@@ -77,11 +77,11 @@ def test_the_delassus_matrix_is_that_of_the_dense_equations(seed):
 def test_closure_errors_and_their_rates_are_those_of_plain_matrices(seed):
     case = Case(seed)
     anywhere = case.rng.normal(size=case.n)
-    sweeps.place(case.tree, anywhere, case.work)
+    sweeps.place_bodies(case.tree, anywhere, case.work)
     worst = welds.weld_errors(case.tree, case.work, case.work.errors)
     assert case.work.errors == pytest.approx(case.twin.errors(anywhere), abs=1e-12)
     assert worst == np.abs(case.work.errors).max(initial=0.0)
-    sweeps.move(case.tree, case.v, case.work)
+    sweeps.move_bodies(case.tree, case.v, case.work)
     assert welds.weld_rates(case.tree, case.work, case.work.rates) == np.abs(case.work.rates).max(initial=0.0)
     assert case.work.rates == pytest.approx(case.twin.rows(anywhere) @ case.v, abs=1e-12)
 
@@ -90,8 +90,8 @@ def test_closure_errors_and_their_rates_are_those_of_plain_matrices(seed):
 def test_rates_are_the_derivatives_of_the_errors_of_closed_loops(seed):
     case = Case(seed)
     v = case.rng.normal(size=case.n)
-    sweeps.place(case.tree, case.q, case.work)
-    sweeps.move(case.tree, v, case.work)
+    sweeps.place_bodies(case.tree, case.q, case.work)
+    sweeps.move_bodies(case.tree, v, case.work)
     welds.weld_rates(case.tree, case.work, case.work.rates)
     full = [k for k, (weld, kind) in enumerate(rows_of(case)) if whole(weld.kinds, kind)]
     assert case.work.rates[full] == pytest.approx(along(case.twin.errors, case.q, v)[full], abs=1e-8)
@@ -115,7 +115,7 @@ def test_projection_closes_a_state_by_the_change_of_least_mass(seed):
     v0 = case.v + np.where(case.held, 0.0, off * case.rng.normal(size=case.n))
     expected = case.twin.closing_step(q0, case.held, case.twin.errors(q0))
     q, v = q0.copy(), v0.copy()
-    error, rate = motion.project(case.tree, case.hold.held, q, v, 1e-15, case.work)
+    error, rate = motion.project_state(case.tree, case.hold.held, q, v, 1e-15, case.work)
     assert error < 1e-13
     assert rate < 1e-9
     assert np.abs(case.twin.errors(q)).max(initial=0.0) < 1e-13
@@ -131,10 +131,10 @@ def test_energies_and_losses_are_those_of_plain_sums(seed):
     case.move()
     twin, mechanism, q, v = case.twin, case.mechanism, case.q, case.v
     parts = np.empty(4)
-    energies(case.tree, mechanism.hinges, mechanism.struts, case.hold.branches, q, case.work, parts)
+    write_energies(case.tree, mechanism.hinges, mechanism.struts, case.hold.branches, q, case.work, parts)
     expected = [0.5 * v @ twin.masses(q) @ v, twin.stored(q), twin.height(q), twin.in_stops(q)]
     assert parts == pytest.approx(expected, rel=1e-10, abs=1e-10)
-    assert kinetic(case.tree, case.work) == parts[0]
+    assert kinetic_energy(case.tree, case.work) == parts[0]
     lost = lost_power(mechanism.hinges, mechanism.struts, q, v, case.work)
     assert lost == pytest.approx(twin.lost_power(q, v), rel=1e-8)
 
@@ -162,7 +162,7 @@ def test_stops_push_joints_apart_by_the_least_change(seed):
     if expected is None:  # the loops leave too little freedom
         return
     case.move()
-    sweeps.gather(case.tree, np.zeros(case.n, np.int8), case.work)
+    sweeps.gather_inertias(case.tree, np.zeros(case.n, np.int8), case.work)
     pushed, change = np.empty(case.n), np.empty(case.n)
     assert push_apart(case.tree, touching, wanted, case.scale, case.work, pushed, change)
     size = max(1.0, np.abs(expected).max())
@@ -195,10 +195,10 @@ def test_closure_springs_ahead_yield_as_in_the_dense_equations(seed):
     case = Case(seed, hold=0.2, welds=1)
     h, stiffness, damping = case.rng.uniform(0.01, 0.1), *case.rng.uniform(1.0, 50.0, 2)
     mechanism = case.mechanism._replace(closure_stiffness=stiffness, closure_damping=damping)
-    motion.view(mechanism, case.hold, case.q, case.v, case.work)
+    motion.update_bodies(mechanism, case.hold, case.q, case.v, case.work)
     joint_torques(mechanism.hinges, case.hold.branches, case.q, case.v, case.work.torques)
     accelerations = np.empty(case.n)
-    motion.solve_ahead(mechanism, case.hold, h, case.work, accelerations)
+    motion.solve_accelerations_ahead(mechanism, case.hold, h, case.work, accelerations)
     rows, free = case.twin.rows(case.q), ~case.held
     drift = along(lambda x: case.twin.rows(x) @ case.v, case.q, case.v)
     # gap and rate are 0 now, so that both are h^2 and h times the rows' acceleration then

@@ -8,7 +8,7 @@ import pytest
 
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.springs.dynamics.simulation import simulate
+from hcsearch.springs.dynamics.simulation import simulate_system
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from tests.linkages import linkage_named
 
@@ -37,7 +37,7 @@ def unstopped(name, scene):
 def test_other_engines_find_the_same_motion(name, scene):
     system, start = unstopped(name, scene)
     times, still = np.linspace(0.0, END, 31), np.zeros(len(start))
-    own = simulate(system, start, end=END, method="dormand-prince-8", tolerance=1e-11)
+    own = simulate_system(system, start, end=END, method="dormand-prince-8", tolerance=1e-11)
     expected = own.at(times)
     assert np.abs(expected[-1] - start).max() > 0.1
     pinocchio = pinocchio_system.run(system, start, still, times, tolerance=1e-9)

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from hcsearch import enumerate_circuits
 from hcsearch.designs.folding import foldings
 from hcsearch.kernels.multibody import sweeps, welds
-from hcsearch.kernels.multibody.tree import PLACE, TURN, work_for
-from hcsearch.motion.kinematics.closing import close
+from hcsearch.kernels.multibody.tree import WORK_PLACE, WORK_ROTATION, work_for
+from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.bodies import joined
+from hcsearch.springs.dynamics.bodies import joined_body
 from hcsearch.springs.dynamics.panels import panel_bodies, panel_tree
 from hcsearch.springs.dynamics.system import JointDrive, System
 from hcsearch.springs.dynamics.trees import GROUND
@@ -44,7 +44,7 @@ def placed(linkage, angles):
     q = np.zeros(len(tree.joints))
     q[tree.joint_of] = angles
     work = work_for(system.mechanism.tree)
-    sweeps.place(system.mechanism.tree, q, work)
+    sweeps.place_bodies(system.mechanism.tree, q, work)
     return tree, system.mechanism.tree, work
 
 
@@ -55,8 +55,8 @@ def test_all_panels_but_the_held_one_hang_in_the_tree_once(linkage):
     panels = panel_bodies(linkage, DENSITY)
     mass = DENSITY * linkage.pattern.thickness * linkage.pattern.area
     assert sum(panel.mass for panel in panels) == pytest.approx(mass)
-    loose = joined(panel for k, panel in enumerate(panels) if k != linkage.base)
-    body = joined(tree.bodies)
+    loose = joined_body(panel for k, panel in enumerate(panels) if k != linkage.base)
+    body = joined_body(tree.bodies)
     assert body.mass == pytest.approx(loose.mass)
     assert body.centre == pytest.approx(loose.centre, abs=1e-12)
     assert body.inertia == pytest.approx(loose.inertia, rel=1e-9, abs=1e-15)
@@ -69,7 +69,7 @@ def test_all_panels_but_the_held_one_hang_in_the_tree_once(linkage):
 @given(linkages(), st.integers(0, 99))
 def test_panels_are_where_the_linkage_has_them_and_welds_are_closed(linkage, seed):
     rng = np.random.default_rng(seed)
-    near = close(linkage, linkage.folded * rng.uniform(0.9, 1.0) + 0.02 * rng.uniform(-1, 1, linkage.n_hinges))
+    near = close_linkage(linkage, linkage.folded * rng.uniform(0.9, 1.0) + 0.02 * rng.uniform(-1, 1, linkage.n_hinges))
     for angles in (linkage.flat, linkage.folded, *([near.angles] if near.success else [])):
         tree, table, work = placed(linkage, angles)
         assert welds.weld_errors(table, work, work.errors) < 1e-10
@@ -77,9 +77,9 @@ def test_panels_are_where_the_linkage_has_them_and_welds_are_closed(linkage, see
         panel_of = {body: panel for panel, body in enumerate(tree.body_of) if panel != linkage.base}
         panel_of |= {weld.second: panel_of[weld.first] for weld in tree.welds}
         for body, panel in panel_of.items():
-            turn = work.bodies[body, TURN : TURN + 9].reshape(3, 3)
+            turn = work.bodies[body, WORK_ROTATION : WORK_ROTATION + 9].reshape(3, 3)
             assert turn == pytest.approx(poses[panel][:, :3], abs=1e-9)
-            shift = work.bodies[body, PLACE : PLACE + 3] - turn @ tree.joints[body].point
+            shift = work.bodies[body, WORK_PLACE : WORK_PLACE + 3] - turn @ tree.joints[body].point
             assert shift == pytest.approx(poses[panel][:, 3], abs=1e-9)
 
 

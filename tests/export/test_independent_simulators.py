@@ -13,7 +13,7 @@ from hcsearch.motion.collision.margins import margin_of
 from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case
 
@@ -42,7 +42,7 @@ def addresses(model, labels):
 def greatest_error(of, scene, **options):
     """Of any fold angle in MuJoCo, before the first impact; and by how much our own turn until then (rad)."""
     linkage, labels = of
-    own = deploy(linkage, scene, tolerance=1e-9, certified=False)
+    own = simulate_deployment(linkage, scene, tolerance=1e-9, certified=False)
     motion = own.motion
     end = motion.events[0].time if motion.events else motion.times[-1]
     mujoco, model, data = model_of(mjcf_of(linkage, labels, scene, **options))

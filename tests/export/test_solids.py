@@ -20,7 +20,7 @@ from hcsearch.export.step import step_of
 from hcsearch.export.stl import stl_of
 from hcsearch.export.threemf import threemf_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import RIGID, VALLEY, Pattern
+from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern
 from tests.export.cases import NAMES, case, merged, replay, volumes
 from tests.export.gltf import Scene
 from tests.strategies import circuits
@@ -67,7 +67,7 @@ def square(cell):
 def ring():
     """Eight squares around a hole, all rigid but for one that folds."""
     cells = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    creases = {(k, k + 1): RIGID for k in range(7)} | {(0, 7): RIGID, (2, 8): VALLEY}
+    creases = {(k, k + 1): RIGID_CREASE for k in range(7)} | {(0, 7): RIGID_CREASE, (2, 8): VALLEY_CREASE}
     return Pattern.from_polygons(tuple(map(square, (*cells, (3, 0)))), creases, 0.25)
 
 
@@ -83,13 +83,13 @@ def test_a_panel_with_a_hole_has_two_outlines_and_a_wall_that_carries_its_hinge(
 
 
 def test_slits_inside_a_panel_are_closed():
-    pattern = replace(ring(), creases={(k, k + 1): RIGID for k in range(7)})
+    pattern = replace(ring(), creases={(k, k + 1): RIGID_CREASE for k in range(7)})
     assert solid_of(pattern, 0).wall.tolist() == solid_of(ring(), 0).wall.tolist()
 
 
 def test_a_panel_that_touches_itself_in_a_corner_is_refused():
     cells = ((0, 0), (-1, 0), (-1, 1), (-1, 2), (0, 2), (1, 2), (1, 1))
-    pattern = Pattern.from_polygons(tuple(map(square, cells)), {(k, k + 1): RIGID for k in range(6)}, 0.1)
+    pattern = Pattern.from_polygons(tuple(map(square, cells)), {(k, k + 1): RIGID_CREASE for k in range(6)}, 0.1)
     with pytest.raises(HcsearchError, match="panel 0 touches itself in a corner"):
         solid_of(pattern, 0)
 

@@ -8,7 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from hcsearch.basics.errors import LONGEST_LINE, HcsearchError
+from hcsearch.basics.errors import MAX_MESSAGE_LINE_LENGTH, HcsearchError
 from hcsearch.cli import main
 
 ENDS = {0, 1, 2, 130}
@@ -46,7 +46,7 @@ def mutated(chance: random.Random, text: str) -> str:
 
 def is_message(text: str) -> bool:
     """Whether a text is one short line that a terminal can show."""
-    return text.isprintable() and len(text) <= LONGEST_LINE + len("hcsearch: ")
+    return text.isprintable() and len(text) <= MAX_MESSAGE_LINE_LENGTH + len("hcsearch: ")
 
 
 def judge(text, read, again=None) -> bool:

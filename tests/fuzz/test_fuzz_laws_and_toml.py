@@ -6,7 +6,7 @@ import random
 import pytest
 
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.tables import read_accelerations, read_moments
+from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
 from hcsearch.system.reading import read_toml
 from tests.fuzz.mutations import judge, mutated
 
@@ -59,7 +59,7 @@ def is_file(text, folder):
     """How many readings take a text as a file."""
     path = folder / "file.csv"
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
-    readings = (read_moments, read_accelerations, lambda name: read_accelerations(name, 10.0, 1.0), read_toml)
+    readings = (read_measured_moments, read_accelerations, lambda name: read_accelerations(name, 10.0, 1.0), read_toml)
     return sum(judge(str(path), read) for read in readings) + is_law(f"table:{path}")
 
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.tables import read_accelerations, read_moments
+from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
 from hcsearch_bench.identification.rig import Rig, pairs
 
 
@@ -372,7 +372,7 @@ def test_files_that_cannot_be_read(tmp_path):
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x81")
     assert "is no text file" in refused("spring", tmp_path / "bytes.csv")
     with pytest.raises(HcsearchError, match="No such file"):
-        read_moments(str(tmp_path / "none.csv"))
+        read_measured_moments(str(tmp_path / "none.csv"))
     assert "it is a pipe or a device" in refused("spring", "/dev/zero")
 
 

@@ -10,7 +10,7 @@ from scipy.stats import linregress
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.springs import identify_spring
+from hcsearch.springs.identification.springs import fit_spring
 from hcsearch_bench.identification.rig import pairs
 
 ANGLES = np.linspace(0.0, 2.7, 60)
@@ -20,7 +20,7 @@ stiffnesses = st.floats(0.01, 1.0)
 
 @given(stiffness=stiffnesses, preload=st.floats(-0.5, 0.5))
 def test_straight_lines_come_out_exactly(stiffness, preload):
-    fits = {fit.kind: fit for fit in identify_spring(ANGLES, stiffness * ANGLES + preload).fits}
+    fits = {fit.kind: fit for fit in fit_spring(ANGLES, stiffness * ANGLES + preload).fits}
     estimates = fits["linear, preloaded"].estimates
     assert estimates["stiffness"].value == pytest.approx(stiffness, abs=1e-8)
     assert estimates["preload"].value == pytest.approx(preload, abs=1e-8)
@@ -29,7 +29,7 @@ def test_straight_lines_come_out_exactly(stiffness, preload):
 
 @given(stiffness=stiffnesses, growth=st.floats(0.02, 1.0))
 def test_parabolas_come_out_exactly(stiffness, growth):
-    fits = {fit.kind: fit for fit in identify_spring(ANGLES, stiffness * ANGLES + growth * ANGLES**2).fits}
+    fits = {fit.kind: fit for fit in fit_spring(ANGLES, stiffness * ANGLES + growth * ANGLES**2).fits}
     estimates = fits["quadratic"].estimates
     assert estimates["stiffness"].value == pytest.approx(stiffness, abs=1e-8)
     assert estimates["growth"].value == pytest.approx(growth, abs=1e-8)
@@ -40,7 +40,7 @@ def test_parabolas_come_out_exactly(stiffness, growth):
 @given(factor=st.floats(1e-3, 1e3), seed=st.integers(0, 99))
 def test_moments_times_a_factor_give_the_law_times_it(factor, seed):
     angles, moments = pairs(law_named("quadratic:0.02,0.03"), 0.01, seed)
-    one, other = identify_spring(angles, moments), identify_spring(angles, factor * moments)
+    one, other = fit_spring(angles, moments), fit_spring(angles, factor * moments)
     assert other.chosen.kind == one.chosen.kind
     for name, estimate in one.chosen.estimates.items():
         scaled = other.chosen.estimates[name]
@@ -63,7 +63,7 @@ def test_moments_times_a_factor_give_the_law_times_it(factor, seed):
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01])
 def test_the_simplest_law_that_suffices_is_chosen(text, kind, noise):
     law = law_named(text)
-    chosen = identify_spring(*pairs(law, noise, 11)).chosen
+    chosen = fit_spring(*pairs(law, noise, 11)).chosen
     assert chosen.kind == kind
     assert law_named(chosen.law.text) == chosen.law
     moments = [(law.straight.moment(angle), chosen.law.straight.moment(angle)) for angle in ANGLES]
@@ -75,7 +75,7 @@ def test_the_simplest_law_that_suffices_is_chosen(text, kind, noise):
 def test_a_spring_that_stiffens_at_large_angles_is_no_line():
     # thesis 4.5.2 sees this in its springs and fits a line all the same
     moments = 0.1 * ANGLES + 0.1 * np.maximum(0.0, ANGLES - 2.0) ** 2
-    spring = identify_spring(ANGLES, moments)
+    spring = fit_spring(ANGLES, moments)
     line = spring.fits[0]
     assert not line.sufficient
     assert line.misfit > 0.02
@@ -85,7 +85,7 @@ def test_a_spring_that_stiffens_at_large_angles_is_no_line():
 
 def test_intervals_are_those_of_a_regression():
     moments = 0.1 * ANGLES + 0.03 + 0.002 * np.random.default_rng(3).standard_normal(60)
-    estimates = identify_spring(ANGLES, moments).chosen.estimates
+    estimates = fit_spring(ANGLES, moments).chosen.estimates
     line = linregress(ANGLES, moments)
     assert estimates["stiffness"].value == pytest.approx(line.slope)
     assert estimates["stiffness"].error == pytest.approx(line.stderr)
@@ -99,7 +99,7 @@ def test_intervals_hold_as_often_as_they_say():
     law = law_named("linear:0.1")
     held = 0
     for seed in range(200):
-        stiffness = identify_spring(*pairs(law, 0.02, seed)).fits[0].estimates["stiffness"]
+        stiffness = fit_spring(*pairs(law, 0.02, seed)).fits[0].estimates["stiffness"]
         held += stiffness.low < 0.1 < stiffness.high
     assert 180 <= held <= 198
 
@@ -108,7 +108,7 @@ def test_intervals_hold_as_often_as_they_say():
 def test_the_gap_between_loading_and_unloading_is_told(gap):
     angles = np.concatenate([ANGLES, ANGLES[::-1]])
     moments = 0.1 * angles + np.repeat([gap / 2, -gap / 2], 60)
-    spring = identify_spring(angles, moments)
+    spring = fit_spring(angles, moments)
     assert (spring.loading, spring.unloading) == (60, 60)
     assert spring.chosen.law.text == "linear:0.1"
     assert spring.chosen.estimates["hysteresis"].value == pytest.approx(gap, abs=1e-8)
@@ -119,14 +119,14 @@ def test_cycles_and_jitter_of_the_angle_are_told_from_turns():
     angles = np.concatenate([ANGLES, ANGLES[::-1], ANGLES, ANGLES[::-1]])
     way = np.repeat([1.0, -1.0, 1.0, -1.0], 60)
     shaken = angles + random.uniform(-0.02, 0.02, angles.size)
-    spring = identify_spring(shaken, 0.1 * shaken + 0.005 * way)
+    spring = fit_spring(shaken, 0.1 * shaken + 0.005 * way)
     assert spring.unloading == pytest.approx(120, abs=6)
     assert spring.chosen.estimates["hysteresis"].value == pytest.approx(0.01, rel=0.05)
 
 
 def test_one_way_only_tells_no_hysteresis():
     for angles, counts in ((ANGLES, (60, 0)), (ANGLES[::-1], (0, 60))):
-        spring = identify_spring(angles, 0.1 * angles)
+        spring = fit_spring(angles, 0.1 * angles)
         assert (spring.loading, spring.unloading) == counts
         assert set(spring.chosen.estimates) == {"stiffness"}
         assert spring.span == (0.0, 2.7)
@@ -134,7 +134,7 @@ def test_one_way_only_tells_no_hysteresis():
 
 def test_five_angles_are_enough():
     angles = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
-    assert identify_spring(angles, 0.1 * angles).chosen.law.text == "linear:0.1"
+    assert fit_spring(angles, 0.1 * angles).chosen.law.text == "linear:0.1"
 
 
 @pytest.mark.parametrize(
@@ -148,4 +148,4 @@ def test_five_angles_are_enough():
 )
 def test_wrong_pairs_are_refused(angles, moments, message):
     with pytest.raises(HcsearchError, match=message):
-        identify_spring(np.array(angles, float), np.array(moments, float))
+        fit_spring(np.array(angles, float), np.array(moments, float))

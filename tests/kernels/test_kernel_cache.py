@@ -36,8 +36,8 @@ import hcsearch.kernels
 from hcsearch.cli.compile import compile_
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.kernels.compiling import cache_folder, cache_locks, compiled, kernel_cache, under_way
-from hcsearch.kernels.compiling.numba_internals import INTERNALS, has_internals
-from hcsearch.kernels.compiling.stamps import stamp
+from hcsearch.kernels.compiling.numba_internals import NUMBA_INTERNALS, has_internals
+from hcsearch.kernels.compiling.stamps import kernel_stamp
 
 NUMBERS = count()
 LOW = '''
@@ -97,7 +97,7 @@ def itself(n):
 def _nothing_said_before():
     yield
     cache_folder._writable.cache_clear()
-    cache_folder.say.cache_clear()
+    cache_folder.warn_once.cache_clear()
 
 
 @pytest.fixture
@@ -129,7 +129,7 @@ KERNELS = ("scaled", "other", "paired", "through", "apart", "qualified", "itself
 
 
 def stamps(module):
-    return {name: stamp(getattr(module, name, getattr(module.low, name, None))) for name in KERNELS}
+    return {name: kernel_stamp(getattr(module, name, getattr(module.low, name, None))) for name in KERNELS}
 
 
 def misses(kernel):
@@ -165,7 +165,7 @@ def test_every_kernel_has_a_stamp_of_its_own():
     for module in pkgutil.walk_packages(hcsearch.kernels.__path__, "hcsearch.kernels."):
         for kernel in vars(importlib.import_module(module.name)).values():
             if isinstance(kernel, Dispatcher) and kernel.__module__ == module.name:
-                stamps[kernel] = stamp(kernel)
+                stamps[kernel] = kernel_stamp(kernel)
     assert len(stamps) > 200
     assert len(set(stamps.values())) == len(stamps)
 
@@ -202,13 +202,13 @@ def test_our_settings_hold_for_our_kernels_alone(folder, load, monkeypatch):
 def test_slices_are_part_of_a_stamp(load):
     """Code of Python 3.14 and newer has them as constants."""
     parts = ("slice(None)", "slice(1)", "slice(2)", "slice(1, None)", "slice(None, None, 1)")
-    assert len({stamp(load(("FACTOR = 2.0", f"FACTOR = {part}")).scaled) for part in parts}) == len(parts)
+    assert len({kernel_stamp(load(("FACTOR = 2.0", f"FACTOR = {part}")).scaled) for part in parts}) == len(parts)
 
 
 def test_what_cannot_be_stamped_is_named(load):
     module = load(("FACTOR = 2.0", "FACTOR = object()"))
     with pytest.raises(TypeError, match=r"low\.scaled uses <object .*: give it a constant instead"):
-        stamp(module.scaled)
+        kernel_stamp(module.scaled)
 
 
 def test_a_copy_compiles_nothing_and_an_edit_what_it_touches(folder, load):
@@ -271,7 +271,7 @@ def test_two_processes_compile_each_kernel_once(folder, load):
 def has_waited(folder, name):
     """Claim a name and give it back: whether another process held it."""
     with mock.patch("time.sleep", wraps=time.sleep) as sleep:
-        cache_locks.release(cache_locks.claim(folder, name))
+        cache_locks.release_kernel(cache_locks.claim_kernel(folder, name))
     return sleep.called
 
 
@@ -309,15 +309,15 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
     """
     holder = run(script, tmp_path)
     assert holder.stdout.readline() == "held\n"
-    monkeypatch.setattr(cache_locks, "PATIENCE", 0.1)
+    monkeypatch.setattr(cache_locks, "LOCK_TIMEOUT_SECONDS", 0.1)
     with pytest.raises(OSError, match="0123456789abcdef"):
-        cache_locks.claim(tmp_path, "0123456789abcdef")
+        cache_locks.claim_kernel(tmp_path, "0123456789abcdef")
     holder.communicate("")
 
 
 def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, monkeypatch):
-    claim = mock.Mock(wraps=cache_locks.claim)
-    monkeypatch.setattr(cache_locks, "claim", claim)
+    claim = mock.Mock(wraps=cache_locks.claim_kernel)
+    monkeypatch.setattr(cache_locks, "claim_kernel", claim)
     module = load()
     with pytest.raises(TypingError):
         module.through("text")
@@ -395,23 +395,23 @@ def test_a_kernel_that_others_call_is_made_for_python_when_python_calls_it(folde
 def test_what_is_under_way_counts_the_kernels_that_one_reaches(folder, load, monkeypatch):
     module = load()
     seen = []
-    assert under_way.under_way() is None
-    assert len(under_way.missing([module.through, module.apart])) == 5
+    assert under_way.compilation_under_way() is None
+    assert len(under_way.missing_stamps([module.through, module.apart])) == 5
     assert module.scaled(1.0) == 2.0
     assert under_way.is_ready(module.scaled)
     assert not under_way.is_ready(module.through)
-    write = kernel_cache.write
+    write = kernel_cache.write_atomically
 
     def writing(path, content):
-        seen.append(under_way.under_way())
+        seen.append(under_way.compilation_under_way())
         write(path, content)
 
-    monkeypatch.setattr(kernel_cache, "write", writing)
+    monkeypatch.setattr(kernel_cache, "write_atomically", writing)
     assert module.through(1.0) == 3.0
     assert [(progress.done, progress.total) for progress in seen] == [(0, 2), (1, 2)]
     assert seen[0].name == "between"
-    assert under_way.under_way() is None
-    assert not under_way.missing([module.through])
+    assert under_way.compilation_under_way() is None
+    assert not under_way.missing_stamps([module.through])
     assert under_way.is_ready(module.through)
 
 
@@ -482,7 +482,7 @@ def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
     def full(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hcsearch.kernels.compiling.kernel_cache.write", full)
+    monkeypatch.setattr("hcsearch.kernels.compiling.kernel_cache.write_atomically", full)
     assert load().through(1.0) == 3.0
     assert capsys.readouterr().err == (
         f"hcsearch: compiled kernels cannot be kept in {folder} (No space left on device); make room there\n"
@@ -518,7 +518,7 @@ def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):
         (tmp_path / name).write_bytes(bytes(100))
         os.utime(tmp_path / name, (time.time() - 1000 * age,) * 2)
     (tmp_path / "others").touch()
-    cache_folder.prune(tmp_path, 250)
+    cache_folder.prune_folder(tmp_path, 250)
     assert {path.name for path in tmp_path.iterdir()} == {"new.kernel", "older.kernel", "others"}
 
 
@@ -556,7 +556,7 @@ def broken(monkeypatch):
     has_internals.cache_clear()
 
 
-@pytest.mark.parametrize("internal", INTERNALS, ids=lambda internal: internal.name)
+@pytest.mark.parametrize("internal", NUMBA_INTERNALS, ids=lambda internal: internal.name)
 def test_numba_keeps_kernels_itself_where_it_lacks_a_part(internal, broken):
     broken(internal)
     assert not internal.is_present
@@ -565,7 +565,7 @@ def test_numba_keeps_kernels_itself_where_it_lacks_a_part(internal, broken):
 
 @pytest.mark.parametrize(
     "internal",
-    [own for own in INTERNALS if "." in own.name and (own.arguments or own.sets)],
+    [own for own in NUMBA_INTERNALS if "." in own.name and (own.arguments or own.sets)],
     ids=lambda internal: internal.name,
 )
 def test_numba_keeps_kernels_itself_where_a_part_differs(internal, broken):
@@ -585,7 +585,7 @@ def test_kernels_that_numba_keeps_itself_return_the_same(folder, load, monkeypat
 
 
 def test_nothing_is_compiled_beforehand_where_numba_keeps_kernels_itself(broken):
-    broken(INTERNALS[0])
+    broken(NUMBA_INTERNALS[0])
     assert under_way.is_ready(insert_fingerprints)
     result = CliRunner().invoke(compile_, [])
     assert (result.exit_code, result.stdout.partition(":")[0]) == (0, "nothing is compiled beforehand")

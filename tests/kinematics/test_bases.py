@@ -12,12 +12,12 @@ from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.closing import Closed
-from hcsearch.motion.kinematics.local import Local, local_at
+from hcsearch.motion.kinematics.closing import ClosingResult
+from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.motion.paths import branches as branching
-from hcsearch.motion.paths.branches import branches
-from hcsearch.motion.paths.covering import FINE, cover
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.covering import MIN_CELL_RADIUS, cover_directions
 from hcsearch.motion.paths.quadrics import solve_quadrics
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
@@ -33,7 +33,7 @@ def linkage(name):
 
 @cache
 def known(name, state, stops):
-    return branches(linkage(name), getattr(linkage(name), state), stops=stops)
+    return find_branches(linkage(name), getattr(linkage(name), state), stops=stops)
 
 
 def alike(result, other, places=slice(None), senses=(1.0,)):
@@ -73,7 +73,7 @@ def test_the_basis_of_a_null_space_is_that_of_the_space(name, state):
 @pytest.mark.parametrize(("name", "state", "stops"), ENDS)
 def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
     it = linkage(name)
-    real, second_order = Local.null_space, branching.second_order_forms
+    real, second_order = LocalState.null_space, branching.second_order_forms
     for seed in range(2):
 
         def basis(local, seed=seed):
@@ -84,9 +84,9 @@ def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
             returned = second_order(local, basis)
             return np.einsum("kl,lij->kij", orthogonal(len(returned), seed), returned)
 
-        monkeypatch.setattr(Local, "null_space", basis)
+        monkeypatch.setattr(LocalState, "null_space", basis)
         monkeypatch.setattr(branching, "second_order_forms", forms)
-        assert alike(known(name, state, stops), branches(it, getattr(it, state), stops=stops))
+        assert alike(known(name, state, stops), find_branches(it, getattr(it, state), stops=stops))
 
 
 def renumbered(pattern, seed):
@@ -105,7 +105,7 @@ def test_branches_are_the_same_with_panels_numbered_otherwise(name, state, stops
     apart = np.linalg.norm(it.points[:, None] - other.points, axis=2)
     places = apart.argmin(axis=1)
     assert apart.min(axis=1).max() < 1e-12
-    result = branches(other, getattr(other, state), stops=stops)
+    result = find_branches(other, getattr(other, state), stops=stops)
     assert alike(known(name, state, stops), result, places, (1.0,) if stops else (1.0, -1.0))
 
 
@@ -114,7 +114,7 @@ def test_branches_are_the_same_with_noise_in_the_last_bit(name, state, stops):
     other = Linkage(linkage(name).pattern)
     shake = np.random.default_rng(1).integers(-1, 2, other.points.shape) * np.finfo(float).eps
     vars(other)["points"] = other.points * (1.0 + shake)
-    assert alike(known(name, state, stops), branches(other, getattr(other, state), stops=stops))
+    assert alike(known(name, state, stops), find_branches(other, getattr(other, state), stops=stops))
 
 
 @pytest.mark.parametrize(
@@ -131,9 +131,9 @@ def test_distances_that_closure_blurs_say_nothing(distances, power, monkeypatch)
     left = iter(distances)
 
     def closed(_, line, max_steps):
-        return Closed(line + next(left) * np.eye(len(line))[0], 0.0, 1, True)
+        return ClosingResult(line + next(left) * np.eye(len(line))[0], 0.0, 1, True)
 
-    monkeypatch.setattr(branching, "close", closed)
+    monkeypatch.setattr(branching, "close_linkage", closed)
     fitted, _ = branching._nudged(local_at(it, it.flat), np.full(it.n_hinges, it.n_hinges**-0.5))
     assert fitted == pytest.approx(power, abs=1e-9)
 
@@ -177,13 +177,13 @@ def test_no_common_point_is_missed(m, seed):
     # what is part of a family is near one that is listed
     family = np.array([solution.dimension for solution in solutions]).max() > 0
     assert apart.max() < (0.05 if family else 1e-12)
-    assert reach <= FINE or family
+    assert reach <= MIN_CELL_RADIUS or family
 
 
 @pytest.mark.parametrize("both", [False, True])
 @pytest.mark.parametrize("m", [2, 3, 4])
 def test_a_cover_leaves_no_direction_out(m, both):
-    everywhere = cover(np.zeros((0, m, m)), None, both=both, slack=0.0)
+    everywhere = cover_directions(np.zeros((0, m, m)), None, both=both, slack=0.0)
     rng = np.random.default_rng(m)
     some = rng.standard_normal((300, m))
     some /= np.linalg.norm(some, axis=1, keepdims=True)

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.dh import (
     DHLoop,
-    Lines,
+    HingeLines,
     closure_matrix,
     dh_closure_jacobian,
     dh_jacobian,
     dh_loop,
     dh_of_lines,
     first_frame,
-    flat_lines,
+    flat_hinge_lines,
     hinge_lines,
     screw_map,
     stacked_jacobian,
@@ -143,7 +143,7 @@ def line_loops(draw):
     for i in draw(st.sets(st.integers(1, n - 1))):
         directions[i], points[i] = directions[i - 1] * draw(st.sampled_from([-1.0, 1.0])), points[i - 1]
     unit = directions / np.linalg.norm(directions, axis=1)[:, None]
-    return Lines(unit, points, np.tile([1, math.sqrt(2), math.sqrt(3)], (n, 1)))
+    return HingeLines(unit, points, np.tile([1, math.sqrt(2), math.sqrt(3)], (n, 1)))
 
 
 def turns_apart(one, two):
@@ -286,7 +286,7 @@ def test_closure_is_the_product_of_exponentials(data):
     angles = fold_angles(data.draw, linkage)
     for walk in linkage.loops:
         signs = data.draw(st.lists(st.sampled_from([-1, 1]), min_size=len(walk), max_size=len(walk)))
-        frame = first_frame(flat_lines(linkage, walk, signs))
+        frame = first_frame(flat_hinge_lines(linkage, walk, signs))
         steps = [exponential(s * linkage.directions[h], linkage.points[h], angles[h]) for h, s in walk]
         matrix = closure_matrix(dh_loop(linkage, walk, angles, signs))
         assert matrix == pytest.approx(np.linalg.inv(frame) @ reduce(np.matmul, steps) @ frame, abs=1e-12)
@@ -318,7 +318,7 @@ def test_jacobian_is_an_image_of_the_screw_jacobian(data):
     angles = fold_angles(data.draw, linkage)
     stacked, columns = dh_closure_jacobian(linkage, angles), screws(linkage, angles)
     for k, walk in enumerate(linkage.loops):
-        frame = first_frame(flat_lines(linkage, walk))
+        frame = first_frame(flat_hinge_lines(linkage, walk))
         to_dh = screw_map(frame, closure_matrix(dh_loop(linkage, walk, angles)))
         jacobian, expected = stacked[12 * k : 12 * k + 12], to_dh @ columns[6 * k : 6 * k + 6]
         assert jacobian == pytest.approx(expected, abs=1e-12)
@@ -330,7 +330,7 @@ def test_closed_loops_have_one_null_space_in_both_forms(data):
     linkage = data.draw(linkages())
     angles = linkage.flat
     if data.draw(st.booleans()):
-        closed = close(linkage, 0.5 * fold_angles(data.draw, linkage))
+        closed = close_linkage(linkage, 0.5 * fold_angles(data.draw, linkage))
         assume(closed.success)
         angles = closed.angles
     rank = rank_at(linkage, angles).rank

@@ -13,12 +13,12 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import fold, foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
 from hcsearch.motion.kinematics.rank import rank_at
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
 pytestmark = pytest.mark.extra
 
@@ -59,9 +59,9 @@ def vertices(columns, rows):
             facets.append(((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])))
             k = columns * j + i
             if i:
-                creases[k - 1, k] = VALLEY
+                creases[k - 1, k] = VALLEY_CREASE
             if j:
-                creases[k - columns, k] = MOUNTAIN if i % 2 else VALLEY
+                creases[k - columns, k] = MOUNTAIN_CREASE if i % 2 else VALLEY_CREASE
     return Linkage(Pattern.from_polygons(tuple(facets), creases, 0.004))
 
 
@@ -187,7 +187,7 @@ def compare(linkage, angles, engine):
 def opened(linkage, seed):
     """A closed state about 0.3 rad from the folded one, on its open side."""
     change = np.random.default_rng(seed).uniform(0, 0.3, linkage.n_hinges)
-    closed = close(linkage, linkage.folded - np.where(linkage.folded > 0, change, 0))
+    closed = close_linkage(linkage, linkage.folded - np.where(linkage.folded > 0, change, 0))
     assert closed.success
     return closed.angles
 

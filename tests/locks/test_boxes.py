@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.motion.locks.boxes import TOP, Face, faces_of, outside, states_in
-from hcsearch.motion.locks.layouts import LEAST, region_around
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, boxes_outside, states_in
+from hcsearch.motion.locks.layouts import MIN_LAYOUT_SPACE, region_around
 
 SIZE = 4
 """Boxes of these tests have corners with whole numbers up to this one."""
@@ -39,7 +39,7 @@ def cells(n):
 @given(box_sets())
 def test_what_is_left_of_a_box_is_covered_once(boxes):
     box, others = boxes
-    left = outside([box], others)
+    left = boxes_outside([box], others)
     assert all((low < high).all() for low, high in left)
     for cell in cells(len(box[0])):
         expected = holds(box, cell) and not any(holds(other, cell) for other in others)
@@ -49,8 +49,8 @@ def test_what_is_left_of_a_box_is_covered_once(boxes):
 @given(box_sets())
 def test_faces_lie_once_between_what_is_covered_and_what_is_not(boxes):
     box, others = boxes
-    left = outside([box], others)
-    faces = faces_of(left, SIZE)
+    left = boxes_outside([box], others)
+    faces = box_faces(left, SIZE)
     for cell in cells(len(box[0])):
         for hinge in range(len(cell)):
             beyond = cell.copy()
@@ -73,7 +73,7 @@ def on_face(face, hinge, point):
 def test_a_face_less_parts_of_it_is_covered_once(boxes):
     box, others = boxes
     flat = [(np.append(low, 1.0), np.append(high, 1.0)) for low, high in [box, *others]]
-    left = outside(flat[:1], flat[1:])
+    left = boxes_outside(flat[:1], flat[1:])
     for cell in cells(len(box[0])):
         expected = holds(box, cell) and not any(holds(other, cell) for other in others)
         assert sum(holds((low[:-1], high[:-1]), cell) for low, high in left) == expected
@@ -81,7 +81,7 @@ def test_a_face_less_parts_of_it_is_covered_once(boxes):
 
 
 def test_halves_of_a_face_are_those_across_its_longest_side():
-    face = Face(1, np.array([0.0, 2.0, 1.0]), np.array([1.0, 2.0, 4.0]))
+    face = BoxFace(1, np.array([0.0, 2.0, 1.0]), np.array([1.0, 2.0, 4.0]))
     below, above = face.halves()
     assert below.level == above.level == 2.0
     assert below.high.tolist() == [1.0, 2.0, 2.5]
@@ -92,13 +92,13 @@ def test_halves_of_a_face_are_those_across_its_longest_side():
 def test_a_region_holds_one_part_and_none_of_others(seed, n, parts):
     rng = np.random.default_rng(seed)
     own, *others = (cloud(rng, n) for _ in range(parts + 1))
-    assume(all(np.abs(own[:, None] - other).max(axis=2).min() > LEAST for other in others))
+    assume(all(np.abs(own[:, None] - other).max(axis=2).min() > MIN_LAYOUT_SPACE for other in others))
     region = region_around(own, others, lambda states, _box: states)
     if region is None:
         return
     assert all(any(len(states_in(box, state[None])) for box in region) for state in own)
     assert not any(len(states_in(box, other)) for box in region for other in others)
-    assert all((low >= 0.0).all() and (high <= TOP).all() for low, high in region)
+    assert all((low >= 0.0).all() and (high <= MAX_BOX_ANGLE).all() for low, high in region)
 
 
 def cloud(rng, n):
@@ -114,7 +114,7 @@ def test_a_hole_is_left_in_a_region():
     other = rng.uniform(1.1, 1.9, (200, 3))
     region = region_around(own, [other], lambda states, _box: states)
     assert region is not None
-    faces = faces_of(region, TOP)
+    faces = box_faces(region, MAX_BOX_ANGLE)
     # a box in the middle is left out, with one face on each of its six sides
     assert len(faces) == 6
     assert all(0.6 < face.level < 2.4 for face in faces)

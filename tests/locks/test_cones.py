@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog, nnls
 
-from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, loading, nonnegative
+from hcsearch.kernels.linkage.cones import MAX_EXTREME_RAYS, cone_rays, find_locking_wrench, nonnegative_least_squares
 from tests import naive
 
 
@@ -25,7 +25,7 @@ def test_nonnegative_least_squares_agree_with_scipy(rows, target):
     if not len(unit):
         return
     x, left = np.empty(len(unit)), np.empty(5)
-    nonnegative(unit, np.array(target, float), x, left)
+    nonnegative_least_squares(unit, np.array(target, float), x, left)
     assert x.min() >= 0.0
     assert left == pytest.approx(target - unit.T @ x, abs=1e-9)
     assert np.linalg.norm(left) == pytest.approx(nnls(unit.T, np.array(target, float))[1], abs=1e-8)
@@ -34,7 +34,7 @@ def test_nonnegative_least_squares_agree_with_scipy(rows, target):
 @given(columns())
 def test_a_wrench_loads_all_hinges_exactly_where_nothing_can_move(rows):
     wrench = np.empty(5, np.int64)
-    held = loading(rows, wrench)
+    held = find_locking_wrench(rows, wrench)
     if held:
         assert (rows @ wrench > 0).all()
     moves = linprog(np.zeros(len(rows)), A_eq=np.r_[rows.T, np.ones((1, len(rows)))], b_eq=[0] * 5 + [1])
@@ -47,7 +47,7 @@ def test_rays_of_a_cone_are_those_of_all_sets_of_hinges(rows):
     unit = rows[lengths > 0] / lengths[lengths > 0, None]
     if not len(unit):
         return
-    rays = np.empty((MOST_RAYS, len(unit)))
+    rays = np.empty((MAX_EXTREME_RAYS, len(unit)))
     count = cone_rays(unit, rays)
     expected = naive.cone_corners(unit)
     assert count == len(expected)

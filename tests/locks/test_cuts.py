@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.motion.locks.boxes import TOP, states_in, whole
-from hcsearch.motion.locks.cuts import ANEW, LEAST, Cuts, Leaf, divided, leaves_around
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, states_in, whole_box
+from hcsearch.motion.locks.cuts import MAX_RECUTS, MIN_CUT_WIDTH, BoxCuts, CutLeaf, divided_leaves, leaves_around
 
 
 def rooms(boxes):
@@ -28,16 +28,16 @@ def two_clouds(rng, n, count):
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(2, 6))
 def test_each_leaf_holds_states_of_one_kind_and_all_of_them_fill_the_whole(seed, n, count):
     own, others = two_clouds(np.random.default_rng(seed), n, count)
-    assume(np.abs(own[:, None] - others).max(axis=2).min() > 10 * LEAST)
+    assume(np.abs(own[:, None] - others).max(axis=2).min() > 10 * MIN_CUT_WIDTH)
     leaves = leaves_around(own, others)
     assert leaves is not None
     boxes = [leaf.box for leaf in leaves]
     inside = [leaf.box for leaf in leaves if leaf.inside]
     assert all((np.minimum(a[1], b[1]) <= np.maximum(a[0], b[0])).any() for a, b in combinations(boxes, 2))
-    assert math.isclose(sum(rooms(boxes)), TOP**n, rel_tol=1e-9)
+    assert math.isclose(sum(rooms(boxes)), MAX_BOX_ANGLE**n, rel_tol=1e-9)
     assert all(any(len(states_in(box, state[None])) for box in inside) for state in own)
     assert not any(len(states_in(box, others)) for box in inside)
-    assert all((low >= 0.0).all() and (high <= TOP).all() and (low <= high).all() for low, high in boxes)
+    assert all((low >= 0.0).all() and (high <= MAX_BOX_ANGLE).all() and (low <= high).all() for low, high in boxes)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.booleans())
@@ -48,7 +48,7 @@ def test_new_states_divide_no_box_but_theirs(seed, n, mine):
     assume(leaves is not None)
     state = rng.uniform(0.0, np.pi, (1, n))
     kinds = (np.concatenate([own, state]), others) if mine else (own, np.concatenate([others, state]))
-    kept = divided(leaves, *kinds)
+    kept = divided_leaves(leaves, *kinds)
     assume(kept is not None)
     assert all(leaf in kept for leaf in leaves if not len(states_in(leaf.box, state)))
     assert all(leaf.inside == mine for leaf in kept if len(states_in(leaf.box, state)))
@@ -57,7 +57,7 @@ def test_new_states_divide_no_box_but_theirs(seed, n, mine):
 def test_a_wide_void_is_cut_in_the_middle():
     rng = np.random.default_rng(2)
     own, others = rng.uniform([0.0, 0.0], [1.0, 3.1], (200, 2)), rng.uniform([2.0, 0.0], [3.1, 3.1], (200, 2))
-    leaves = divided([Leaf(whole(2), inside=True)], own, others)
+    leaves = divided_leaves([CutLeaf(whole_box(2), inside=True)], own, others)
     assert leaves is not None
     assert [leaf.inside for leaf in leaves] == [True, False]
     assert leaves[0].box[1][0] == 0.5 * (own[:, 0].max() + others[:, 0].min())
@@ -72,8 +72,8 @@ def test_states_that_are_the_same_cannot_be_cut_apart():
 def test_cuts_are_kept_once_that_is_asked_for_or_after_eight_times(asked):
     rng = np.random.default_rng(4)
     own, others = two_clouds(rng, 2, 4)
-    cuts = Cuts()
-    for count in range(ANEW):
+    cuts = BoxCuts()
+    for count in range(MAX_RECUTS):
         laid = cuts.lay(own[: len(own) - count], others)
         assert equal(laid, inside(leaves_around(own[: len(own) - count], others)))
         if asked:
@@ -81,8 +81,8 @@ def test_cuts_are_kept_once_that_is_asked_for_or_after_eight_times(asked):
             break
     more, left = np.concatenate([others, rng.uniform(0.0, np.pi, (50, 2))]), own[:30]
     last = leaves_around(own[: len(own) - count], others)
-    assert equal(cuts.lay(left, more), inside(divided(last, left, more)))
-    assert not equal(inside(divided(last, left, more)), inside(leaves_around(left, more)))
+    assert equal(cuts.lay(left, more), inside(divided_leaves(last, left, more)))
+    assert not equal(inside(divided_leaves(last, left, more)), inside(leaves_around(left, more)))
 
 
 def inside(leaves):

@@ -10,19 +10,42 @@ from hypothesis import strategies as st
 
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.enclosure.contraction import contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
-from hcsearch.kernels.enclosure.flooding import BOXES, ENCLOSED, GOING, HEAD, LIMITS, TAIL, new_flood, spread
-from hcsearch.kernels.enclosure.newton import close_within
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, UNFINISHED, begin, go_on, new_refutation, refute
-from hcsearch.kernels.enclosure.third_order import third_order
-from hcsearch.kernels.enclosure.wandering import STRIDE, wander
+from hcsearch.kernels.enclosure.contraction import contract_box, new_contraction
+from hcsearch.kernels.enclosure.expansion import (
+    EQUATIONS_PER_LOOP,
+    cut_loops,
+    expand_closure,
+    new_expansion,
+    write_first_order,
+)
+from hcsearch.kernels.enclosure.flooding import (
+    COUNT_BOXES,
+    COUNT_HEAD,
+    COUNT_TAIL,
+    FACE_BOX_LIMITS,
+    FLOOD_ENCLOSED,
+    FLOOD_GOING,
+    new_flood,
+    spread_flood,
+)
+from hcsearch.kernels.enclosure.newton import close_within_box
+from hcsearch.kernels.enclosure.refutation import (
+    BOX_CLOSED,
+    BOX_EMPTY,
+    BOX_UNFINISHED,
+    continue_refutation,
+    new_refutation,
+    refute_box,
+    start_refutation,
+)
+from hcsearch.kernels.enclosure.third_order import bound_third_order
+from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, random_walk
 from hcsearch.library.unit_search.elements import untwisted
 from hcsearch.motion.collision.margins import margin_of
 from hcsearch.motion.collision.plates import plates_of
 from hcsearch.motion.locks import enclosures, floods
-from hcsearch.motion.locks.enclosures import Enclosure, enclose, rings_of
-from hcsearch.motion.locks.floods import cubes_expected, grid_at
+from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends, rings_of
+from hcsearch.motion.locks.floods import expected_cube_counts, flood_grid
 from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.shape.linkage import Linkage
@@ -70,7 +93,7 @@ def second_order(expansion, d):
     for (i, j), owner, bend in zip(
         expansion.pairs[filled], expansion.owners[filled], expansion.bends[filled], strict=True
     ):
-        values[EQUATIONS * owner : EQUATIONS * (owner + 1)] += bend * d[i] * d[j]
+        values[EQUATIONS_PER_LOOP * owner : EQUATIONS_PER_LOOP * (owner + 1)] += bend * d[i] * d[j]
     return values
 
 
@@ -86,7 +109,7 @@ def box_about(state, rng, width):
 def close(rings, state, work):
     """Move a state to a closed one within the stops; what is left of the equations there."""
     low, high = np.zeros(len(state)), np.full(len(state), math.pi)
-    return close_within(rings, low, high, state, work.contraction.expansion, work.newton)
+    return close_within_box(rings, low, high, state, work.contraction.expansion, work.newton)
 
 
 def close_fully(rings, state, work):
@@ -110,7 +133,7 @@ def close_fully(rings, state, work):
 def assert_kept(rings, closed, box, work):
     """A box that is contracted still holds a closed state."""
     low, high = box
-    assert contract(rings, low, high, work)
+    assert contract_box(rings, low, high, work)
     assert (low <= closed + 2e-6).all()
     assert (closed <= high + 2e-6).all()
 
@@ -124,14 +147,14 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
     radii = width * rng.random(len(hinges)) ** 3
     expansion = new_expansion(rings)
     cut_loops(rings, radii, int(rng.integers(5)), expansion.cuts)
-    expand(rings, middle, radii, expansion)
+    expand_closure(rings, middle, radii, expansion)
     cuts = expansion.cuts.tolist()
     assert expansion.values == pytest.approx(equations(linkage, middle, middle, cuts), abs=1e-12)
     for scale in (1.0, rng.random()):
         d = scale * radii * rng.choice([-1.0, 1.0], len(hinges))
         rest = equations(linkage, middle + d, middle, cuts) - second_order(expansion, d)
         for loop in range(len(cuts)):
-            own = rest[EQUATIONS * loop : EQUATIONS * (loop + 1)]
+            own = rest[EQUATIONS_PER_LOOP * loop : EQUATIONS_PER_LOOP * (loop + 1)]
             values = np.linalg.svd(own[:9].reshape(3, 3), compute_uv=False)
             assert values[0] <= expansion.rests[loop, 0] + 1e-12
             assert np.linalg.norm(own[9:]) <= expansion.rests[loop, 1] + 1e-12
@@ -140,7 +163,7 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
                 most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.rests[loop, 0]
                 assert abs(mix @ own[:9]) <= most + 1e-12
         for mix in rng.normal(size=(5, len(rest))):
-            assert abs(mix @ rest) <= third_order(radii, rings.hinges, expansion, mix[:, None].copy()) + 1e-12
+            assert abs(mix @ rest) <= bound_third_order(radii, rings.hinges, expansion, mix[:, None].copy()) + 1e-12
 
 
 def test_loops_are_cut_where_their_halves_are_most_alike_and_then_in_order():
@@ -174,7 +197,7 @@ def test_no_box_that_holds_a_closed_state_is_empty(name):
         if close_fully(rings, state, work) > 1e-13:
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
-        assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
+        assert refute_box(rings, low.copy(), high.copy(), 50, work)[0] != BOX_EMPTY
         tested += 1
     assert tested > 1900, tested
 
@@ -205,36 +228,36 @@ def test_contraction_keeps_closed_states_of_several_loops():
 
 def test_a_fine_flood_proves_what_a_coarse_one_does_not(monkeypatch):
     linkage = joined("hex:0233435001:3", "hinged")
-    plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), floods.CUTS[0])
-    known = enclose(linkage, 10_000, plates)
-    monkeypatch.setattr(enclosures, "WALKS", ())
-    monkeypatch.setattr(floods, "CUTS", cuts[:1])
-    wide = enclose(linkage, 300_000, plates)
+    plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), floods.FLOOD_GRID_ANGLES[0])
+    known = enclose_ends(linkage, 10_000, plates)
+    monkeypatch.setattr(enclosures, "WALK_SCHEDULE", ())
+    monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", cuts[:1])
+    wide = enclose_ends(linkage, 300_000, plates)
     assert not wide.proved
     assert not wide.open
-    monkeypatch.setattr(floods, "CUTS", cuts)
-    both = enclose(linkage, 300_000, plates)
+    monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", cuts)
+    both = enclose_ends(linkage, 300_000, plates)
     assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
     assert both.boxes > known.boxes
 
 
 def test_regions_are_laid_where_floods_come_to_the_other_end(monkeypatch):
     linkage = joined("hex:0223445511:4", "hinged")
-    monkeypatch.setattr(floods, "CUTS", ((1.5,),))
-    before = enclose(linkage, 10_000)
+    monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", ((1.5,),))
+    before = enclose_ends(linkage, 10_000)
     assert not before.proved
     assert before.open
-    assert enclose(linkage, 100_000).end == "packed"
+    assert enclose_ends(linkage, 100_000).end == "packed"
 
 
 @pytest.mark.parametrize("name", ["hex:0234451512:0", "hex:0223435501:2", "hex:0233534001:0"])
 def test_a_walk_comes_to_some_of_the_cubes_that_are_taken_in(name, monkeypatch):
-    monkeypatch.setattr(enclosures, "WALKS", ())
+    monkeypatch.setattr(enclosures, "WALK_SCHEDULE", ())
     linkage = joined(name, "hinged")
     rings, hinges = rings_of(linkage)
-    enclosure = enclose(linkage, 400_000)
+    enclosure = enclose_ends(linkage, 400_000)
     end = linkage.folded if enclosure.end == "packed" else linkage.flat
-    coarse, fine = cubes_expected(wander(rings, end[hinges], 10_000, 1, new_refutation(rings)))
+    coarse, fine = expected_cube_counts(random_walk(rings, end[hinges], 10_000, 1, new_refutation(rings)))
     assert 0.1 * enclosure.cubes < coarse < enclosure.cubes
     assert coarse < fine
 
@@ -244,28 +267,30 @@ def test_a_flood_whose_expected_boxes_grow_is_expected_to_grow_on(monkeypatch):
     rings, hinges = rings_of(linkage)
     flood = floods.floods_from(rings, (linkage.folded[hinges], linkage.flat[hinges]), lambda: new_refutation(rings))[0]
     assert flood.boxes_expected == math.inf
-    monkeypatch.setattr(floods, "SETTLED", 4_000)
+    monkeypatch.setattr(floods, "SETTLED_FLOOD_BOXES", 4_000)
     flood.go_on(5_000)
     flood.cubes_expected = float(flood.cubes)
     flood.go_on(10_000)
     assert flood.earlier[0] == 5_000
-    naive = 3.0 * 10_000 * max(flood.cubes, flood.cubes**2 / (3.0 * flood.cubes_expected)) / flood.flood.counts[HEAD]
+    naive = (
+        3.0 * 10_000 * max(flood.cubes, flood.cubes**2 / (3.0 * flood.cubes_expected)) / flood.flood.counts[COUNT_HEAD]
+    )
     before = flood.boxes_expected
     assert before >= naive
     # half the cubes by then, and as many faces left as now: the number has not grown
-    flood.earlier = 5_000, flood.cubes, flood.flood.counts[HEAD] // 2
+    flood.earlier = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD] // 2
     assert flood.boxes_expected == pytest.approx(naive, rel=0.1)
     # all faces of as many cubes were tested by then: with twice the boxes it has doubled, and never ends
-    flood.earlier = 5_000, flood.cubes, flood.flood.counts[HEAD]
+    flood.earlier = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD]
     assert flood.boxes_expected == pytest.approx(naive * naive / 10_000)
-    monkeypatch.setattr(floods, "SETTLED", 6_000)
+    monkeypatch.setattr(floods, "SETTLED_FLOOD_BOXES", 6_000)
     assert flood.boxes_expected == pytest.approx(naive)
 
 
 def test_a_walk_passes_closed_states_from_one_to_the_next():
     linkage = joined("square:012233230011:4", "merged")
     rings, hinges = rings_of(linkage)
-    states = wander(rings, linkage.folded[hinges], 3000, 5, new_refutation(rings))
+    states = random_walk(rings, linkage.folded[hinges], 3000, 5, new_refutation(rings))
     assert len(states) > 1000
     assert states.min() >= 0.0
     assert states.max() <= math.pi
@@ -273,7 +298,9 @@ def test_a_walk_passes_closed_states_from_one_to_the_next():
     angles[:, hinges] = states
     assert open_by(linkage, angles).max() < 1e-6
     gaps = np.abs(states[1:, None] - states[None]).max(axis=2)
-    assert (gaps.min(axis=1, where=np.tri(len(gaps), len(states), dtype=bool), initial=9.0) <= 1.5 * STRIDE).all()
+    assert (
+        gaps.min(axis=1, where=np.tri(len(gaps), len(states), dtype=bool), initial=9.0) <= 1.5 * MAX_WALK_STEP
+    ).all()
 
 
 def test_a_box_is_empty_where_newton_reaches_no_closed_state():
@@ -283,21 +310,21 @@ def test_a_box_is_empty_where_newton_reaches_no_closed_state():
     for _ in range(300):
         low = rng.integers(0, 8, len(hinges)) * math.pi / 8
         high = low + math.pi / 8
-        verdict, _ = refute(rings, low.copy(), high.copy(), 300, work)
+        verdict, _ = refute_box(rings, low.copy(), high.copy(), 300, work)
         verdicts.append(verdict)
-        for _ in range(10 if verdict == EMPTY else 0):
+        for _ in range(10 if verdict == BOX_EMPTY else 0):
             state = low + rng.random(len(low)) * (high - low)
-            assert close_within(rings, low, high, state, work.contraction.expansion, work.newton) > 1e-4
-    assert verdicts.count(EMPTY) > 100
+            assert close_within_box(rings, low, high, state, work.contraction.expansion, work.newton) > 1e-4
+    assert verdicts.count(BOX_EMPTY) > 100
 
 
 def test_a_flood_takes_in_what_a_naive_one_does():
     linkage = joined("hex:0232335050:2", "rigid")
     rings, hinges = rings_of(linkage)
     work, start, goal = new_refutation(rings), linkage.folded[hinges], linkage.flat[hinges]
-    grid = grid_at(0)
+    grid = flood_grid(0)
     flood = new_flood(start, goal, grid, 1000)
-    assert spread(rings, flood, 10**9, work) == ENCLOSED
+    assert spread_flood(rings, flood, 10**9, work) == FLOOD_ENCLOSED
     first = tuple(int(np.sum(angle >= grid)) - 1 for angle in start)
     taken, waiting = {first}, [first]
     while waiting:
@@ -308,23 +335,23 @@ def test_a_flood_takes_in_what_a_naive_one_does():
                 continue
             low, high = grid[list(cube)], grid[[k + 1 for k in cube]]
             low[side] = high[side] = high[side] if step > 0 else low[side]
-            if refute(rings, low, high, LIMITS[-1], work)[0] != EMPTY:
+            if refute_box(rings, low, high, FACE_BOX_LIMITS[-1], work)[0] != BOX_EMPTY:
                 taken.add(beyond)
                 waiting.append(beyond)
     # the order of cubes decides from which state Newton's method begins, but not which faces are empty
-    assert {tuple(cube) for cube in flood.cubes[: flood.counts[TAIL]].tolist()} == taken
+    assert {tuple(cube) for cube in flood.cubes[: flood.counts[COUNT_TAIL]].tolist()} == taken
 
 
 @pytest.mark.parametrize("boxes", [1, 7, 400])
 def test_a_flood_comes_to_the_same_however_often_it_stops(boxes):
     linkage = joined("hex:0223335500:4", "hinged")
     rings, hinges = rings_of(linkage)
-    one, two = (new_flood(linkage.folded[hinges], linkage.flat[hinges], grid_at(0), 1000) for _ in range(2))
-    assert spread(rings, one, 10**9, new_refutation(rings)) == ENCLOSED
-    work, state = new_refutation(rings), GOING
-    while state == GOING:
-        state = spread(rings, two, two.counts[BOXES] + boxes, work)
-    assert state == ENCLOSED
+    one, two = (new_flood(linkage.folded[hinges], linkage.flat[hinges], flood_grid(0), 1000) for _ in range(2))
+    assert spread_flood(rings, one, 10**9, new_refutation(rings)) == FLOOD_ENCLOSED
+    work, state = new_refutation(rings), FLOOD_GOING
+    while state == FLOOD_GOING:
+        state = spread_flood(rings, two, two.counts[COUNT_BOXES] + boxes, work)
+    assert state == FLOOD_ENCLOSED
     np.testing.assert_array_equal(one.counts, two.counts)
     np.testing.assert_array_equal(one.cubes, two.cubes)
 
@@ -332,7 +359,7 @@ def test_a_flood_comes_to_the_same_however_often_it_stops(boxes):
 @pytest.mark.parametrize(("name", "way"), LOCKED)
 def test_foldings_that_are_known_to_be_locked_are_enclosed(name, way):
     linkage = joined(name, way)
-    enclosure = enclose(linkage, 400_000)
+    enclosure = enclose_ends(linkage, 400_000)
     # a region is proved by six boxes with six faces where it is around the flat end of the first squares
     assert enclosure.faces >= enclosure.cubes == len(enclosure.lows) > 0
     assert not enclosure.open
@@ -348,7 +375,7 @@ def test_a_lock_is_left_by_no_search_from_any_position_at_any_thickness(name, wa
     side = default_panel(folding.circuit.grid.name)[0]
     for thickness in (0.04 * side, 0.12 * side, 0.4 * side):
         panel = (side, side, thickness)
-        assert enclose(folding.linkage(panel, flat_pairs=way), 400_000).proved
+        assert enclose_ends(folding.linkage(panel, flat_pairs=way), 400_000).proved
         written = [own for writing in writings(folding.circuit) for own in foldings(writing)]
         positions = [own for own in written if like(own, folding, panel)]
         assert len(positions) >= 4
@@ -365,12 +392,12 @@ def like(own, folding, panel):
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_what_moves_is_not_enclosed(name):
-    assert not enclose(planned(name).linkage, 20_000).proved
+    assert not enclose_ends(planned(name).linkage, 20_000).proved
 
 
 @pytest.mark.parametrize("boxes", [1, 100, 10_000])
 def test_a_flood_stops_where_its_boxes_end(boxes):
-    enclosure = enclose(joined("hex:0234451512:0", "hinged"), boxes)
+    enclosure = enclose_ends(joined("hex:0234451512:0", "hinged"), boxes)
     assert not enclosure.proved
     assert enclosure.open
     assert enclosure.boxes <= boxes
@@ -378,7 +405,7 @@ def test_a_flood_stops_where_its_boxes_end(boxes):
 
 def test_a_proof_does_not_hang_on_how_many_boxes_are_allowed():
     linkage = joined("hex:0234535012:4", "hinged")
-    assert enclose(linkage, 200_000) == enclose(linkage, 500_000)
+    assert enclose_ends(linkage, 200_000) == enclose_ends(linkage, 500_000)
 
 
 def test_a_chain_without_a_loop_is_never_locked():
@@ -386,7 +413,7 @@ def test_a_chain_without_a_loop_is_never_locked():
         tuple((x + dx, y) for x, y in ((0.0, 0.0), (0.05, 0.0), (0.05, 0.05), (0.0, 0.05))) for dx in (0.0, 0.05)
     )
     chain = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top")}, 0.006))
-    assert enclose(chain, 1000) == Enclosure(None, 0, 0, 0, open=False)
+    assert enclose_ends(chain, 1000) == Enclosure(None, 0, 0, 0, open=False)
 
 
 @pytest.mark.parametrize(
@@ -403,7 +430,7 @@ def test_what_is_locked_at_an_end_is_enclosed(thickness, missed):
     for folding in untwisted("hex", 10):
         linkage = Linkage(folding.pattern((0.05, 0.05, thickness)))
         if any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat)):
-            enclosure, count = enclose(linkage, 200_000), count + 1
+            enclosure, count = enclose_ends(linkage, 200_000), count + 1
             if not enclosure.proved:
                 left.add(folding.notation)
     assert count == 14
@@ -416,11 +443,11 @@ def test_a_search_that_is_interrupted_comes_to_the_same():
     side = int(np.argmax(low))
     high[side] = low[side] = low[side] - 0.1
     whole, parts = new_refutation(rings), new_refutation(rings)
-    verdict, boxes = refute(rings, low, high, 10**6, whole)
-    assert verdict == EMPTY
-    begin(rings, low, high, parts)
+    verdict, boxes = refute_box(rings, low, high, 10**6, whole)
+    assert verdict == BOX_EMPTY
+    start_refutation(rings, low, high, parts)
     calls = 0
-    while (own := go_on(rings, int(parts.counts[1]) + 1000, parts)) == UNFINISHED:
+    while (own := continue_refutation(rings, int(parts.counts[1]) + 1000, parts)) == BOX_UNFINISHED:
         calls += 1
     assert (own, parts.counts[1]) == (verdict, boxes)
     assert calls > 3
@@ -433,6 +460,6 @@ def test_closed_states_are_reached_within_a_box():
     state = sample.states[len(sample.states) // 2][hinges]
     low, high = np.clip(state - 0.2, 0.0, math.pi), np.clip(state + 0.2, 0.0, math.pi)
     own = low + 0.5 * (high - low)
-    assert close_within(rings, low, high, own, work.contraction.expansion, work.newton) < 1e-6
+    assert close_within_box(rings, low, high, own, work.contraction.expansion, work.newton) < 1e-6
     assert np.abs(equations(sample.linkage, own, own, [(0, len(own) // 2)])).max() < 1e-6
-    assert refute(rings, low, high, 100, work)[0] == CLOSED
+    assert refute_box(rings, low, high, 100, work)[0] == BOX_CLOSED

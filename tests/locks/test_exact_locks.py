@@ -15,10 +15,10 @@ from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.unit_search.elements import untwisted
-from hcsearch.motion.kinematics.products import products
+from hcsearch.motion.kinematics.products import bilinear_products
 from hcsearch.motion.locks import certificates
 from hcsearch.motion.locks import proofs as locks
-from hcsearch.motion.locks.lattice import frame_of, whole_end
+from hcsearch.motion.locks.lattice import lattice_frame_of, whole_end
 from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.search.stages.mobility import locked_with, mobility
 from hcsearch.shape.linkage import Linkage
@@ -86,7 +86,7 @@ def test_rectangles_and_many_loops_have_whole_screws_too_and_other_tilings_none(
 @given(st.sampled_from(TILINGS), st.integers(0, 2**32 - 1))
 def test_brackets_are_skew_and_bilinear(folding, seed):
     rng = np.random.default_rng(seed)
-    frame = frame_of(Linkage(folding.pattern(SIZE)))
+    frame = lattice_frame_of(Linkage(folding.pattern(SIZE)))
     one, two = (rng.integers(-99, 99, 6).astype(object).tolist() for _ in range(2))
     form = frame.brackets(one)
     assert (form == -form.T).all()
@@ -153,10 +153,10 @@ def test_every_lock_on_a_tiling_is_proved_in_whole_numbers():
 
 
 def first_order(end, rows, wrench):
-    return certificates.first_order(end, rows, wrench, np.zeros(0))
+    return certificates.proves_first_order(end, rows, wrench, np.zeros(0))
 
 
-@pytest.mark.parametrize(("order", "check"), [(1, first_order), (2, certificates.second_order)])
+@pytest.mark.parametrize(("order", "check"), [(1, first_order), (2, certificates.proves_second_order)])
 def test_a_tampered_wrench_proves_nothing(order, check):
     rng = np.random.default_rng(2)
     for linkage, angles, lock in proofs(order):
@@ -193,20 +193,20 @@ def test_a_proof_that_leaves_out_a_ray_is_refused():
     proved = []
     for left_out in range(len(rays)):
         some = np.delete(rays, left_out, axis=0)
-        values = products(some, lambda x: linkage.bend(jacobian, senses * x))
+        values = bilinear_products(some, lambda x: linkage.bend(jacobian, senses * x))
         proof = locks.excluding_wrench(np.ascontiguousarray(columns.T), some, values)
         if proof is not None:
             proved.append(left_out)
-            assert not certificates.second_order(end, none(linkage), proof[0])
+            assert not certificates.proves_second_order(end, none(linkage), proof[0])
     assert len(proved) == 1
     assert not lock_at(linkage, angles).locked
 
 
 def test_forms_are_refused_where_the_diagonal_is_outweighed():
-    assert certificates.outweighing(np.array([[2, -1], [-1, 1]], object), [1, 1]) is False
-    assert certificates.outweighing(np.array([[2, -1], [-1, 2]], object), [1, 1]) is True
-    assert certificates.outweighing(np.array([[1, 5], [5, 0]], object), [1, 1]) is False
-    assert certificates.outweighing(np.array([[200, -10], [-10, 2]], object), [10, 1]) is True
+    assert certificates.has_dominant_diagonal(np.array([[2, -1], [-1, 1]], object), [1, 1]) is False
+    assert certificates.has_dominant_diagonal(np.array([[2, -1], [-1, 2]], object), [1, 1]) is True
+    assert certificates.has_dominant_diagonal(np.array([[1, 5], [5, 0]], object), [1, 1]) is False
+    assert certificates.has_dominant_diagonal(np.array([[200, -10], [-10, 2]], object), [10, 1]) is True
 
 
 def test_contacts_are_exact_on_the_lattice_and_numerical_beside_it():
@@ -219,7 +219,7 @@ def test_contacts_are_exact_on_the_lattice_and_numerical_beside_it():
     end = whole_end(linkage, linkage.folded)
     rows = end.contacts(contact_rows(linkage))
     forces = np.ones(len(rows))
-    assert not certificates.first_order(end, rows, lock.wrench, -forces)
+    assert not certificates.proves_first_order(end, rows, lock.wrench, -forces)
 
 
 def test_off_a_tiling_a_proof_is_numerical():
@@ -234,7 +234,7 @@ def test_off_a_tiling_a_proof_is_numerical():
 
 def test_what_whole_numbers_refuse_is_not_locked(monkeypatch):
     linkage, angles, _ = proofs(2)[0]
-    monkeypatch.setattr(certificates, "second_order", lambda *_: False)
+    monkeypatch.setattr(certificates, "proves_second_order", lambda *_: False)
     lock = lock_at(linkage, angles)
     assert (lock.locked, lock.tried, lock.wrench) == (False, True, None)
     assert lock.motion.sum() == pytest.approx(1.0)

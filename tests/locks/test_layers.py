@@ -11,10 +11,10 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.packages import flat_overlap, package
 from hcsearch.library.unit_search.elements import elements
 from hcsearch.library.unit_search.proofs import locked
-from hcsearch.motion.locks.layers import Contact, contact_rows, contacts, parting
-from hcsearch.motion.locks.proofs import MARGIN, lock_at
+from hcsearch.motion.locks.layers import LayerContact, contact_rows, layer_contacts, parting_rates
+from hcsearch.motion.locks.proofs import WRENCH_MARGIN, lock_at
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern
 
 DOWN, UP = Crease("bottom", closes=False), Crease("top", closes=False)
 """Hinges that stay flat in the folded state, and turn one way only from there."""
@@ -42,7 +42,7 @@ def drawn(text, creases, thickness=0.1):
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((float(x + dx), float(y + dy)) for dx, dy in corners) for x, y in places)
     beside = [(p, q) for p in places for q in places if p < q and abs(p[0] - q[0]) + abs(p[1] - q[1]) == 1]
-    joined = {(p, q): RIGID for p, q in beside if rows[p[1]][p[0]] == rows[q[1]][q[0]]} | creases
+    joined = {(p, q): RIGID_CREASE for p, q in beside if rows[p[1]][p[0]] == rows[q[1]][q[0]]} | creases
     number = {place: k for k, place in enumerate(places)}
     numbered = {tuple(sorted((number[p], number[q]))): crease for (p, q), crease in joined.items()}
     pattern = Pattern.from_polygons(facets, numbered, thickness)
@@ -54,15 +54,15 @@ def drawn(text, creases, thickness=0.1):
 def clamp(third=None):
     """Panels p and v hinged at one edge; with a third crease, the end of v that lies on p is a panel x of its own."""
     text = CLAMP if third is None else CLAMP.replace("v", "x", 1)
-    return drawn(text, {((1, 1), (2, 1)): VALLEY} | ({((0, 1), (0, 2)): third} if third else {}))
+    return drawn(text, {((1, 1), (2, 1)): VALLEY_CREASE} | ({((0, 1), (0, 2)): third} if third else {}))
 
 
 def ring():
     return drawn(
         RING,
-        {((1, 0), (2, 0)): MOUNTAIN, ((2, 0), (2, 1)): VALLEY, ((2, 1), (2, 2)): MOUNTAIN}
-        | {((0, 1), (0, 2)): MOUNTAIN, ((1, 1), (1, 2)): MOUNTAIN, ((3, 1), (3, 2)): MOUNTAIN}
-        | {((1, 2), (1, 3)): VALLEY, ((1, 3), (2, 3)): MOUNTAIN},
+        {((1, 0), (2, 0)): MOUNTAIN_CREASE, ((2, 0), (2, 1)): VALLEY_CREASE, ((2, 1), (2, 2)): MOUNTAIN_CREASE}
+        | {((0, 1), (0, 2)): MOUNTAIN_CREASE, ((1, 1), (1, 2)): MOUNTAIN_CREASE, ((3, 1), (3, 2)): MOUNTAIN_CREASE}
+        | {((1, 2), (1, 3)): VALLEY_CREASE, ((1, 3), (2, 3)): MOUNTAIN_CREASE},
     )
 
 
@@ -79,7 +79,7 @@ def all_touching(linkage):
             shadows = [shapely.Polygon(solid[0, :, :2] / size) for solid in (one, two)]
             area = shapely.convex_hull(shapely.intersection(*shadows, grid_size=1e-12))
             if area.area > 1e-6:
-                touching.append(Contact(i, j, np.array(area.exterior.coords)[:-1] * size))
+                touching.append(LayerContact(i, j, np.array(area.exterior.coords)[:-1] * size))
     return touching
 
 
@@ -116,8 +116,8 @@ def test_rows_are_velocities(name):
     free = turns[values < 1e-9]
     corners = linkage.pattern.size * rng.normal(size=(3, 2))
     pairs = rng.integers(len(linkage.pattern.facets), size=(20, 2)).tolist()
-    touching = [*contacts(linkage), *(Contact(i, j, corners) for i, j in pairs)]
-    rows = parting(linkage, touching)
+    touching = [*layer_contacts(linkage), *(LayerContact(i, j, corners) for i, j in pairs)]
+    rows = parting_rates(linkage, touching)
     fastest = 0.0
     for x in rng.normal(size=(5, len(free))) @ free:
         ahead, back = (np.concatenate([heights(linkage, s * x, it) for it in touching]) for s in (1e-5, -1e-5))
@@ -137,11 +137,11 @@ def test_stops_imply_the_contacts_of_two_stacks(grid, n, expected):
         if not linkage.loops:
             continue
         touching = all_touching(linkage)
-        rows = parting(linkage, touching)
+        rows = parting_rates(linkage, touching)
         assert len(touching) >= len(linkage.pattern.facets) - 2
         assert rows.min() > -1e-9
         assert (rows.max(axis=1) > 0.1).any()
-        assert contacts(linkage) == []
+        assert layer_contacts(linkage) == []
         assert contact_rows(linkage).shape == (0, linkage.n_hinges)
         order = lock_at(linkage, linkage.folded).order
         orders.add(order)
@@ -155,7 +155,7 @@ def test_stops_imply_the_contacts_of_two_stacks(grid, n, expected):
 def test_what_moves_is_not_locked_by_contacts(name):
     linkage = built(name)
     rng = np.random.default_rng(7)
-    touching = parting(linkage, all_touching(linkage))
+    touching = parting_rates(linkage, all_touching(linkage))
     assert len(touching) > 12
     touching += rng.normal(size=(len(touching), linkage.n_rows)) @ loops(linkage)
     assert not lock_at(linkage, linkage.folded, touching).locked
@@ -165,7 +165,7 @@ def test_what_moves_is_not_locked_by_contacts(name):
 def test_contacts_lock_what_stops_do_not():
     """By one panel on the other beyond their hinge; by a third one that no hinge joins to it; in a ring."""
     ways = {frozenset((hinge.first, hinge.second)) for hinge in clamp(UP).pattern.hinges}
-    (contact,) = contacts(clamp(UP))
+    (contact,) = layer_contacts(clamp(UP))
     panel = clamp(UP).pattern.panel_of
     assert frozenset((panel[contact.below], panel[contact.above])) not in ways
     for linkage in (clamp(), clamp(UP), ring()):
@@ -176,7 +176,7 @@ def test_contacts_lock_what_stops_do_not():
         assert lock.forces.max() > 0.01
         assert "push" in lock.reason
         assert "push" not in stops.reason
-        assert (lock.wrench @ loops(linkage) - lock.forces @ rows).min() > MARGIN
+        assert (lock.wrench @ loops(linkage) - lock.forces @ rows).min() > WRENCH_MARGIN
         assert locked(linkage)
     assert np.abs(lock.wrench).max() == 1.0  # in the ring loops and layers hold together
     lock = lock_at(clamp(DOWN), clamp(DOWN).folded, contact_rows(clamp(DOWN)))
@@ -198,7 +198,7 @@ def test_what_stops_leave_the_ring_goes_through_its_panels():
         outcome = least_squares(gap, start, bounds=(0.0, math.pi), ftol=1e-15, xtol=1e-15, gtol=1e-15)
         if outcome.cost < 1e-16:
             closed += 1
-            assert min(heights(linkage, outcome.x, contact).min() for contact in contacts(linkage)) < -1e-3
+            assert min(heights(linkage, outcome.x, contact).min() for contact in layer_contacts(linkage)) < -1e-3
     assert closed > 3
 
 
@@ -228,7 +228,7 @@ def test_any_conditions_are_kept_and_what_is_proved_holds():
             seen[lock.order] += 1
             if lock.order == 1:
                 assert not movable
-                assert (lock.wrench @ columns - lock.forces @ rows).min() > MARGIN
+                assert (lock.wrench @ columns - lock.forces @ rows).min() > WRENCH_MARGIN
                 assert lock.forces.min() >= 0.0
                 continue
             assert np.abs(columns @ lock.motion).max() < 1e-6

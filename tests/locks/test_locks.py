@@ -12,7 +12,7 @@ from hcsearch import enumerate_circuits, twist
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.motion.locks.proofs import MARGIN, lock_at
+from hcsearch.motion.locks.proofs import WRENCH_MARGIN, lock_at
 from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)
@@ -46,9 +46,9 @@ def test_proofs_hold_what_they_say(folding):
         senses = np.where(angles > 1.0, -1.0, 1.0)
         power = lock.wrench @ (jacobian * senses) if lock.locked else np.zeros(linkage.n_hinges)
         if lock.order == 1:
-            assert power.min() > MARGIN
+            assert power.min() > WRENCH_MARGIN
         elif lock.order == 2:
-            assert power[list(lock.stuck)].min(initial=1.0) > MARGIN
+            assert power[list(lock.stuck)].min(initial=1.0) > WRENCH_MARGIN
             assert np.abs(np.delete(power, lock.stuck)).max() < 1e-12
             rng = np.random.default_rng(1)
             corners = np.array(list(_motions(jacobian * senses, rng)))

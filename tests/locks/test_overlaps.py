@@ -9,29 +9,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from hcsearch.kernels.enclosure.contraction import contract
-from hcsearch.kernels.enclosure.newton import close_within
+from hcsearch.kernels.enclosure.contraction import contract_box
+from hcsearch.kernels.enclosure.newton import close_within_box
 from hcsearch.kernels.enclosure.overlaps import (
-    ALONG,
-    CROSSING,
-    HEIGHT,
-    INSIDE,
-    LEAN,
-    LOWER,
-    MET,
-    RISE,
-    THROUGHOUT,
-    UPPER,
+    FORM_HEIGHT,
+    FORM_INSIDE,
+    FORM_LEAN,
+    FORM_RISE,
+    OVERLAP_AT_MIDDLE,
+    OVERLAP_THROUGHOUT,
+    TRACE_ALONG,
+    TRACE_CROSSING,
+    TRACE_LOWER,
+    TRACE_UPPER,
     _crossing,
     _form,
     _trace,
     clear_at,
-    overlapping,
+    overlap_in_box,
 )
-from hcsearch.kernels.enclosure.plates import new_sight, see
-from hcsearch.kernels.enclosure.refutation import EMPTY, refutation_with, refute
+from hcsearch.kernels.enclosure.plates import new_facet_view, view_facet
+from hcsearch.kernels.enclosure.refutation import BOX_EMPTY, refutation_with, refute_box
 from hcsearch.motion.collision.plates import plates_of, two_ways
-from hcsearch.motion.locks.enclosures import enclose, rings_of
+from hcsearch.motion.locks.enclosures import enclose_ends, rings_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 from tests.locks.test_enclosures import box_about, close
@@ -89,7 +89,7 @@ def closed_states(rings, low, high, count, rng, work):
     """Closed states in a box, from random ones."""
     for _ in range(count):
         state = low + rng.random(len(low)) * (high - low)
-        if close_within(rings, low, high, state, work.contraction.expansion, work.newton) < 1e-6:
+        if close_within_box(rings, low, high, state, work.contraction.expansion, work.newton) < 1e-6:
             yield state
 
 
@@ -109,14 +109,14 @@ def test_panels_overlap_throughout_a_box_that_is_left_out(name, way, margin):
     n, known, checked = len(hinges), [], 0
     for state in closed_states(rings, np.zeros(n), np.full(n, math.pi), 400, rng, work):
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-3, -0.3))
-        if contract(rings, low, high, work.contraction):
-            known.append(overlapping(rings, low, high, work.contraction, work.overlaps))
-            if known[-1] == THROUGHOUT and checked < 60:
+        if contract_box(rings, low, high, work.contraction):
+            known.append(overlap_in_box(rings, low, high, work.contraction, work.overlaps))
+            if known[-1] == OVERLAP_THROUGHOUT and checked < 60:
                 for own in closed_states(rings, low, high, 3, rng, work):
                     checked += 1
                     assert collide(linkage, own, margin)
-    assert known.count(THROUGHOUT) > 10
-    assert known.count(MET) > 0
+    assert known.count(OVERLAP_THROUGHOUT) > 10
+    assert known.count(OVERLAP_AT_MIDDLE) > 0
     assert checked > 20
 
 
@@ -149,7 +149,7 @@ def test_no_box_about_a_state_of_a_proved_path_is_left_out(name):
             continue
         assert clear_at(state, work.overlaps)
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
-        assert refute(rings, low, high, 50, work)[0] != EMPTY
+        assert refute_box(rings, low, high, 50, work)[0] != BOX_EMPTY
         tested += 1
     assert tested > 50
 
@@ -157,13 +157,13 @@ def test_no_box_about_a_state_of_a_proved_path_is_left_out(name):
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_what_moves_is_not_enclosed(name):
     sample = planned(name)
-    assert not enclose(sample.linkage, 1000, plates_of(sample.linkage, sample.proof.margin)).proved
+    assert not enclose_ends(sample.linkage, 1000, plates_of(sample.linkage, sample.proof.margin)).proved
 
 
 @pytest.mark.parametrize(("name", "way"), LOCKED)
 def test_panels_keep_ends_apart_that_closed_states_join(name, way):
     linkage, margin = joined(name, way), LOCKED[name, way]
-    enclosure = enclose(linkage, 20_000, plates_of(linkage, margin))
+    enclosure = enclose_ends(linkage, 20_000, plates_of(linkage, margin))
     assert (enclosure.end, enclosure.margin) == ("packed", margin)
     assert enclosure.faces > enclosure.cubes > 0
 
@@ -171,7 +171,7 @@ def test_panels_keep_ends_apart_that_closed_states_join(name, way):
 @pytest.mark.parametrize("name", OPEN)
 def test_with_more_play_they_do_not(name):
     linkage = joined(name, "hinged")
-    assert not enclose(linkage, 200_000, plates_of(linkage, OPEN[name])).proved
+    assert not enclose_ends(linkage, 200_000, plates_of(linkage, OPEN[name])).proved
 
 
 def naive_pose(plates, way, order, angles):
@@ -183,7 +183,7 @@ def naive_pose(plates, way, order, angles):
 
 def test_closed_loops_place_a_panel_alike_by_both_ways():
     sample = planned("hex:0234550132:4")
-    plates, sight = plates_of(sample.linkage, 1e-4), new_sight(sample.linkage.n_hinges)
+    plates, sight = plates_of(sample.linkage, 1e-4), new_facet_view(sample.linkage.n_hinges)
     angles = sample.proof.motion.angles[len(sample.states) // 2]
     for pair in range(len(plates.pairs)):
         for order in range(2):
@@ -192,7 +192,7 @@ def test_closed_loops_place_a_panel_alike_by_both_ways():
                 radii = np.zeros(len(angles))
                 start, end = plates.starts[2 * pair + way : 2 * pair + way + 2]
                 radii[plates.hinges[start:end]] = -1.0
-                see(plates, pair, order, angles, radii, sight)
+                view_facet(plates, pair, order, angles, radii, sight)
                 assert sight.length[0] == end - start
                 poses.append(sight.pose.copy())
                 assert poses[-1] == pytest.approx(naive_pose(plates, 2 * pair + way, order, angles), abs=1e-12)
@@ -215,21 +215,21 @@ def test_forms_of_a_piercing_are_what_they_bound(name, width, seed):
     side, up = np.array([x, y, 0.0]), np.array([0.0, 0.0, 1.0])
 
     def places(angles):
-        see(plates, pair, order, angles, radii, work.sight)
+        view_facet(plates, pair, order, angles, radii, work.sight)
         pose = work.sight.pose
         upper, lower = (pose[:, :3] @ point + pose[:, 3] for point in samples)
         return upper, lower, upper - shift * (upper - lower), pose[:, :3] @ along
 
     traced = places(middles)
     for what, place in enumerate(traced):
-        _trace(what, tuple(place), float(what != ALONG), radii, work)
+        _trace(what, tuple(place), float(what != TRACE_ALONG), radii, work)
     forms = (
-        (UPPER, UPPER, up, -height),
-        (LOWER, LOWER, -up, height),
-        (CROSSING, HEIGHT, up, -height),
-        (ALONG, RISE, up, 0.0),
-        (CROSSING, INSIDE, -side, far),
-        (ALONG, LEAN, side, 0.0),
+        (TRACE_UPPER, TRACE_UPPER, up, -height),
+        (TRACE_LOWER, TRACE_LOWER, -up, height),
+        (TRACE_CROSSING, FORM_HEIGHT, up, -height),
+        (TRACE_ALONG, FORM_RISE, up, 0.0),
+        (TRACE_CROSSING, FORM_INSIDE, -side, far),
+        (TRACE_ALONG, FORM_LEAN, side, 0.0),
     )
     for what, row, normal, value in forms:
         _form(what, row, tuple(normal), value + normal @ traced[what], radii, work)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hcsearch.kernels.enclosure.refutation import meets, new_refutation
-from hcsearch.kernels.enclosure.wandering import NEARER, approach
-from hcsearch.motion.locks.boxes import whole
-from hcsearch.motion.locks.parts import ARRIVED, Parts
+from hcsearch.kernels.enclosure.refutation import new_refutation, reaches_closed_state
+from hcsearch.kernels.enclosure.wandering import MAX_GOAL_STEP, approach_goal
+from hcsearch.motion.locks.boxes import whole_box
+from hcsearch.motion.locks.parts import ARRIVED_DISTANCE, StateParts
 from tests.locks.test_regions import held, open_by_states
 from tests.planned import joined, region_of, walks_of
 
@@ -25,25 +25,25 @@ def test_steps_lead_to_states_of_the_same_part_and_not_to_others():
     work, led = new_refutation(rings), 0
     for number in range(0, 2_000, 400):
         start, goal = walks[0][number], walks[0][number + 100]
-        states, steps = approach(rings, start, goal, 3000, number, work)
+        states, steps = approach_goal(rings, start, goal, 3000, number, work)
         assert 0 < steps <= 3000
         assert np.array_equal(states[0], start)
         assert open_by_states(linkage, states).max() < 1e-6
         assert (np.diff(apart(states, goal)) < 0.0).all()
-        assert np.abs(np.diff(states, axis=0)).max(initial=0.0) <= 1.5 * NEARER
-        led += apart(states[-1], goal) < ARRIVED
+        assert np.abs(np.diff(states, axis=0)).max(initial=0.0) <= 1.5 * MAX_GOAL_STEP
+        led += apart(states[-1], goal) < ARRIVED_DISTANCE
         other = walks[1][np.argmin(apart(walks[1], start))]
-        assert apart(approach(rings, start, other, 3000, number, work)[0][-1], other) > ARRIVED
+        assert apart(approach_goal(rings, start, other, 3000, number, work)[0][-1], other) > ARRIVED_DISTANCE
     assert led > 2
 
 
 def test_states_are_added_to_the_part_to_which_steps_lead():
     rings, walks = walks_of(joined(LOCKED, "hinged"), 20_000)
-    parts = Parts(rings, walks[0][:2_000], walks[1][:2_000], 1, new_refutation(rings))
+    parts = StateParts(rings, walks[0][:2_000], walks[1][:2_000], 1, new_refutation(rings))
     known = [len(part) for part in parts.states]
     for number in range(3_000, 20_000, 4_000):
         for side in (0, 1):
-            assert parts.add(walks[side][number], whole(rings.folds)) == side
+            assert parts.add(walks[side][number], whole_box(rings.folds)) == side
     assert len(parts.states) == 2
     assert all(len(part) > before for part, before in zip(parts.states, known, strict=True))
     assert parts.steps > 8 * 2_000
@@ -56,19 +56,19 @@ def test_a_state_is_not_of_the_part_of_its_nearest_state_if_no_steps_lead_there(
     assert region.go_on(100_000)
     rings, walks = walks_of(linkage, 5_000)
     own, others = walks[0][::500], walks[1][::500]
-    rng, box, work, misled = np.random.default_rng(1), whole(rings.folds), new_refutation(rings), []
+    rng, box, work, misled = np.random.default_rng(1), whole_box(rings.folds), new_refutation(rings), []
     while len(misled) < 5:
         state = rng.uniform(0.0, np.pi, rings.folds)
-        if meets(rings, *box, state, work) and apart(own, state).min() < apart(others, state).min():
+        if reaches_closed_state(rings, *box, state, work) and apart(own, state).min() < apart(others, state).min():
             misled += [] if held(region, state[None])[0] else [state]
     # they are outside what is proved to hold all that the packed end leads to
     for state in misled:
-        assert Parts(rings, own, others, 1, work).add(state, box) != 0
+        assert StateParts(rings, own, others, 1, work).add(state, box) != 0
 
 
 def test_a_state_to_which_no_steps_lead_is_a_part_by_itself():
     rings, walks = walks_of(joined(LOCKED, "hinged"), 2_000)
     packed, flat = walks
-    parts = Parts(rings, packed[:1_000], packed[1_000:1_100], 1, new_refutation(rings))
-    assert parts.add(flat[0], whole(rings.folds)) == 2
+    parts = StateParts(rings, packed[:1_000], packed[1_000:1_100], 1, new_refutation(rings))
+    assert parts.add(flat[0], whole_box(rings.folds)) == 2
     assert np.array_equal(parts.states[2][0], flat[0])

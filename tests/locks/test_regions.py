@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.kernels.enclosure.estimates import estimate
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
-from hcsearch.kernels.enclosure.wandering import STRIDE, climb
+from hcsearch.kernels.enclosure.estimates import estimate_box_count
+from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, new_refutation, refute_box
+from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, climb_angles
 from hcsearch.motion.locks import cuts, regions
-from hcsearch.motion.locks.boxes import TOP, Face, faces_of, states_in
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, states_in
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
 from tests.planned import SAMPLES, joined, open_by, planned, region_of, walks_of
@@ -46,9 +46,9 @@ def test_a_region_is_left_by_no_walk(name, side):
     assert held(region, walks[side][::7]).all()
     assert not held(region, walks[1 - side][::7]).any()
     # each face is proved anew, whole: the region's were searched in parts
-    faces, work = faces_of(boxes_of(region), TOP), new_refutation(rings)
+    faces, work = box_faces(boxes_of(region), MAX_BOX_ANGLE), new_refutation(rings)
     assert faces
-    assert all(refute(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == EMPTY for face in faces)
+    assert all(refute_box(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == BOX_EMPTY for face in faces)
 
 
 def test_some_regions_consist_of_several_boxes():
@@ -90,7 +90,7 @@ def open_by_states(linkage, states):
     ("name", "side", "many", "steps"), [("hex:0233435001:2", 1, 100, 20_000), ("hex:0234535012:4", 0, 0, 1_000)]
 )
 def test_a_region_does_not_hang_on_how_often_it_is_interrupted(name, side, many, steps, monkeypatch):
-    monkeypatch.setattr(regions, "MANY", many)
+    monkeypatch.setattr(regions, "MAX_NESTED_MET_STATES", many)
     linkage = joined(name, "hinged")
     whole, parts = (region_of(linkage, side, steps, climbs=steps // 20) for _ in range(2))
     assert whole.go_on(10**6)
@@ -107,19 +107,19 @@ def test_climbs_lead_further_than_a_walk_from_one_state_to_the_next():
     linkage = joined("hex:023244401502:5", "hinged")
     rings, walks = walks_of(linkage, 5_000)
     n, walk = rings.folds, walks[0]
-    climbed = climb(rings, walk, np.zeros(n), np.full(n, math.pi), 500, 1, new_refutation(rings))
+    climbed = climb_angles(rings, walk, np.zeros(n), np.full(n, math.pi), 500, 1, new_refutation(rings))
     assert np.array_equal(climbed[: len(walk)], walk)
     assert open_by_states(linkage, climbed).max() < 1e-6
     assert climbed.min(axis=0).sum() < walk.min(axis=0).sum() - 0.1
     gaps = [np.abs(climbed[:k] - climbed[k]).max(axis=1).min() for k in range(len(walk), len(climbed))]
-    assert max(gaps) <= 1.5 * STRIDE
+    assert max(gaps) <= 1.5 * MAX_WALK_STEP
 
 
 def test_climbs_stay_within_their_box():
     linkage = joined("hex:0233545012:2", "hinged")
     rings, walks = walks_of(linkage, 2_000)
     low, high = np.maximum(walks[0][0] - 0.5, 0.0), np.minimum(walks[0][0] + 0.5, math.pi)
-    climbed = climb(rings, walks[0][:1], low, high, 300, 1, new_refutation(rings))
+    climbed = climb_angles(rings, walks[0][:1], low, high, 300, 1, new_refutation(rings))
     assert len(climbed) > 10
     assert (low <= climbed).all()
     assert (climbed <= high).all()
@@ -131,10 +131,10 @@ def test_the_number_of_boxes_is_estimated():
     assert region.go_on(20_000)
     rings, work = region.rings, new_refutation(region.rings)
     ratios = []
-    for face in faces_of(boxes_of(region), TOP):
-        verdict, boxes = refute(rings, face.low.copy(), face.high.copy(), 10**6, work)
-        expected, known, tested = estimate(rings, face.low, face.high, 2000, 3, work)
-        assert verdict == known == EMPTY
+    for face in box_faces(boxes_of(region), MAX_BOX_ANGLE):
+        verdict, boxes = refute_box(rings, face.low.copy(), face.high.copy(), 10**6, work)
+        expected, known, tested = estimate_box_count(rings, face.low, face.high, 2000, 3, work)
+        assert verdict == known == BOX_EMPTY
         assert tested >= 2000
         ratios.append(expected / boxes)
     assert len(ratios) > 2
@@ -145,9 +145,9 @@ def test_an_estimate_ends_at_a_closed_state():
     linkage = joined("hex:0223445511:4", "hinged")
     rings, walks = walks_of(linkage, 5_000)
     state, work = walks[0][2000], new_refutation(rings)
-    face = Face(2, np.maximum(state - 0.3, 0.0), np.minimum(state + 0.3, math.pi))
+    face = BoxFace(2, np.maximum(state - 0.3, 0.0), np.minimum(state + 0.3, math.pi))
     face.low[2] = face.high[2] = state[2]
-    assert estimate(rings, face.low, face.high, 50, 1, work)[1] == CLOSED
+    assert estimate_box_count(rings, face.low, face.high, 50, 1, work)[1] == BOX_CLOSED
     assert open_by_states(linkage, work.state[None]).max() < 1e-6
     assert work.state[2] == state[2]
 
@@ -157,9 +157,9 @@ def test_an_estimate_ends_at_a_closed_state():
     [("hex:0234535012:4", 0, 8, 60), ("hex:0223335500:4", 1, 8, 60), ("hex:0223445511:4", 0, 1, 2)],
 )
 def test_cuts_enclose_an_end_too(name, side, anew, at_once, monkeypatch):
-    monkeypatch.setattr(regions, "MANY", 0)
-    monkeypatch.setattr(regions, "AT_ONCE", at_once)
-    monkeypatch.setattr(cuts, "ANEW", anew)
+    monkeypatch.setattr(regions, "MAX_NESTED_MET_STATES", 0)
+    monkeypatch.setattr(regions, "MAX_STATES_BEFORE_RECUT", at_once)
+    monkeypatch.setattr(cuts, "MAX_RECUTS", anew)
     linkage = joined(name, "hinged")
     region, met = region_of(linkage, side, 1_000, climbs=100 if anew > 1 else 0), []
     take_in = Region._take_in
@@ -169,8 +169,8 @@ def test_cuts_enclose_an_end_too(name, side, anew, at_once, monkeypatch):
     rings, walks = walks_of(linkage, 60_000)
     assert held(region, walks[side][::7]).all()
     assert not held(region, walks[1 - side][::7]).any()
-    faces, work = faces_of(boxes_of(region), TOP), new_refutation(rings)
-    assert all(refute(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == EMPTY for face in faces)
+    faces, work = box_faces(boxes_of(region), MAX_BOX_ANGLE), new_refutation(rings)
+    assert all(refute_box(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == BOX_EMPTY for face in faces)
 
 
 def test_cuts_follow_where_no_boxes_within_boxes_leave_out_the_other_end(monkeypatch):

@@ -11,11 +11,11 @@ from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, joint_parts
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.closing import close
+from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.paths.branches import branches
-from hcsearch.motion.paths.following import Limits, follow
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.following import PathLimits, follow_path
 from hcsearch.motion.paths.quadrics import second_order_forms, solve_quadrics
 from hcsearch.shape.linkage import Linkage
 from tests.strategies import circuits
@@ -31,7 +31,7 @@ def linkage(name):
 @cache
 def branches_at(name, state, stops):
     it = linkage(name)
-    return branches(it, getattr(it, state), stops=stops)
+    return find_branches(it, getattr(it, state), stops=stops)
 
 
 def skew(name, state):
@@ -77,7 +77,7 @@ def test_branches_of_designs_obey_them_too(data):
     if not it.loops or it.n_hinges > 12:
         return
     state = data.draw(st.sampled_from([it.folded, it.flat]))
-    result = branches(it, state, stops=data.draw(st.booleans()))
+    result = find_branches(it, state, stops=data.draw(st.booleans()))
     laws(it, state, result)
     if result.stops and result.finite and any(branch.within for branch in result.finite):
         assert not lock_at(it, state).locked
@@ -112,11 +112,11 @@ def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
     it = linkage("II")
     for branch in branches_at("II", "folded", False).finite:
         for sign in (1, -1):
-            path = follow(
+            path = follow_path(
                 it,
                 it.folded,
                 sign * branch.direction,
-                limits=Limits(stops=False, goal="none", length=0.5, events=False),
+                limits=PathLimits(stops=False, goal="none", length=0.5, events=False),
             )
             assert path.outcome == "length"
             assert path.residuals.max() <= 1e-12
@@ -128,7 +128,7 @@ def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
 def test_an_infinitesimal_motion_leads_nowhere():
     it = linkage("I")
     (lost,) = [b for b in branches_at("I", "folded", False).branches if b.status == "infinitesimal"]
-    path = follow(it, it.folded, lost.direction, limits=Limits(stops=False, goal="none"))
+    path = follow_path(it, it.folded, lost.direction, limits=PathLimits(stops=False, goal="none"))
     assert path.outcome == "lost closure"
     assert "no motion" in path.sentence
 
@@ -151,29 +151,29 @@ def test_the_6r_element_leaves_its_flat_state_in_two_ways():
 def test_the_6r_element_branches_between_its_two_stages():
     it = linkage("6R")
     first = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])
-    path = follow(it, it.folded, -first, limits=Limits(stops=False, goal="none", length=8.0))
+    path = follow_path(it, it.folded, -first, limits=PathLimits(stops=False, goal="none", length=8.0))
     assert path.outcome == "length"
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.angles == pytest.approx(math.pi * (1 - first), abs=1e-8)
-    ways = branches(it, event.angles, zero=1e-6)
+    ways = find_branches(it, event.angles, zero=1e-6)
     # on along the planar 4R, its other branch, and the stage in which the two other joints open
     assert len(ways.finite) == len(ways.branches) == 3
-    assert follow(it, it.folded, -first).outcome == "stopped"
+    assert follow_path(it, it.folded, -first).outcome == "stopped"
 
 
 def test_a_shaky_state_on_the_way_has_one_motion():
     it = linkage("II")
-    path = follow(it, it.folded, skew("II", "folded"))
+    path = follow_path(it, it.folded, skew("II", "folded"))
     for event in path.events:
-        result = branches(it, event.angles, zero=1e-6)
+        result = find_branches(it, event.angles, zero=1e-6)
         (only,) = result.branches
         assert (result.nullity, only.status) == (2, "finite")
 
 
 def test_a_state_in_general_position_has_all_its_first_order_motions():
     it = linkage("8R")
-    state = close(it, np.linspace(1.0, 1.8, 8)).angles
-    result = branches(it, state)
+    state = close_linkage(it, np.linspace(1.0, 1.8, 8)).angles
+    result = find_branches(it, state)
     assert (result.nullity, result.stresses) == (2, 0)
     assert {b.dimension for b in result.branches} == {1}
     assert len(result.finite) == len(result.branches)
@@ -181,7 +181,7 @@ def test_a_state_in_general_position_has_all_its_first_order_motions():
 
 def test_an_undecided_rank_has_no_branches():
     it = Linkage(unit_ii(Parameters(thickness=1e-9 * 0.03)))
-    result = branches(it, it.folded)
+    result = find_branches(it, it.folded)
     assert (result.nullity, result.branches) == (-1, ())
     assert "not decided" in result.sentence
 

@@ -14,10 +14,10 @@ from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.within import close_within, least_energy
+from hcsearch.motion.kinematics.within import close_within_stops, least_energy
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.paths.descent import descend, find_motion, pulls
-from hcsearch.motion.paths.motions import joined, reverse
+from hcsearch.motion.paths.descent import descend_energy, descent_springs, find_descent
+from hcsearch.motion.paths.motions import joined_paths, reversed_path
 from hcsearch.shape.linkage import Linkage
 from tests.strategies import circuits
 
@@ -53,7 +53,7 @@ def connected(linkage, path, pieces=8):
     for one, two in zip(path.angles, path.angles[1:], strict=False):
         before = one
         for share in np.arange(1, pieces) / pieces:
-            closed, _ = close_within(linkage, before + (two - before) / (pieces - share * pieces + 1))
+            closed, _ = close_within_stops(linkage, before + (two - before) / (pieces - share * pieces + 1))
             assert closed is not None
             assert np.linalg.norm(closed.angles - before) <= 3 / pieces * np.linalg.norm(two - one)
             before = closed.angles
@@ -70,7 +70,7 @@ def test_descents_go_down_over_closed_states_within_the_stops(data):
     linkage = Linkage(folding.pattern(SIZE, flat_pairs=data.draw(st.sampled_from(["rigid", "hinged"]))))
     seed = data.draw(st.integers(0, 100))
     springs = 0.01 ** np.random.default_rng(seed).uniform(size=linkage.n_hinges)
-    path = descend(linkage, springs=springs)
+    path = descend_energy(linkage, springs=springs)
     laws(path)
     if path.outcome == "flat":
         connected(linkage, path)
@@ -82,7 +82,7 @@ def test_how_many_hexagon_designs_open():
     # 40 untwisted foldings of ten hexagons, flat pairs rigid: 18 reach flat with equal springs (rounding may make it
     # one more or less), 14 others are proved locked at an end
     linkages = [Linkage(folding.pattern(SIZE)) for folding in untwisted("hex", 10)]
-    ends = [descend(linkage).outcome for linkage in linkages]
+    ends = [descend_energy(linkage).outcome for linkage in linkages]
     assert len(ends) == 40
     assert 17 <= ends.count("flat") <= 19
     assert ends.count("flat") + ends.count("stuck") == 40
@@ -95,7 +95,7 @@ def test_how_many_hexagon_designs_open():
 @pytest.mark.parametrize("hinged", [False, True])
 def test_ten_triangles_open(folding, hinged):
     linkage = Linkage(folding.pattern(SIZE, flat_pairs="hinged" if hinged else "rigid"))
-    path = descend(linkage)
+    path = descend_energy(linkage)
     assert path.outcome == "flat"
     connected(linkage, path)
 
@@ -104,7 +104,7 @@ def test_ten_triangles_open(folding, hinged):
 @pytest.mark.parametrize("goal", ["flat", "folded"])
 def test_assemblies_of_many_loops_open_and_fold(build, goal):
     linkage = Linkage(build(Parameters()))
-    path = descend(linkage, goal=goal)
+    path = descend_energy(linkage, goal=goal)
     assert path.outcome == goal
     assert (path.end == getattr(linkage, goal)).all()
     assert path.residuals.max() <= 1e-10
@@ -113,7 +113,7 @@ def test_assemblies_of_many_loops_open_and_fold(build, goal):
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_descents_know_no_unit_of_length(scale):
-    paths = [descend(Linkage(untwisted("hex", 10)[1].pattern(tuple(s * x for x in SIZE)))) for s in (1.0, scale)]
+    paths = [descend_energy(Linkage(untwisted("hex", 10)[1].pattern(tuple(s * x for x in SIZE)))) for s in (1.0, scale)]
     assert [path.outcome for path in paths] == ["flat", "flat"]
     assert np.abs(paths[0].angles[:5] - paths[1].angles[:5]).max() < 1e-6
 
@@ -121,16 +121,16 @@ def test_descents_know_no_unit_of_length(scale):
 def test_a_locked_folding_stays_folded():
     linkage = designed("hex:0234550132", 3)
     assert lock_at(linkage, linkage.folded).locked
-    path = descend(linkage)
+    path = descend_energy(linkage)
     assert (path.outcome, path.steps) == ("stuck", 0)
     laws(path)
-    search = find_motion(linkage, random=1)
+    search = find_descent(linkage, random=1)
     assert not search.success
     assert {how for _, how in search.tried} == {"stuck"}
 
 
 def test_a_search_goes_on_to_other_springs_and_then_backwards():
-    search = find_motion(designed("square:012233230011", 0))
+    search = find_descent(designed("square:012233230011", 0))
     assert search.success
     assert search.backwards
     assert search.tried[0] == ("uniform", "stuck")
@@ -144,20 +144,20 @@ def test_a_search_goes_on_to_other_springs_and_then_backwards():
 def test_flat_pairs_may_be_held():
     linkage = designed("hex:0234550132", 4, flat_pairs="hinged")
     held = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
-    path = descend(linkage, held=held)
+    path = descend_energy(linkage, held=held)
     assert path.outcome == "flat"
     assert np.abs(path.angles[:, held]).max() == 0.0
 
 
 def test_a_path_reversed_twice_is_the_path():
-    path = descend(designed("triangle:0123434501", 1), goal="folded")
+    path = descend_energy(designed("triangle:0123434501", 1), goal="folded")
     assert path.outcome == "folded"
-    back = reverse(path, "flat")
+    back = reversed_path(path, "flat")
     assert (back.outcome, back.steps) == ("flat", path.steps)
     assert (back.angles[0] == path.end).all()
     assert back.lengths[0] == 0.0
-    assert (reverse(back, "folded").angles == path.angles).all()
-    round_trip = joined(path, back)
+    assert (reversed_path(back, "folded").angles == path.angles).all()
+    round_trip = joined_paths(path, back)
     assert round_trip.steps == 2 * path.steps
     assert (round_trip.end == path.angles[0]).all()
     assert (np.diff(round_trip.lengths) > 0).all()
@@ -165,16 +165,16 @@ def test_a_path_reversed_twice_is_the_path():
 
 def test_descents_that_cannot_go_on_say_why():
     linkage = designed("triangle:0123434501", 1)
-    assert descend(linkage, max_steps=2).outcome == "out of budget"
+    assert descend_energy(linkage, max_steps=2).outcome == "out of budget"
     rng = np.random.default_rng(0)
-    lost = descend(linkage, rng.uniform(0, math.pi, 8) * np.array([0, 0, 0, 0, 0, 0, 0, 1]))
+    lost = descend_energy(linkage, rng.uniform(0, math.pi, 8) * np.array([0, 0, 0, 0, 0, 0, 0, 1]))
     assert lost.outcome in {"flat", "lost closure"}
     laws(lost)
 
 
 def test_spring_sets_are_the_same_every_time_and_within_bounds():
     linkage = designed("hex:0234550132", 4)
-    one, two = (list(pulls(linkage, 3)) for _ in range(2))
+    one, two = (list(descent_springs(linkage, 3)) for _ in range(2))
     assert [name for name, _ in one] == ["uniform", "outside in", "inside out", "random 0", "random 1", "random 2"]
     for (_, first), (_, second) in zip(one, two, strict=True):
         assert (first == second).all()

@@ -14,13 +14,13 @@ from hcsearch.designs.folding import folding_of
 from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.eight_r import joint_parts, second_angle, skew_symmetric
 from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import local_at
-from hcsearch.motion.paths.following import Limits, Stepping, follow
-from hcsearch.motion.paths.predictors import PREDICTORS, Step
+from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
+from hcsearch.motion.paths.predictors import PREDICTORS, PathStep
 from hcsearch.motion.paths.walking import Walker
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
 UNITS = {"I": unit_i, "II": unit_ii}
 few = settings(max_examples=8)
@@ -73,7 +73,9 @@ def row(n):
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((0.05 * (k + x), 0.05 * y) for x, y in corners) for k in range(n))
     return Linkage(
-        Pattern.from_polygons(facets, {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(n - 1)}, 0.006)
+        Pattern.from_polygons(
+            facets, {(k, k + 1): MOUNTAIN_CREASE if k % 2 else VALLEY_CREASE for k in range(n - 1)}, 0.006
+        )
     )
 
 
@@ -82,10 +84,10 @@ def row(n):
 def test_every_method_opens_a_unit_along_its_exact_path(name, method):
     it = unit(name)
     stepping = Stepping(method=method, step=0.05 if method == "increment" else None)
-    path = follow(it.linkage, it.linkage.folded, it.opening, stepping=stepping, limits=Limits(events=False))
+    path = follow_path(it.linkage, it.linkage.folded, it.opening, stepping=stepping, limits=PathLimits(events=False))
     assert path.outcome == "flat", path.sentence
     assert (path.end == 0.0).all()
-    assert path.residuals.max() <= CLOSED
+    assert path.residuals.max() <= CLOSED_LOOP_RESIDUAL
     assert it.error(path.angles) < 1e-8
     assert path.angles.min() >= -1e-9
     assert path.angles.max() <= math.pi + 1e-9
@@ -103,15 +105,15 @@ def test_every_method_opens_a_unit_along_its_exact_path(name, method):
 )
 def test_there_and_back_along_the_exact_path(name, degrees, share):
     it = Unit(name, alpha=math.radians(degrees), base=0.03, thickness=0.03 * share)
-    there = follow(it.linkage, it.linkage.flat, it.folding)
+    there = follow_path(it.linkage, it.linkage.flat, it.folding)
     assert there.outcome == "folded", there.sentence
     assert (there.end == it.linkage.folded).all()
-    back = follow(it.linkage, there.end, -there.velocity)
+    back = follow_path(it.linkage, there.end, -there.velocity)
     assert back.outcome == "flat", back.sentence
     assert (back.end == 0.0).all()
     assert back.lengths[-1] == pytest.approx(there.lengths[-1], rel=1e-4)
     for path in (there, back):
-        assert path.residuals.max() <= CLOSED
+        assert path.residuals.max() <= CLOSED_LOOP_RESIDUAL
         assert it.error(path.angles) < 1e-7
 
 
@@ -122,7 +124,7 @@ def test_the_8r_element_of_the_search_goes_skew_symmetrically_from_folded_to_fla
         (linkage.folded, -np.where(legs, 2.0, 1.0), "flat"),
         (linkage.flat, np.where(legs, 1.0, 2.0), "folded"),
     ):
-        path = follow(linkage, start, way, stepping=Stepping(tolerance=1e-05))
+        path = follow_path(linkage, start, way, stepping=Stepping(tolerance=1e-05))
         assert path.outcome == goal
         first = math.pi - path.angles[:, 0]
         second = 2 * np.arctan2(np.sin(first / 2), 0.5 * np.cos(first / 2))
@@ -134,12 +136,12 @@ def test_the_8r_element_of_the_search_goes_skew_symmetrically_from_folded_to_fla
 def test_paths_know_no_unit_of_length(scale):
     it, scaled = unit("II"), Unit("II", base=0.03 * scale, thickness=0.01 * scale)
     paths = [
-        follow(
+        follow_path(
             u.linkage,
             u.at(0.5),
             u.opening,
             stepping=Stepping(adaptive=False, step=0.2),
-            limits=Limits(length=5.0, events=False),
+            limits=PathLimits(length=5.0, events=False),
         )
         for u in (it, scaled)
     ]
@@ -156,14 +158,16 @@ def test_predictions_are_of_their_order(method):
         linkage, start, way = unit("II").linkage, unit("II").at(1.2), unit("II").opening
     else:
         linkage, way = design_8r(), np.linspace(-1.0, 0.5, 8)
-        start = close(linkage, np.linspace(1.0, 1.8, 8)).angles
+        start = close_linkage(linkage, np.linspace(1.0, 1.8, 8)).angles
     local = local_at(linkage, start)
     tangent = local.tangent(way) / np.linalg.norm(local.tangent(way))
-    last = Step(local, tangent, 0.0)
+    last = PathStep(local, tangent, 0.0)
     errors = []
     for h in (0.2, 0.1):
-        back = Walker(linkage, PREDICTORS["runge-kutta"]).advance(None, Step(local, -tangent, 0.0), h).step
-        advance = Walker(linkage, PREDICTORS[method]).advance(Step(back.local, -back.tangent, -back.length), last, h)
+        back = Walker(linkage, PREDICTORS["runge-kutta"]).advance(None, PathStep(local, -tangent, 0.0), h).step
+        advance = Walker(linkage, PREDICTORS[method]).advance(
+            PathStep(back.local, -back.tangent, -back.length), last, h
+        )
         assert advance.order == ORDERS[method]
         errors.append(advance.error)
     assert math.log2(errors[0] / errors[1]) == pytest.approx(advance.order + 1, abs=0.7)
@@ -173,12 +177,12 @@ def test_higher_order_is_nearer_without_correction():
     it = unit("II")
     errors = {}
     for method in ("euler", "taylor", "runge-kutta"):
-        path = follow(
+        path = follow_path(
             it.linkage,
             it.at(0.8),
             it.opening,
             stepping=Stepping(method=method, adaptive=False, corrections=0, step=0.02),
-            limits=Limits(length=2.0),
+            limits=PathLimits(length=2.0),
         )
         assert path.success
         errors[method] = it.error(path.angles)
@@ -187,9 +191,9 @@ def test_higher_order_is_nearer_without_correction():
 
 def test_a_correction_a_step_keeps_the_loops_closed():
     it = unit("II")
-    limits = Limits(length=3.0)
+    limits = PathLimits(length=3.0)
     residuals = [
-        follow(
+        follow_path(
             it.linkage,
             it.at(0.5),
             it.opening,
@@ -223,7 +227,7 @@ def test_singular_states_on_the_way_are_found_and_are_no_branches(name, number, 
     it = unit(name)
     wanted = exact_singular_states(it)
     assert len(wanted) == number
-    path = follow(it.linkage, it.linkage.folded, it.opening, stepping=Stepping(method=method))
+    path = follow_path(it.linkage, it.linkage.folded, it.opening, stepping=Stepping(method=method))
     assert [(event.kind, event.nullity) for event in path.events] == [("shaky", 2)] * number
     first = int(np.flatnonzero(~it.legs)[0])
     assert [math.pi - event.angles[first] for event in path.events] == pytest.approx(wanted, abs=1e-7)
@@ -233,14 +237,14 @@ def test_singular_states_on_the_way_are_found_and_are_no_branches(name, number, 
 
 def test_beyond_flat_without_stops_the_flat_state_is_a_bifurcation():
     it = unit("II")
-    limits = Limits(goal="none", stops=False, length=3.0)
-    path = follow(it.linkage, it.at(math.pi - 0.4), it.opening, limits=limits)
+    limits = PathLimits(goal="none", stops=False, length=3.0)
+    path = follow_path(it.linkage, it.at(math.pi - 0.4), it.opening, limits=limits)
     assert path.outcome == "length"
     assert path.end.max() < 0
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.nullity == 4
     assert np.abs(event.angles).max() < 1e-8
-    stopped = follow(it.linkage, it.at(math.pi - 0.4), it.opening, limits=replace(limits, branch="stop"))
+    stopped = follow_path(it.linkage, it.at(math.pi - 0.4), it.opening, limits=replace(limits, branch="stop"))
     assert stopped.outcome == "branch"
     assert np.abs(stopped.end).max() < 1e-8
 
@@ -251,9 +255,9 @@ def test_beyond_flat_without_stops_the_flat_state_is_a_bifurcation():
 def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
     linkage = design_8r()
     rng = np.random.default_rng(seed)
-    start = close(linkage, rng.uniform(0.8, 1.6, 8)).angles
-    path = follow(linkage, start, rng.standard_normal(8), limits=Limits(goal="none", events=False))
-    assert path.residuals.max() <= CLOSED
+    start = close_linkage(linkage, rng.uniform(0.8, 1.6, 8)).angles
+    path = follow_path(linkage, start, rng.standard_normal(8), limits=PathLimits(goal="none", events=False))
+    assert path.residuals.max() <= CLOSED_LOOP_RESIDUAL
     beyond = np.flatnonzero(np.minimum(start, math.pi - start) < -1e-9)
     if len(beyond):
         assert (path.outcome, path.stopped, len(path.angles)) == ("stopped", tuple(beyond), 1)
@@ -271,7 +275,7 @@ def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
 @pytest.mark.parametrize("n", [2, 7, 40])
 def test_an_open_chain_opens_straight(n):
     linkage = row(n)
-    path = follow(linkage, linkage.folded)
+    path = follow_path(linkage, linkage.folded)
     assert path.outcome == "flat"
     assert (path.nullities == n - 1).all()
     assert np.ptp(path.angles, axis=1).max() < 1e-12
@@ -281,14 +285,14 @@ def test_paths_that_cannot_go_on_say_why():
     it = unit("II")
     linkage = it.linkage
     thin = Unit("II", thickness=1e-9 * 0.03)
-    assert follow(thin.linkage, thin.linkage.folded, thin.opening).outcome == "undecided"
-    assert "not closed" in follow(linkage, np.full(24, 0.3)).sentence
+    assert follow_path(thin.linkage, thin.linkage.folded, thin.opening).outcome == "undecided"
+    assert "not closed" in follow_path(linkage, np.full(24, 0.3)).sentence
     state = local_at(linkage, it.at(1.0))
-    assert "branches" in follow(linkage, state.angles, state.right[0]).sentence
-    assert follow(linkage, linkage.folded, it.opening, limits=Limits(max_steps=3)).outcome == "out of budget"
-    shut = follow(linkage, linkage.folded, -it.opening)
+    assert "branches" in follow_path(linkage, state.angles, state.right[0]).sentence
+    assert follow_path(linkage, linkage.folded, it.opening, limits=PathLimits(max_steps=3)).outcome == "out of budget"
+    shut = follow_path(linkage, linkage.folded, -it.opening)
     assert (shut.outcome, shut.steps, len(shut.stopped)) == ("stopped", 0, 24)
-    assert follow(linkage, linkage.flat).sentence == "flat at the start"
+    assert follow_path(linkage, linkage.flat).sentence == "flat at the start"
 
 
 def test_wrong_options_are_refused():
@@ -300,6 +304,6 @@ def test_wrong_options_are_refused():
 
 def test_a_path_may_have_a_length():
     it = unit("II")
-    path = follow(it.linkage, it.at(1.0), it.opening, limits=Limits(length=0.7))
+    path = follow_path(it.linkage, it.at(1.0), it.opening, limits=PathLimits(length=0.7))
     assert path.outcome == "length"
     assert path.lengths[-1] == pytest.approx(0.7, abs=1e-6)

@@ -5,7 +5,13 @@ from itertools import pairwise
 import pytest
 
 from hcsearch.motion.collision.prisms import deepest_margin
-from hcsearch.motion.planning.critical import RATIO, CriticalMargin, Looking, critical_margin, margins_of
+from hcsearch.motion.planning.critical import (
+    MARGIN_GRID_RATIO,
+    CriticalMargin,
+    SearchExtent,
+    critical_margin,
+    critical_margin_grid,
+)
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.proofs import Prover
 from tests.planned import joined
@@ -32,9 +38,9 @@ OTHERS = {
 @pytest.mark.parametrize("name", TRIALS)
 def test_critical_margins_are_those_of_trials(name):
     found, (path, none) = critical_margin(joined(name, "hinged")), TRIALS[name]
-    assert 1e3 * found.met <= RATIO * path
-    assert 1e3 * found.none >= none / RATIO
-    assert found.met == pytest.approx(RATIO * found.none)
+    assert 1e3 * found.met <= MARGIN_GRID_RATIO * path
+    assert 1e3 * found.none >= none / MARGIN_GRID_RATIO
+    assert found.met == pytest.approx(MARGIN_GRID_RATIO * found.none)
     assert found.proved is None or found.proved >= found.met
 
 
@@ -42,13 +48,13 @@ def test_critical_margins_are_those_of_trials(name):
 def test_some_need_no_play_to_speak_of_and_others_are_not_opened_by_any(name):
     found, (path, none) = critical_margin(joined(name, "hinged")), OTHERS[name]
     assert found.met == (None if path is None else pytest.approx(1e-3 * path))
-    assert found.none == (None if none is None else pytest.approx(1e-3 * none, rel=RATIO - 1))
-    assert found.proved is None or found.met <= found.proved <= RATIO**3 * found.met
+    assert found.none == (None if none is None else pytest.approx(1e-3 * none, rel=MARGIN_GRID_RATIO - 1))
+    assert found.proved is None or found.met <= found.proved <= MARGIN_GRID_RATIO**3 * found.met
     assert (found.proved is None) == (path is None)
 
 
 def test_what_is_said_of_margins_is_what_the_search_comes_to():
-    linkage, looking = joined("hex:0232435051:3", "hinged"), Looking(rounds=100, seeds=2, roots=2)
+    linkage, looking = joined("hex:0232435051:3", "hinged"), SearchExtent(rounds=100, seeds=2, roots=2)
     found = critical_margin(linkage, looking)
     assert found == critical_margin(linkage, looking)
     assert found.looking == looking
@@ -61,21 +67,21 @@ def test_what_is_said_of_margins_is_what_the_search_comes_to():
 
     assert not paths(found.none)
     assert paths(found.met)
-    margins = margins_of(linkage)
+    margins = critical_margin_grid(linkage)
     assert found.proved in margins
     assert Prover(linkage).prove(found.states, margins).margin == found.proved
 
 
 def test_margins_leave_something_of_a_panel():
     linkage = joined("hex:0234435011:3", "hinged")
-    margins = margins_of(linkage)
+    margins = critical_margin_grid(linkage)
     assert margins[0] == pytest.approx(1e-5)
-    assert all(two == pytest.approx(RATIO * one) for one, two in pairwise(margins))
-    assert deepest_margin(linkage) / RATIO**2 < margins[-1] < deepest_margin(linkage)
+    assert all(two == pytest.approx(MARGIN_GRID_RATIO * one) for one, two in pairwise(margins))
+    assert deepest_margin(linkage) / MARGIN_GRID_RATIO**2 < margins[-1] < deepest_margin(linkage)
 
 
 def test_a_lesser_margin_is_one_that_is_proved_then_one_that_is_met():
-    looking = Looking()
+    looking = SearchExtent()
     proved, worse = CriticalMargin(1e-4, 1e-4, None, looking, 1), CriticalMargin(2e-4, 1e-5, None, looking, 1)
     met, none = CriticalMargin(None, 1e-5, None, looking, 1), CriticalMargin(None, None, 1e-3, looking, 1)
     ordered = [proved, worse, met, none]

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.kernels.planning.series import ORDERS, write_series
-from hcsearch.motion.planning.ends import CLOSED, SLOWEST, End, _rest
+from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, write_series
+from hcsearch.motion.planning.ends import DEPARTURE_RESIDUAL, MIN_DEPARTURE_TURN_RATIO, EndClosure, _rest
 from hcsearch.motion.planning.groups import group_of_all
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 from tests.naive import around_the_loop
@@ -21,7 +21,7 @@ from tests.planned import SAMPLES, planned
 def ends(name):
     linkage = planned(name).linkage
     group = group_of_all(loops_of(linkage))
-    return [(linkage, End(linkage, angles, group)) for angles in (linkage.folded.astype(float), linkage.flat)]
+    return [(linkage, EndClosure(linkage, angles, group)) for angles in (linkage.folded.astype(float), linkage.flat)]
 
 
 def departures(name):
@@ -29,7 +29,7 @@ def departures(name):
     sample = planned(name)
     prover = Prover(sample.linkage)
     for end, line in zip(prover.whole.ends, (sample.states, sample.states[::-1]), strict=True):
-        state, (slope, after), _, departure = prover.whole._left(end, line, prover.limit(PLAYS[-1]))
+        state, (slope, after), _, departure = prover.whole._left(end, line, prover.limit(CERTIFIED_MARGINS[-1]))
         rise = state - line[0]
         course = np.stack([line[0], slope, 3 * rise - 2 * slope - after, slope + after - 2 * rise], axis=1)
         yield sample.linkage, end, course, departure
@@ -75,7 +75,7 @@ def test_the_equations_are_the_first_two_terms_of_closure(name):
         left, derivative = end.equations(direction)
         course = np.zeros((linkage.n_hinges, 4))
         course[:, 1] = direction
-        terms, slopes = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, linkage.n_hinges))
+        terms, slopes = np.zeros((SERIES_ORDER_COUNT, 6)), np.zeros((SERIES_ORDER_COUNT, 6, linkage.n_hinges))
         write_series(end.jacobian, end.orders[0], course, np.eye(linkage.n_hinges), terms, slopes)
         np.testing.assert_allclose(left, np.r_[end.across @ terms[1], end.along @ terms[2]], atol=1e-13)
         np.testing.assert_allclose(derivative, np.r_[end.across @ slopes[0], end.along @ slopes[1]], atol=1e-13)
@@ -93,11 +93,11 @@ def test_directions_leave_the_end_within_the_stops(name):
     for (_, end), line in zip(ends(name), (sample.states, sample.states[::-1]), strict=True):
         direction = end.direction(line[1] - line[0])
         left, _ = end.equations(direction)
-        assert np.abs(left).max() < 10 * CLOSED
+        assert np.abs(left).max() < 10 * DEPARTURE_RESIDUAL
         assert np.abs(direction).max() == 1
         turns = direction * np.where(end.angles > 1, -1, 1)
         assert turns.min() >= 0
-        assert turns.min() == 0 or turns.min() >= SLOWEST / 2
+        assert turns.min() == 0 or turns.min() >= MIN_DEPARTURE_TURN_RATIO / 2
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -161,12 +161,12 @@ def test_the_bound_of_the_rest_is_near_it_for_steps_as_they_are():
 
 def test_an_end_off_the_lattice_is_known_but_for_rounding():
     linkage = linkage_named("element-8r")
-    end = End(linkage, linkage.flat, group_of_all(loops_of(linkage)))
+    end = EndClosure(linkage, linkage.flat, group_of_all(loops_of(linkage)))
     assert not end.exact
     assert end.sound
     moved = linkage.flat.copy()
     moved[0] = 1e-6
-    assert not End(linkage, moved, group_of_all(loops_of(linkage))).sound
+    assert not EndClosure(linkage, moved, group_of_all(loops_of(linkage))).sound
 
 
 def test_a_state_that_is_no_end_proves_nothing():
@@ -174,6 +174,6 @@ def test_a_state_that_is_no_end_proves_nothing():
     linkage: Linkage = sample.linkage
     state = linkage.folded.copy()
     state[0] -= 1e-6
-    end = End(linkage, state, group_of_all(loops_of(linkage)))
+    end = EndClosure(linkage, state, group_of_all(loops_of(linkage)))
     assert not end.sound
     assert end.depart(np.zeros((linkage.n_hinges, 4)) + 1e-3) is None

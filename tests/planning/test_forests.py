@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hcsearch.kernels.collision.overlaps import deepest_overlap
-from hcsearch.kernels.planning.space import new_stack, new_work
-from hcsearch.kernels.planning.trees import add, new_tree
+from hcsearch.kernels.planning.space import new_space_work, new_state_stack
+from hcsearch.kernels.planning.trees import add_state, new_tree
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.planning.forests import Forest, Joint, _between, several
+from hcsearch.motion.planning.forests import Forest, TreeConnection, _between, forest_roots
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import space_of
 from tests.planned import joined, open_by
@@ -71,7 +71,7 @@ def test_panels_that_pass_through_each_other_join_what_contacts_keep_apart():
 def test_ways_within_a_tree_turn_back_at_the_last_common_state():
     tree = new_tree(10, np.zeros(1))
     for parent, angle in ((0, 1.0), (1, 2.0), (2, 3.0), (1, 4.0), (4, 5.0)):
-        add(tree, parent, np.array([angle]))
+        add_state(tree, parent, np.array([angle]))
     assert _between(tree, 3, 5).ravel().tolist() == [3, 2, 1, 4, 5]
     assert _between(tree, 5, 0).ravel().tolist() == [5, 4, 1, 0]
     assert _between(tree, 1, 3).ravel().tolist() == [1, 2, 3]
@@ -85,15 +85,15 @@ def test_a_path_goes_through_the_trees_that_met():
     space = space_of(linkage, 1e-4)
     states = np.arange(8.0)[:, None] * np.ones(linkage.n_hinges)
     roots = np.array([space.folded, linkage.flat, states[2]])
-    forest = Forest(space, roots, new_stack(space, 4), new_work(space))
-    add(forest.trees[2], 0, states[3])
-    forest.joints = [Joint((1, 2), (0, 1), states[5:4:-1]), Joint((0, 2), (0, 0), states[6:7])]
+    forest = Forest(space, roots, new_state_stack(space, 4), new_space_work(space))
+    add_state(forest.trees[2], 0, states[3])
+    forest.joints = [TreeConnection((1, 2), (0, 1), states[5:4:-1]), TreeConnection((0, 2), (0, 0), states[6:7])]
     assert forest.path()[1:-1].tolist() == states[[6, 2, 3, 5]].tolist()
 
 
 def test_seeds_take_all_junctions_in_turn():
     ends, junctions = (np.array([8.0]), np.array([9.0])), np.arange(5.0)[:, None]
-    assert several(ends, junctions, 2, 0).ravel().tolist() == [8, 9, 0, 1]
-    assert several(ends, junctions, 2, 2).ravel().tolist() == [8, 9, 4, 0]
-    assert several(ends, junctions, 9, 1).ravel().tolist() == [8, 9, 0, 1, 2, 3, 4]
-    assert several(ends, junctions[:0], 2, 1).ravel().tolist() == [8, 9]
+    assert forest_roots(ends, junctions, 2, 0).ravel().tolist() == [8, 9, 0, 1]
+    assert forest_roots(ends, junctions, 2, 2).ravel().tolist() == [8, 9, 4, 0]
+    assert forest_roots(ends, junctions, 9, 1).ravel().tolist() == [8, 9, 0, 1, 2, 3, 4]
+    assert forest_roots(ends, junctions[:0], 2, 1).ravel().tolist() == [8, 9]

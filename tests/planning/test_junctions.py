@@ -12,7 +12,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.planning.space import new_stack, pick, place
+from hcsearch.kernels.planning.space import new_state_stack, pick_state, place_state
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning import junctions
 from hcsearch.motion.planning.junctions import clear_junctions, junctions_of
@@ -96,12 +96,12 @@ def test_junctions_of_long_loops(name, count):
 def test_a_list_that_is_not_whole_says_so(monkeypatch):
     linkage = joined("hex:0234550132:4", "hinged")
     every = junctions_of(linkage).states.tolist()
-    monkeypatch.setattr(junctions, "MOST", len(every) - 1)
+    monkeypatch.setattr(junctions, "MAX_JUNCTION_COUNT", len(every) - 1)
     some = junctions_of(linkage)
     assert not some.complete
     assert len(some.states) == len(every) - 1
     assert all(state in every for state in some.states.tolist())
-    monkeypatch.setattr(junctions, "LONGEST", 9)
+    monkeypatch.setattr(junctions, "MAX_JUNCTION_LOOP_HINGES", 9)
     none = junctions_of(linkage)
     assert (none.complete, none.states.shape) == (False, (0, 10))
 
@@ -110,10 +110,10 @@ def test_clear_junctions_keep_panels_apart():
     """Beside packed and flat, three of the four junctions of this folding have room for their panels."""
     linkage = joined("hex:0232335050:2", "hinged")
     space = space_of(linkage, 1e-4)
-    stack = new_stack(space, 1)
+    stack = new_state_stack(space, 1)
     clear = clear_junctions(linkage, space, stack)
     every = junctions_of(linkage).states
     inner = [state for state in every if state.any() and (state != linkage.folded).any()]
-    apart = [state.tolist() for state in inner if place(space, state, space.least, pick(stack, 0))]
+    apart = [state.tolist() for state in inner if place_state(space, state, space.least, pick_state(stack, 0))]
     assert clear.tolist() == apart
     assert (len(every), len(clear)) == (6, 3)

@@ -7,7 +7,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from tests.strategies import words, writings
 
 LISTS = [("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("rectangle", 10)]
@@ -48,10 +48,10 @@ def test_verdicts_do_not_hang_on_the_size_of_panels(name):
     grid = name.split(":")[0]
     folding = next(one for one in foldings(Circuit.from_notation(name.rpartition(":")[0])) if one.notation == name)
     panel = default_panel(grid)
-    known = motion_of(folding, panel, ("rigid", "hinged"), budget=1)
+    known = plan_motion(folding, panel, ("rigid", "hinged"), budget=1)
     for scale in (1e-3, 7.0):
         size = tuple(scale * length for length in panel)
-        found = motion_of(folding, size, ("rigid", "hinged"), budget=1)
+        found = plan_motion(folding, size, ("rigid", "hinged"), budget=1)
         assert found.way == known.way
         assert (found.margin is None) == (known.margin is None)
         if known.margin is not None:

@@ -19,7 +19,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import kept_apart, space_of
 from hcsearch.motion.planning.reasons import reason_of
@@ -58,7 +58,7 @@ def test_the_same_seed_gives_the_same_path():
 
 def test_the_same_folding_gives_the_same_motion():
     folding = foldings(Circuit.from_notation("hex:0234550132").canonical())[0]
-    one, two = (motion_of(folding, default_panel("hex"), WAYS) for _ in range(2))
+    one, two = (plan_motion(folding, default_panel("hex"), WAYS) for _ in range(2))
     assert (one.way, one.margin) == (two.way, two.margin)
     assert (one.proof is None) == (two.proof is None)
     if one.proof is not None:
@@ -69,7 +69,7 @@ def test_a_way_that_cannot_be_has_no_motion():
     folding = next(
         f for word in words("hex", 10) for f in foldings(Circuit(GRIDS["hex"], word)) if not f.can_join("merged")
     )
-    motion = motion_of(folding, default_panel("hex"), ("merged",))
+    motion = plan_motion(folding, default_panel("hex"), ("merged",))
     assert (motion.way, motion.states, motion.proof, motion.margin, motion.growths) == (None, None, None, None, ())
     assert motion.efforts == 0
     assert reason_of(motion) == "no path was searched for: the folding has no mirror pairs of panels to merge"

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.overlaps import deepest_overlap
-from hcsearch.kernels.planning.closing import close, new_closing
-from hcsearch.kernels.planning.tubes import Track, enclose
+from hcsearch.kernels.planning.closing import close_state, new_closing
+from hcsearch.kernels.planning.tubes import Track, prove_tube
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import kept_apart, pairs_of
+from hcsearch.motion.collision.solids import kept_apart, solid_pairs
 from hcsearch.motion.planning.groups import group_of_all
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.proofs import PLAYS, Prover, _beyond
-from hcsearch.motion.planning.stretches import HALVINGS
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover, _beyond
+from hcsearch.motion.planning.stretches import MAX_STRETCH_HALVINGS
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests.planned import SAMPLES, Planned, along, cubic, joined, open_by, planned
@@ -34,7 +34,7 @@ def closed_beside(linkage, states):
     loops = loops_of(linkage)
     work, closed = new_closing(loops), states.copy()
     for state in closed:
-        assert close(loops, state, 1e-13, 1.0, 40, work)
+        assert close_state(loops, state, 1e-13, 1.0, 40, work)
     return closed
 
 
@@ -42,13 +42,13 @@ def closed_beside(linkage, states):
 def test_every_sample_is_proved_from_packed_to_flat(name):
     sample = planned(name)
     proof = sample.proof
-    assert proof.margin in PLAYS
+    assert proof.margin in CERTIFIED_MARGINS
     assert proof.closed
     assert proof.exact
     assert proof.reach == (0.0, 0.0)
     assert (proof.motion.angles[0] == sample.linkage.folded).all()
     assert (proof.motion.angles[-1] == 0).all()
-    assert proof.slack < 0.05 * PLAYS[0] * Prover(sample.linkage).scale
+    assert proof.slack < 0.05 * CERTIFIED_MARGINS[0] * Prover(sample.linkage).scale
     assert proof.give * Prover(sample.linkage)._spread <= proof.margin
 
 
@@ -62,7 +62,7 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
     assert max(-closed.min(), closed.max() - math.pi) <= sample.proof.give
     assert open_by(sample.linkage, closed[::500]).max() < 1e-12
     chain, prisms = sample.linkage.chain, prisms_of(sample.linkage, sample.proof.margin)
-    pairs = pairs_of(sample.linkage, prisms_of(sample.linkage), kept_apart(sample.linkage)).prisms
+    pairs = solid_pairs(sample.linkage, prisms_of(sample.linkage), kept_apart(sample.linkage)).prisms
     assert deepest_overlap(chain, prisms, np.ascontiguousarray(pairs), closed) == 0
 
 
@@ -74,7 +74,7 @@ def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
     sample = planned(name)
     linkage = sample.linkage
     prisms = prisms_of(linkage, sample.proof.margin)
-    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
+    pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     shapes = [prisms.vertices[f, : prisms.counts[f, 0]] for f in range(len(prisms.panels))]
     scene = CoalScene(shapes, pairs, moving=True)
     poses = [linkage.poses(state)[prisms.panels] for state in closed_beside(linkage, moments(sample, 10_000))]
@@ -122,7 +122,7 @@ def test_a_state_off_closure_beyond_a_stop_or_another_begin_is_refused(name):
     nowhere = states.copy()
     nowhere[k] = math.nan
     for path in (off, elsewhere, beyond, nowhere, states[1:], states[:-1], states[::-1], states[:1], states[:0]):
-        proof = prover.prove(path, PLAYS)
+        proof = prover.prove(path, CERTIFIED_MARGINS)
         assert proof.margin is None
         assert not proof.closed
     assert sample.proof.margin is not None
@@ -132,8 +132,8 @@ def test_a_state_off_closure_beyond_a_stop_or_another_begin_is_refused(name):
 def test_a_path_is_proved_only_where_its_states_are_near(name):
     _, prover, states = broken(name)
     ends = states[[0, -1]]
-    assert prover.prove(ends, PLAYS).margin is None
-    assert prover.prove(states[[0, len(states) // 2, -1]], PLAYS).margin is None
+    assert prover.prove(ends, CERTIFIED_MARGINS).margin is None
+    assert prover.prove(states[[0, len(states) // 2, -1]], CERTIFIED_MARGINS).margin is None
 
 
 @settings(max_examples=12)
@@ -151,17 +151,24 @@ def test_a_tube_through_an_open_state_is_refused(name, place, far, seed):
     fine = Track(np.zeros(500), np.zeros((500, m)), np.zeros((500, m)), np.zeros(500), np.zeros(1, np.int64))
     ends = np.zeros((2, 1 + m))
     ends[1, 0] = 1.0
-    limit = Prover(linkage).limit(PLAYS[0])
+    limit = Prover(linkage).limit(CERTIFIED_MARGINS[0])
     if open_by(linkage, angles[1]) > 1e-5:
-        assert not enclose(
-            loops_of(linkage), group_of_all(loops_of(linkage)), coarse, ends, limit, HALVINGS, fine, np.zeros(2)
+        assert not prove_tube(
+            loops_of(linkage),
+            group_of_all(loops_of(linkage)),
+            coarse,
+            ends,
+            limit,
+            MAX_STRETCH_HALVINGS,
+            fine,
+            np.zeros(2),
         )
 
 
 def test_a_path_through_a_panel_is_not_clear():
     linkage = joined("hex:02234400:1", "hinged")
     states = planner_without_pairs(linkage).plan(100).states
-    proof = Prover(linkage).prove(states, PLAYS)
+    proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is None
     assert proof.closed  # as a linkage without panels may move
     assert proof.clear.kind == "collides"
@@ -169,12 +176,12 @@ def test_a_path_through_a_panel_is_not_clear():
 
 
 def planner_without_pairs(linkage):
-    from hcsearch.kernels.planning.space import new_stack, new_work
-    from hcsearch.motion.planning.planner import DEPTH
+    from hcsearch.kernels.planning.space import new_space_work, new_state_stack
+    from hcsearch.motion.planning.planner import PLANNER_STACK_DEPTH
 
     planner = Planner(linkage, 1e-5)
     planner.space = planner.space._replace(pairs=planner.space.pairs[:0].copy())
-    planner.stack, planner.work = new_stack(planner.space, DEPTH), new_work(planner.space)
+    planner.stack, planner.work = new_state_stack(planner.space, PLANNER_STACK_DEPTH), new_space_work(planner.space)
     return planner
 
 
@@ -201,10 +208,12 @@ def test_two_loops_are_proved_as_one_is():
     for k, hinge in enumerate(one.linkage.pattern.hinges):
         order[tuple(sorted((hinge.first, hinge.second)))] = k
     both = [order[tuple(sorted((h.first % n, h.second % n)))] for h in linkage.pattern.hinges]
-    assert Prover(linkage).prove(one.states[:, both], PLAYS).margin is None  # nothing holds the copies near each other
+    assert (
+        Prover(linkage).prove(one.states[:, both], CERTIFIED_MARGINS).margin is None
+    )  # nothing holds the copies near each other
     prover = Prover(linkage)
     prover.__dict__["_way"] = Prover(one.linkage)._way  # though no hinge moves both
-    proof = prover.prove(one.states[:, both], PLAYS)
+    proof = prover.prove(one.states[:, both], CERTIFIED_MARGINS)
     assert proof.closed
     assert proof.margin == one.proof.margin
 
@@ -216,7 +225,7 @@ def test_a_chain_without_a_loop_has_only_panels_to_keep_apart():
     linkage = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top"), (1, 2): Crease("bottom")}, 0.004))
     assert not linkage.loops
     states = Planner(linkage, 1e-5).plan(100).states
-    proof = Prover(linkage).prove(states, PLAYS)
+    proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is not None
     assert proof.slack == 0
     assert proof.exact
@@ -229,5 +238,5 @@ def test_a_proof_along_singular_states_is_given_up_soon():
     for seed in range(2):
         states = Planner(linkage, 1e-5).plan(40, seed).states
         assert states is not None
-        assert Prover(linkage).prove(states, PLAYS).margin is None
+        assert Prover(linkage).prove(states, CERTIFIED_MARGINS).margin is None
     assert time.process_time() - begin < 20

@@ -11,47 +11,47 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.locks.enclosures import Enclosure
 from hcsearch.motion.planning import motions
-from hcsearch.motion.planning.motions import PlannedMotion, motion_of
-from hcsearch.motion.planning.planner import Growth
+from hcsearch.motion.planning.motions import PlannedMotion, plan_motion
+from hcsearch.motion.planning.planner import TreeGrowth
 from hcsearch.motion.planning.reasons import reason_of
 from hcsearch.motion.planning.schedule import (
-    FIRST,
-    Bisection,
-    Floods,
-    Moves,
-    Trees,
-    efforts,
+    DEFAULT_EFFORT_BUDGET,
+    BisectionStep,
+    FloodStep,
+    MovesStep,
+    TreeStep,
+    all_efforts,
     planned_efforts,
 )
 from hcsearch.search.stages.motion_batches import _batch
 
-GROWN = Growth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
+GROWN = TreeGrowth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"
 """Undecided with the budget that is given by default, and proved at 0.1 mm with more."""
 
 
 def test_the_first_efforts_are_those_of_a_search_without_a_budget():
-    tight = Trees(widest=False, loose=False, rounds=40, seeds=(0,))
-    assert planned_efforts(FIRST) == [
-        (tight, Moves(loose=False), Moves(loose=True)),
-        (Trees(widest=True, loose=True, rounds=60, seeds=(1, 2, 3)),),
+    tight = TreeStep(widest=False, loose=False, rounds=40, seeds=(0,))
+    assert planned_efforts(DEFAULT_EFFORT_BUDGET) == [
+        (tight, MovesStep(loose=False), MovesStep(loose=True)),
+        (TreeStep(widest=True, loose=True, rounds=60, seeds=(1, 2, 3)),),
     ]
 
 
 def test_efforts_that_go_on_have_seeds_of_their_own_and_more_boxes():
-    some = list(islice(efforts(), 12))
-    trees = [step for effort in some for step in effort if isinstance(step, Trees)]
+    some = list(islice(all_efforts(), 12))
+    trees = [step for effort in some for step in effort if isinstance(step, TreeStep)]
     for one, two in pairwise(trees):
         assert max(one.seeds) < min(two.seeds)
     assert {one.roots > 0 for one in trees[2:]} == {True, False}
     assert {one.loose for one in trees[2:]} == {True, False}
     assert min(one.rounds for one in trees[2:]) > max(one.rounds for one in trees[:2])
     for panels in (False, True):
-        floods = [step for effort in some for step in effort if isinstance(step, Floods) and step.panels == panels]
+        floods = [step for effort in some for step in effort if isinstance(step, FloodStep) and step.panels == panels]
         boxes = [step.boxes for step in floods]
         assert len(boxes) == len(some) - 2
         assert all(two == 6 * one for one, two in pairwise(boxes))
-    assert sum(isinstance(step, Bisection) for effort in some for step in effort) == 1
+    assert sum(isinstance(step, BisectionStep) for effort in some for step in effort) == 1
 
 
 @pytest.mark.parametrize("done", [0, 1, 2, 5])
@@ -64,24 +64,24 @@ def test_a_budget_goes_on_after_what_was_done(done):
 
 def test_what_is_given_up_is_taken_up_again():
     folding, panel = Folding.from_notation(GIVEN_UP), default_panel("square")
-    short = motion_of(folding, panel, ("hinged",))
-    assert (short.states, short.margin, short.efforts) == (None, None, FIRST)
-    on = motion_of(folding, panel, ("hinged",), budget=6, done=short.efforts)
+    short = plan_motion(folding, panel, ("hinged",))
+    assert (short.states, short.margin, short.efforts) == (None, None, DEFAULT_EFFORT_BUDGET)
+    on = plan_motion(folding, panel, ("hinged",), budget=6, done=short.efforts)
     assert on.margin is not None
-    assert FIRST < on.efforts <= 6
-    once = motion_of(folding, panel, ("hinged",), budget=6)
+    assert DEFAULT_EFFORT_BUDGET < on.efforts <= 6
+    once = plan_motion(folding, panel, ("hinged",), budget=6)
     assert (once.efforts, once.margin) == (on.efforts, on.margin)
     assert np.array_equal(once.states, on.states)
-    stopped = motion_of(folding, panel, ("hinged",), budget=on.efforts - 1, done=FIRST)
+    stopped = plan_motion(folding, panel, ("hinged",), budget=on.efforts - 1, done=DEFAULT_EFFORT_BUDGET)
     assert (stopped.margin, stopped.efforts) == (None, on.efforts - 1)
 
 
 @pytest.mark.parametrize("ways", [("rigid", "hinged"), ("rigid",)])
 def test_panels_lock_what_closed_states_join(monkeypatch, ways):
     """Of its own search only the floods with panels."""
-    monkeypatch.setattr(motions, "planned_efforts", lambda *_: [(Floods(10_000, panels=True),)])
+    monkeypatch.setattr(motions, "planned_efforts", lambda *_: [(FloodStep(10_000, panels=True),)])
     folding = Folding.from_notation("hex:0233435001:3")
-    motion = motion_of(folding, default_panel("hex"), ways)
+    motion = plan_motion(folding, default_panel("hex"), ways)
     assert motion.locked
     assert [way for way, _ in motion.locks] == list(ways)
     assert motion.lock == motion.locks[-1]

@@ -8,12 +8,12 @@ import pytest
 
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.planning.closing import close, new_closing
+from hcsearch.kernels.planning.closing import close_state, new_closing
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.groups import group_of, group_of_all, turns_equally
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.simple_moves import simple_path
 from tests.naive import around_the_loop
 from tests.planned import Planned, along, joined, open_by
@@ -31,7 +31,7 @@ SINGULAR = [
 """Foldings whose loops close in fewer equations than six throughout a path, or that pass through such states."""
 
 
-def simple(name, margin=PLAYS[-1]):
+def simple(name, margin=CERTIFIED_MARGINS[-1]):
     linkage = joined(name, "rigid")
     states = simple_path(linkage, margin)
     return linkage, states
@@ -40,8 +40,8 @@ def simple(name, margin=PLAYS[-1]):
 @pytest.mark.parametrize("name", SINGULAR)
 def test_foldings_with_singular_paths_are_proved_by_simple_moves(name):
     linkage, states = simple(name)
-    proof = Prover(linkage).prove(states, PLAYS)
-    assert proof.margin in PLAYS
+    proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
+    assert proof.margin in CERTIFIED_MARGINS
     assert proof.exact
     assert proof.slack < 1e-8
     sample = Planned(linkage, states, proof)
@@ -55,9 +55,9 @@ def test_foldings_with_singular_paths_are_proved_by_simple_moves(name):
 
 def test_such_a_folding_has_a_proved_motion_at_once():
     folding = Folding.from_notation("square:01222300:0")
-    motion = motion_of(folding, default_panel("square"), ("rigid", "hinged"))
+    motion = plan_motion(folding, default_panel("square"), ("rigid", "hinged"))
     assert motion.way == "rigid"
-    assert motion.margin == PLAYS[0]
+    assert motion.margin == CERTIFIED_MARGINS[0]
 
 
 def flat_folded(name):
@@ -129,10 +129,10 @@ def test_hinges_that_are_held_do_not_turn_where_loops_are_closed():
     work.fixed[:] = ~moving
     state = states[0] + moving * np.where(states[0] > 1.0, -0.4, 0.4)
     state[np.flatnonzero(moving)[0]] += 1e-3
-    assert close(loops_of(linkage), state, 1e-13, 0.0, 40, work)
+    assert close_state(loops_of(linkage), state, 1e-13, 0.0, 40, work)
     assert (state[~moving] == states[0][~moving]).all()
 
 
 def test_a_folding_without_simple_moves_has_no_such_path():
     linkage = joined("hex:0234435011:3", "hinged")
-    assert simple_path(linkage, PLAYS[0]) is None
+    assert simple_path(linkage, CERTIFIED_MARGINS[0]) is None

@@ -7,9 +7,9 @@ from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.collision.margins import margin_of
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 
 
 def comb(width, height):
@@ -31,10 +31,10 @@ def comb(width, height):
 def test_combs_are_proved(width, height):
     folding = next(own for own in foldings(comb(width, height)) if not twist(own))
     linkage = folding.linkage(default_panel("square"), flat_pairs="hinged")
-    states = Planner(linkage, PLAYS[0]).plan(60).states
-    proof = Prover(linkage).prove(states, PLAYS)
+    states = Planner(linkage, CERTIFIED_MARGINS[0]).plan(60).states
+    proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is not None
-    assert proof.margin <= PLAYS[-1]
+    assert proof.margin <= CERTIFIED_MARGINS[-1]
     assert proof.exact
     assert proof.reach == (0.0, 0.0)
 
@@ -45,7 +45,7 @@ def test_the_default_margin_leaves_something_of_panels_of_any_thickness(thicknes
     folding = Folding.from_notation("square:012233230011:4")
     linkage = folding.linkage((edge, width, thickness), flat_pairs="rigid")
     assert margin_of(linkage) == min(1e-4, 0.2 * thickness)
-    motion = motion_of(folding, (edge, width, thickness), ("rigid",))
+    motion = plan_motion(folding, (edge, width, thickness), ("rigid",))
     assert motion.margin is not None
     assert motion.margin <= margin_of(linkage)
 

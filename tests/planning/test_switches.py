@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from hcsearch.kernels.planning.closing import new_closing, open_by
+from hcsearch.kernels.planning.closing import largest_closure_residual, new_closing
 from hcsearch.motion.planning import stretches
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.proofs import PLAYS, Prover
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.switches import switch_between
 from tests.planned import planned
 
@@ -36,7 +36,7 @@ def test_a_switch_state_is_closed_and_has_the_stops_of_both_states():
         if switch is None:
             continue
         count += 1
-        assert open_by(loops, switch, new_closing(loops)) < 1e-13
+        assert largest_closure_residual(loops, switch, new_closing(loops)) < 1e-13
         assert (stopped(switch) >= stopped(one) | stopped(two)).all()
         assert switch.min() >= 0
         assert switch.max() <= math.pi
@@ -48,6 +48,6 @@ def test_a_switch_state_is_closed_and_has_the_stops_of_both_states():
 
 def test_a_path_through_a_switch_state_is_proved_with_it_alone(monkeypatch):
     sample = planned(SWITCHED)
-    assert sample.proof.margin == PLAYS[0]
-    monkeypatch.setattr(stretches, "SWITCHES", 0)
-    assert Prover(sample.linkage).prove(sample.states, PLAYS).margin is None
+    assert sample.proof.margin == CERTIFIED_MARGINS[0]
+    monkeypatch.setattr(stretches, "MAX_SWITCH_STATES", 0)
+    assert Prover(sample.linkage).prove(sample.states, CERTIFIED_MARGINS).margin is None

@@ -12,7 +12,7 @@ from hcsearch.cases.replays.recording import replay_of_path
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.collision.distances import nearest_panels
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import VALLEY, Pattern
+from hcsearch.shape.pattern import VALLEY_CREASE, Pattern
 from hcsearch.web.player.payload import angles_in, payload_of, replay_in, stacks_of
 from tests.player.motions import linkages_of, random_replays, replay_of, twin_poses
 
@@ -123,7 +123,7 @@ def test_two_panels_have_no_nearest_pair():
 def replay_of_two():
     squares = (((0, 0), (1, 0), (1, 1), (0, 1)), ((1, 0), (2, 0), (2, 1), (1, 1)))
     small = tuple(tuple((2e-3 * x, 2e-3 * y) for x, y in square) for square in squares)
-    linkage = Linkage(Pattern.from_polygons(small, {(0, 1): VALLEY}, 2e-4))
+    linkage = Linkage(Pattern.from_polygons(small, {(0, 1): VALLEY_CREASE}, 2e-4))
     return replay_of_path(linkage, np.array([[np.pi], [0.0]]), "two", margin=None, design=False)
 
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cases.replays.recording import NEAR, replay_of_deployment, replay_of_path
+from hcsearch.cases.replays.recording import REPLAY_ANGLE_TOLERANCE, replay_of_deployment, replay_of_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.designs.folding import Folding
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from tests.planned import SAMPLES, joined, planned
 
 CLEAR, COLLIDES = "hex:0234550132:4", "thesis-4x4"
@@ -22,7 +22,7 @@ CLEAR, COLLIDES = "hex:0234550132:4", "thesis-4x4"
 def let_go(request):
     """A deployment and its replay."""
     subject = resolve(request.param, "none.sqlite")
-    deployment = deploy(subject.linkage, subject.setup, "constrained")
+    deployment = simulate_deployment(subject.linkage, subject.setup, "constrained")
     return deployment, replay_of_deployment(deployment, request.param, design=":" in request.param)
 
 
@@ -40,7 +40,7 @@ def test_a_replay_follows_its_path_within_its_error_and_has_its_ends(name):
     at = shares_of(path.states)
     missed = np.abs(replay.at_time(at) - path.states).max()
     assert missed == pytest.approx(replay.error, abs=1e-12)
-    assert replay.error <= NEAR
+    assert replay.error <= REPLAY_ANGLE_TOLERANCE
     assert len(replay.at) < len(path.states)
     assert replay.angles[0].tolist() == path.states[0].tolist()
     assert replay.angles[-1].tolist() == path.states[-1].tolist()
@@ -77,7 +77,7 @@ def test_a_replay_follows_its_deployment_within_its_error(let_go):
     deployment, replay = let_go
     assert replay.axis == "time"
     assert (replay.at[0], replay.at[-1]) == (0.0, deployment.motion.times[-1])
-    assert replay.error <= NEAR
+    assert replay.error <= REPLAY_ANGLE_TOLERANCE
     assert len(replay.at) < len(deployment.motion.times)
     at = np.random.default_rng(5).uniform(0.0, replay.at[-1], 2000)
     q = deployment.motion.at(at)

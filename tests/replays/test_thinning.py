@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.cases.replays.replay import thinned
+from hcsearch.cases.replays.replay import thin_states
 
 TOLERANCES = st.sampled_from([0.0, 1e-3, 0.1, 3.0])
 
@@ -35,7 +35,7 @@ def greatest_error(at, angles, kept) -> float:
 
 @given(motions() | motions(jumps=True), TOLERANCES)
 def test_the_error_is_the_greatest_of_all_states_and_within_the_tolerance(motion, tolerance):
-    kept, error = thinned(*motion, tolerance)
+    kept, error = thin_states(*motion, tolerance)
     assert error == pytest.approx(greatest_error(*motion, kept.tolist()), abs=1e-12)
     assert error <= tolerance
 
@@ -43,7 +43,7 @@ def test_the_error_is_the_greatest_of_all_states_and_within_the_tolerance(motion
 @given(motions() | motions(jumps=True), TOLERANCES)
 def test_ends_and_both_states_of_a_jump_are_kept_and_none_comes_twice(motion, tolerance):
     at, angles = motion
-    kept, _ = thinned(at, angles, tolerance)
+    kept, _ = thin_states(at, angles, tolerance)
     jumps = np.flatnonzero(np.diff(at) == 0.0)
     assert {0, len(at) - 1, *jumps, *(jumps + 1)} <= set(kept.tolist())
     assert (np.diff(kept) > 0).all()
@@ -52,9 +52,9 @@ def test_ends_and_both_states_of_a_jump_are_kept_and_none_comes_twice(motion, to
 @given(motions(), st.floats(1e-6, 1.0))
 def test_what_is_kept_is_not_thinned_again_and_a_line_keeps_its_ends_alone(motion, tolerance):
     at, angles = motion
-    kept, _ = thinned(at, angles, tolerance)
-    again, error = thinned(at[kept], angles[kept], tolerance)
+    kept, _ = thin_states(at, angles, tolerance)
+    again, error = thin_states(at[kept], angles[kept], tolerance)
     assert len(again) <= len(kept)
     assert error <= tolerance
     line = np.outer(at, [1.0, -2.0])
-    assert thinned(at, line, tolerance)[0].tolist() == sorted({0, len(at) - 1})
+    assert thin_states(at, line, tolerance)[0].tolist() == sorted({0, len(at) - 1})

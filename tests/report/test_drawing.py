@@ -9,7 +9,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.shape.drawing import STYLES, draw_array, draw_circuit, stylesheet
+from hcsearch.shape.drawing import DRAWING_STYLES, draw_array, draw_circuit, stylesheet
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10, 12), "rectangle": (8, 10), "triangle": (10, 14, 18)}
 CIRCUITS = [
@@ -103,7 +103,7 @@ def test_shaded_panels_are_the_outer_layers():
 def test_everything_is_inside_the_view_box(circuit):
     svg = draw(circuit)
     width, height = map(int, re.search(r'viewBox="0 0 (\d+) (\d+)"', svg).groups())
-    for kind in STYLES:
+    for kind in DRAWING_STYLES:
         for x, y in (corner for line in pieces(svg, kind) for corner in line):
             assert 0 < x < width
             assert 0 < y < height
@@ -143,7 +143,7 @@ def test_a_standalone_picture_brings_its_look_and_an_inline_one_leaves_it_to_the
     assert "stroke" not in inline
     for kind in ("panel", "circuit", "hinge"):
         assert pieces(alone, kind) == pieces(inline, kind)
-    assert all(f"svg .{kind} {{" in stylesheet() for kind in STYLES)
+    assert all(f"svg .{kind} {{" in stylesheet() for kind in DRAWING_STYLES)
 
 
 def test_the_title_is_escaped_and_never_restyled():
@@ -156,7 +156,7 @@ def test_the_title_is_escaped_and_never_restyled():
 
 
 def test_mountains_and_valleys_differ_in_colour_and_in_dashes():
-    mountain, valley = STYLES["mountain"], STYLES["valley"]
+    mountain, valley = DRAWING_STYLES["mountain"], DRAWING_STYLES["valley"]
     assert mountain["stroke"] != valley["stroke"]
     assert len(mountain["stroke-dasharray"].split()) == 4  # dash-dot
     assert len(valley["stroke-dasharray"].split()) == 2

@@ -13,7 +13,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, fold, folding_at, foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.designs.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
+from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.designs.twisting import twist_batch
 from hcsearch.motion.kinematics.generic import generic_rank
 from hcsearch.motion.kinematics.rank import rank_at
@@ -54,9 +54,9 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
         if folding.mirror_pairs:
             assert freedoms.kutzbach_merged[i] == merged.pattern.kutzbach
         else:
-            assert freedoms.kutzbach_merged[i] == freedoms.dof_merged[i] == NONE
+            assert freedoms.kutzbach_merged[i] == freedoms.dof_merged[i] == NO_NUMBER
         if twist:
-            assert freedoms.dof[i] == NONE
+            assert freedoms.dof[i] == NO_NUMBER
             assert not freedoms.locked[i]
             assert not freedoms.locked_hinged[i]
             continue
@@ -159,7 +159,7 @@ def test_best_foldings_have_the_lowest_dof_then_crease():
     """Four circuits: a tie, an undecided dof, a twisted folding with the lowest dof, and no untwisted one."""
     folded = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
     twists = np.array([0, 0, 0, 0, 0, 1, 0, 2], np.int16)
-    dof = np.array([4, 4, 5, NONE, 6, 1, 7, 1])
+    dof = np.array([4, 4, 5, NO_NUMBER, 6, 1, 7, 1])
     columns = {field.name: dof for field in fields(MobilityBatch)} | {
         "kutzbach": 4,
         "locked": dof > 0,

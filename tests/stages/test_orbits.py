@@ -13,17 +13,17 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import CircuitBatch, StagedDesigns
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import motion_of
+from hcsearch.motion.planning.motions import plan_motion
 from hcsearch.scenes import SCENES
-from hcsearch.scenes.looks import GRADES, OUTER, SPREAD
+from hcsearch.scenes.looks import OUTER_FIRST_SET, SPREAD_SPRING_SETS, SPRING_SET_GRADES
 from hcsearch.search.pipeline.shards import candidates_of
 from hcsearch.search.stages.order import STAGES
 from hcsearch.search.stages.stage import run_stages
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of
-from hcsearch.springs.deployment.verdicts import verdicts
+from hcsearch.springs.deployment.verdicts import deploy_foldings
 from tests.strategies import rewritten
 
 DEFAULT = SCENES["default"]
@@ -113,8 +113,10 @@ def test_deployments_do_not_hang_on_how_a_circuit_is_written(gravity):
             linkage = folding.linkage(default_panel("hex"), flat_pairs="hinged")
             twin = linkage.twin
             back = tuple(float(x) for x in twin.turn.T @ np.array(gravity))
-            found = deploy(linkage, replace(scene, gravity=back, springs=((twin.hinges.index(0), "linear:0.2"),)))
-            one = deploy(twin.linkage, scene)
+            found = simulate_deployment(
+                linkage, replace(scene, gravity=back, springs=((twin.hinges.index(0), "linear:0.2"),))
+            )
+            one = simulate_deployment(twin.linkage, scene)
             assert len(found.motion.times) == len(one.motion.times)
             assert found.angles[-1] == pytest.approx(one.angles[-1][list(twin.hinges)], abs=1e-9)
             if not any(gravity):
@@ -129,12 +131,15 @@ def test_all_formulations_are_of_the_twin(formulation):
     ring = Circuit.from_notation(RING)
     scene = replace(DEFAULT, seconds=0.003)
     own = [folding_of(ring, crease).linkage(flat_pairs="hinged") for crease in (0, 4)]
-    one, other = (deploy(linkage, scene, formulation) for linkage in own)
+    one, other = (simulate_deployment(linkage, scene, formulation) for linkage in own)
     assert (one.motion.times == other.motion.times).all()
     assert (other.angles == one.angles[:, list(own[1].twin.hinges)]).all()
 
 
-@given(written((RING, CROSSED, "square:0112223300")), st.sampled_from((*GRADES, OUTER, *SPREAD)))
+@given(
+    written((RING, CROSSED, "square:0112223300")),
+    st.sampled_from((*SPRING_SET_GRADES, OUTER_FIRST_SET, *SPREAD_SPRING_SETS)),
+)
 def test_spring_sets_are_those_of_the_twin(folding, name):
     linkage = folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs="hinged")
     if linkage.twin is None:
@@ -204,7 +209,7 @@ def test_reasons_name_the_panels_of_their_folding():
     for crease in (2, 3, 5):
         assert trials[crease].as_crease == 0
         linkage = folding_of(Circuit.from_notation(TURNED), crease).linkage()
-        found = deploy(linkage, DEFAULT)
+        found = simulate_deployment(linkage, DEFAULT)
         assert found.verdict == trials[crease].status == "collides"
         assert found.check.reason(labels_of(linkage)) == trials[crease].reason
         assert found.check.collision[0] == pytest.approx(trials[crease].first_contact, rel=1e-6)
@@ -227,7 +232,7 @@ def test_only_symmetries_of_the_scene_count(name, changes, alone):
     creases = designs.folded.crease.tolist()
     none = np.zeros(len(creases), bool)
     scene = replace(DEFAULT, seconds=0.001, **changes)
-    trials = verdicts(designs.circuits, designs.folded, none, none, scene).trials
+    trials = deploy_foldings(designs.circuits, designs.folded, none, none, scene).trials
     assert {creases[one.folding] for one in trials} == set(creases)
     standing = {creases[one.folding] for one in trials if one.as_crease is None}
     assert standing & {0, 1, 2, 4, 5} == alone
@@ -245,10 +250,10 @@ def test_locks_are_the_same_for_congruent_foldings():
 def test_paths_do_not_hang_on_how_a_circuit_is_written():
     circuit = Circuit.from_notation("hex:0234550132")
     size = default_panel("hex")
-    known = motion_of(folding_of(circuit, 4), size, ("rigid",))
+    known = plan_motion(folding_of(circuit, 4), size, ("rigid",))
     own = rewritten(circuit, circuit.grid.point_group[7], 3, True)
     folding = next(one for one in foldings(own) if one.notation.endswith(":4"))
-    found = motion_of(folding, size, ("rigid",))
+    found = plan_motion(folding, size, ("rigid",))
     linkage = folding.linkage(size, flat_pairs="rigid")
     assert (found.way, found.margin) == (known.way, known.margin)
     assert (found.states == known.states[:, list(linkage.twin.hinges)]).all()
@@ -257,8 +262,8 @@ def test_paths_do_not_hang_on_how_a_circuit_is_written():
 
 def test_what_deploys_without_a_path_moves(monkeypatch):
     """The funnel never widens."""
-    monkeypatch.setattr("hcsearch.motion.planning.schedule.TIGHT", 0)
-    monkeypatch.setattr("hcsearch.motion.planning.schedule.LOOSE", 0)
+    monkeypatch.setattr("hcsearch.motion.planning.schedule.TIGHT_SEARCH_ROUNDS", 0)
+    monkeypatch.setattr("hcsearch.motion.planning.schedule.LOOSE_SEARCH_ROUNDS", 0)
     designs, results = staged("hex:0234550132", ("motion", "deployment"))
     assert not designs.motion.moves.any()
     assert designs.deployment.deploys.any()

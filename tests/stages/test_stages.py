@@ -6,14 +6,14 @@ import pytest
 from hcsearch.basics.errors import StageError
 from hcsearch.basics.vocabulary import KEEPS
 from hcsearch.designs.grid import GRIDS
-from hcsearch.scenes import DEFAULT, SCENES
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.shards import run_shard
 from hcsearch.search.stages.circuits import listed
 from hcsearch.search.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
 from hcsearch.search.stages.stage import Stage, run_stages
 
-SCENE = SCENES[DEFAULT]
+SCENE = SCENES[DEFAULT_SCENE_NAME]
 
 
 def test_a_number_holds_the_versions_of_the_stages_below():

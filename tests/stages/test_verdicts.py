@@ -12,7 +12,7 @@ from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import (
-    NONE,
+    NO_NUMBER,
     CircuitBatch,
     DeploymentBatch,
     FoldingBatch,
@@ -21,9 +21,15 @@ from hcsearch.designs.records import (
     StagedDesigns,
 )
 from hcsearch.scenes import SCENES
-from hcsearch.scenes.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD
-from hcsearch.scenes.scene_file import read_text, scene_in
-from hcsearch.scenes.setup import SOFTEST, STIFFEST
+from hcsearch.scenes.looks import (
+    GRADED_STIFFNESS_RATIO,
+    OUTER_FIRST_SET,
+    SPREAD_SPRING_SETS,
+    SPRING_SET_GRADES,
+    VARIANT_TIME_FACTOR,
+)
+from hcsearch.scenes.scene_file import read_scene_text, scene_in
+from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.search.pipeline.rows import design_rows
@@ -31,13 +37,13 @@ from hcsearch.search.pipeline.shards import candidates_of, run_shard
 from hcsearch.search.stages.motion_batches import motions
 from hcsearch.search.stages.order import STAGES, stages_until
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.agreement import agreed_checks, confirmed
-from hcsearch.springs.deployment.checking import check
+from hcsearch.springs.deployment.agreement import agreement_of_checks, confirm_deployment
+from hcsearch.springs.deployment.checking import check_deployments
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of
 from hcsearch.springs.deployment.springs import with_springs
-from hcsearch.springs.deployment.verdicts import verdicts
+from hcsearch.springs.deployment.verdicts import deploy_foldings
 
 DEFAULT = SCENES["default"]
 STOPS = frozenset({"stops"})
@@ -56,7 +62,7 @@ def tens():
     own = candidates_of(shard_of("hex", 10)[1])
     locks = own.mobility.locked, own.mobility.locked_hinged
     motion = motions(own.circuits, own.foldings, locks, DEFAULT, threads=2)
-    return own, motion, verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
+    return own, motion, deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +73,7 @@ def test_no_twisted_folding_deploys(grid, n, twisted):
     numbers = np.flatnonzero(shard.twists != 0).tolist()
     assert len(numbers) == twisted
     scenes = [compile_scene(folding_at(shard.circuits, shard.foldings, i).linkage(), DEFAULT) for i in numbers]
-    rows = check(scenes, tolerance=1e-5, threads=2)
+    rows = check_deployments(scenes, tolerance=1e-5, threads=2)
     assert not [
         folding_at(shard.circuits, shard.foldings, i).notation
         for i, row in zip(numbers, rows, strict=True)
@@ -87,7 +93,7 @@ def test_verdicts_of_ten_hexagons(tens):
     assert (np.isfinite(deployments.time) == deploys).all()
     assert (np.isfinite(deployments.clearance) == deploys).all()
     assert (deployments.time[deploys] > 0.05).all()
-    assert (deployments.time[deploys] <= PATIENT).all()
+    assert (deployments.time[deploys] <= VARIANT_TIME_FACTOR).all()
     assert motion.met[deploys].all()  # what springs bring flat has a path, which need not be proved
     assert motion.moves[deploys].mean() > 0.5
 
@@ -97,7 +103,7 @@ def test_without_a_path_a_folding_gets_the_first_look_alone(tens):
     for trial in deployments.trials:
         assert motion.met[trial.folding] or trial.scene == "default"
     none = np.zeros(len(own.foldings), bool)
-    brief = verdicts(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT, threads=2)
+    brief = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT, threads=2)
     first = tuple(trial for trial in deployments.trials if trial.scene == "default")
     assert brief.trials == first
     assert np.flatnonzero(brief.deploys).tolist() == [trial.folding for trial in first if trial.status == "deploys"]
@@ -131,11 +137,11 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
     graded_ones = [trial for trial in chosen if "first" in trial.scene]
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
-        scene = scene_in(read_text(trial.values, "the trial"))
+        scene = scene_in(read_scene_text(trial.values, "the trial"))
         linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(flat_pairs=scene.flat_pairs[0])
-        alone = deploy(linkage, scene, keep=STOPS)
+        alone = simulate_deployment(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
-        assert confirmed(alone).flat_time == trial.deploy_time
+        assert confirm_deployment(alone).flat_time == trial.deploy_time
 
 
 def test_a_motion_along_singular_states_is_no_deployment(tens):
@@ -155,10 +161,10 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
     alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
 
     def jams(checks, tolerances):
-        return agreed_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
+        return agreement_of_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
 
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.agreed_checks", jams)
-    again = verdicts(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.agreement_of_checks", jams)
+    again = deploy_foldings(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
     assert again.deploys.tolist() == [False]
     assert np.isnan(again.time).all()
     first, last = again.trials
@@ -168,17 +174,17 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.TOGETHER", 7)
-    again = verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.FOLDINGS_IN_MEMORY", 7)
+    again = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
     assert again.deploys.tolist() == deployments.deploys.tolist()
     assert again.trials == deployments.trials
 
 
 def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.WORK", 20_000)
+    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.MAX_VARIANT_WORK", 20_000)
     given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
-    one, two = (verdicts(*given, threads=threads) for threads in (1, 2))
+    one, two = (deploy_foldings(*given, threads=threads) for threads in (1, 2))
     assert one.trials == two.trials
     assert not (one.deploys & ~deployments.deploys).any()
     assert 0 < one.deploys.sum() < deployments.deploys.sum()
@@ -226,7 +232,7 @@ def test_until_motion_nothing_is_simulated():
 def assert_best_first(own, judged):
     """The best folding of each design is that of the best status, then least play, lowest dof, lowest crease."""
     margin = np.nan_to_num(judged.motion.margin, nan=np.inf)
-    dof = np.where(own.mobility.dof == NONE, np.inf, own.mobility.dof)
+    dof = np.where(own.mobility.dof == NO_NUMBER, np.inf, own.mobility.dof)
     for row, best in enumerate(zip(judged.status, judged.best_crease, strict=True)):
         members = np.flatnonzero(own.foldings.row == row).tolist()
         rank = [(STATUSES.index(judged.folding_status[i]), margin[i], dof[i], own.foldings.crease[i]) for i in members]
@@ -245,7 +251,7 @@ FOLDINGS = (
     (1, 0, 1, True, False, None, False),
     (2, 6, 5, False, False, 0.01, False),
     (2, 5, 4, False, False, 0.01, False),  # lowest dof and crease
-    (2, 3, NONE, False, False, 0.01, False),
+    (2, 3, NO_NUMBER, False, False, 0.01, False),
     (2, 7, 4, False, False, 0.01, False),
     (3, 1, 2, True, True, None, False),
     (3, 2, 6, True, False, None, False),  # locked with rigid pairs alone
@@ -273,7 +279,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
     monkeypatch.setattr("hcsearch.search.stages.motion_batches.motions", lambda *_, **_options: motion)
     monkeypatch.setattr(
-        "hcsearch.springs.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, time, time, ())
+        "hcsearch.springs.deployment.verdicts.deploy_foldings", lambda *_: DeploymentBatch(time, time, time, time, ())
     )
     words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
@@ -313,34 +319,38 @@ def test_pieces_are_small_whole_and_the_same_each_time():
     ]
 
 
-@pytest.mark.parametrize("grade", [*GRADES, OUTER])
+@pytest.mark.parametrize("grade", [*SPRING_SET_GRADES, OUTER_FIRST_SET])
 def test_graded_springs_run_between_both_bounds(grade):
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding.linkage(), DEFAULT, keep=STOPS)
     stiffnesses = springs_of(folding, default_panel("hex"), compiled, grade)
     assert stiffnesses.shape == (compiled.system.n_joints,)
-    assert stiffnesses.min() >= STIFFEST / GRADED * (1 - 1e-12)
-    assert stiffnesses.max() <= STIFFEST * (1 + 1e-12)
+    assert stiffnesses.min() >= MAX_SPRING_STIFFNESS / GRADED_STIFFNESS_RATIO * (1 - 1e-12)
+    assert stiffnesses.max() <= MAX_SPRING_STIFFNESS * (1 + 1e-12)
     assert stiffnesses.max() > 2.0 * stiffnesses.min()
 
 
 def test_spread_springs_differ_and_stay_within_the_bounds():
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
-    stiffnesses = np.array([springs_of(folding, default_panel("hex"), compiled, name) for name in SPREAD])
-    assert stiffnesses.shape == (len(SPREAD), compiled.system.n_joints)
-    assert stiffnesses.min() >= SOFTEST
-    assert stiffnesses.max() <= STIFFEST
+    stiffnesses = np.array([springs_of(folding, default_panel("hex"), compiled, name) for name in SPREAD_SPRING_SETS])
+    assert stiffnesses.shape == (len(SPREAD_SPRING_SETS), compiled.system.n_joints)
+    assert stiffnesses.min() >= MIN_SPRING_STIFFNESS
+    assert stiffnesses.max() <= MAX_SPRING_STIFFNESS
     # eight points of a Sobol sequence lie one in each eighth of every coordinate
-    eighths = np.floor(8 * np.log(stiffnesses / SOFTEST) / np.log(STIFFEST / SOFTEST))
+    eighths = np.floor(
+        8 * np.log(stiffnesses / MIN_SPRING_STIFFNESS) / np.log(MAX_SPRING_STIFFNESS / MIN_SPRING_STIFFNESS)
+    )
     assert (np.sort(eighths, axis=0) == np.arange(8)[:, None]).all()
 
 
 def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
     folding = Folding.from_notation("hex:023234340000:3")
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
-    scenes = [with_springs(compiled, springs_of(folding, default_panel("hex"), compiled, name)) for name in SPREAD]
-    for checked in check(scenes, tolerance=1e-5):
+    scenes = [
+        with_springs(compiled, springs_of(folding, default_panel("hex"), compiled, name)) for name in SPREAD_SPRING_SETS
+    ]
+    for checked in check_deployments(scenes, tolerance=1e-5):
         assert checked.outcome != "out of steps"
         assert checked.evaluations < 20_000
 
@@ -354,14 +364,14 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
     for one, two in zip(changed.system.drives, anew.system.drives, strict=True):
         assert one.law == two.law
         assert one.damping == pytest.approx(two.damping, rel=1e-12)
-    (one,), (two,) = check([changed]), check([anew])
+    (one,), (two,) = check_deployments([changed]), check_deployments([anew])
     assert (one.outcome, one.clear) == (two.outcome, two.clear)
     assert one.end_time == pytest.approx(two.end_time, rel=1e-9)
 
 
 def test_a_verdict_has_a_reason():
     linkage = Folding.from_notation("hex:02234400:1").linkage()
-    (checked,) = check([compile_scene(linkage, DEFAULT)])
+    (checked,) = check_deployments([compile_scene(linkage, DEFAULT)])
     assert checked.verdict == "collides"
     labels = labels_of(linkage)
     assert checked.reason(labels) == f"panels 4 and 7 collide at {checked.collision[0]:.4g} s"

@@ -11,7 +11,7 @@ import pytest
 from store_samples import begin, record, sample
 
 from hcsearch.basics.errors import DatabaseError, SceneError
-from hcsearch.designs.records import NONE, Evidence, Lock, MobilityBatch, StageResult, Trial, WorkKey
+from hcsearch.designs.records import NO_NUMBER, Evidence, MobilityBatch, StageResult, StoredLock, Trial, WorkKey
 from hcsearch.store import (
     find_design,
     find_scene,
@@ -39,7 +39,7 @@ def mobility(locked=False):
         name: np.full(4, value)
         for name, value in (("dof", 6), ("dof_folded", 7), ("dof_flat", 6), ("merged_panels", 0))
     }
-    none = {name: np.full(4, NONE) for name in ("kutzbach_merged", "dof_merged")}
+    none = {name: np.full(4, NO_NUMBER) for name in ("kutzbach_merged", "dof_merged")}
     locks = {name: np.array([False] * 3 + [locked]) for name in ("locked", "locked_hinged")}
     return MobilityBatch(kutzbach=6, **numbers, **none, **locks)
 
@@ -449,7 +449,7 @@ def test_what_is_undecided_is_listed_until_its_budget_is_spent(listed):
     assert undecided(listed, replace(work, n=10)) == []
     assert undecided(listed, replace(work, scene="solar")) == []
     assert undecided(listed, replace(work, target="hex:other")) == []
-    evidence = Evidence(3, Lock("rigid", False, "packed", 106, 865, 1e-4), None, 2.5e-3)
+    evidence = Evidence(3, StoredLock("rigid", False, "packed", 106, 865, 1e-4), None, 2.5e-3)
     verdicts = verdicts_of([CUT])
     verdicts = replace(verdicts, motion=replace(verdicts.motion, evidence=[evidence]))
     record_settled(listed, begin(listed, WORK), work, "k", verdicts, RESULTS)
@@ -463,7 +463,7 @@ def test_what_is_undecided_is_listed_until_its_budget_is_spent(listed):
 
 
 def test_a_kinematic_lock_is_known_as_one(listed):
-    evidence = Evidence(3, Lock("hinged", True, "flat", 4, 42))
+    evidence = Evidence(3, StoredLock("hinged", True, "flat", 4, 42))
     verdicts = verdicts_of([LOCKED])
     motion = replace(verdicts.motion, reason=["they are kept apart"], evidence=[evidence])
     assert motion.locked.tolist() == [True]

@@ -20,9 +20,9 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch.scenes import SCENES
 from hcsearch.shape.labels import Labels
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.choice import SpringSet
-from hcsearch.springs.tuning.facts import advice, shopping
+from hcsearch.springs.tuning.facts import shopping_sentence, tuning_advice
 from hcsearch.springs.tuning.robustness import Robustness
 from hcsearch.springs.tuning.tuning import Tuning
 from hcsearch.store import open_readonly, select
@@ -114,9 +114,9 @@ def test_files_give_the_scene_and_the_formulation():
 def advised(confirmed, failures, samples=64):
     """What `tune` says first of a set with some failures among its samples."""
     chance = None if samples is None else Robustness(samples, failures, failures)
-    check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
+    check = DeploymentCheck("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
     one = replace(SpringSet((0.1,), check), robustness=chance, deployment=Mock(deploys=confirmed))
-    return advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
+    return tuning_advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
 
 
 @pytest.mark.parametrize(
@@ -133,14 +133,14 @@ def advised(confirmed, failures, samples=64):
     ],
 )
 def test_what_to_buy_is_counted_by_hinges(catalogue, stiffnesses, line):
-    check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
+    check = DeploymentCheck("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
     one = SpringSet(stiffnesses, check, deployment=Mock(deploys=True))
     labels = Labels(("0",), ("0", "3", "4", "6", "8"))
     tuning = Tuning(SCENES["default"], "constrained", (), one, one, one, 1, 0, False, labels, catalogue=catalogue)
-    assert shopping(tuning) == line
+    assert shopping_sentence(tuning) == line
     unsure = replace(one, deployment=None)
-    assert "none is certified clear" in shopping(replace(tuning, rounded=unsure))
-    assert "give more --evaluations" in shopping(replace(tuning, rounded=None))
+    assert "none is certified clear" in shopping_sentence(replace(tuning, rounded=unsure))
+    assert "give more --evaluations" in shopping_sentence(replace(tuning, rounded=None))
 
 
 def test_a_verdict_in_doubt_does_not_shine():
@@ -248,9 +248,9 @@ def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
 
 
 def test_ctrl_c_leaves_what_was_found(monkeypatch):
-    from hcsearch.springs.tuning.ledger import Ledger
+    from hcsearch.springs.tuning.ledger import DatabaseMemory
 
-    record, calls = Ledger.record, []
+    record, calls = DatabaseMemory.record, []
 
     def pressed(self, checks):
         record(self, checks)
@@ -258,11 +258,11 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
         if len(calls) == 4:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(Ledger, "record", pressed)
+    monkeypatch.setattr(DatabaseMemory, "record", pressed)
     result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--output", "found.toml"], standalone_mode=False)
     assert isinstance(result.exception, click.Abort)
     assert "tuned" in result.stdout
-    monkeypatch.setattr(Ledger, "record", record)
+    monkeypatch.setattr(DatabaseMemory, "record", record)
     assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
     printed = json.loads(run("tune", DESIGN, *QUICK, "--json"))
     assert printed["known_before"] + printed["samples_known_before"] >= sum(map(len, calls))

@@ -8,27 +8,33 @@ import pytest
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.collision.reaches import slack_of
 from hcsearch.scenes import SCENES
-from hcsearch.scenes.setup import SOFTEST, STIFFEST, settle, with_stiffnesses
-from hcsearch.springs.deployment.deploying import deploy
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS, setup_of_scene, with_stiffnesses
+from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.springs import tied_hinges
 from hcsearch.springs.tuning import tuning
-from hcsearch.springs.tuning.evaluation import Evaluator, Own
-from hcsearch.springs.tuning.objective import objective
+from hcsearch.springs.tuning.evaluation import Evaluator, RunMemory
+from hcsearch.springs.tuning.objective import tuning_objective
 from hcsearch.springs.tuning.robustness import Spread
-from hcsearch.springs.tuning.search import APART, SpringSearch, first_generation, spread_out, summary
-from hcsearch.springs.tuning.tuning import tune
+from hcsearch.springs.tuning.search import (
+    DISTINCT_STIFFNESS_SHARE,
+    SpringSearch,
+    check_summary,
+    first_generation,
+    stiffnesses_of_groups,
+)
+from hcsearch.springs.tuning.tuning import tune_springs
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
 NAME = "hex:0233340501:3"
-GOOD = Check("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
+GOOD = DeploymentCheck("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
 QUICK = {"evaluations": 60, "samples": 6}
 
 
 @pytest.fixture(scope="module")
 def tuned():
-    return tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    return tune_springs(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
 
 
 def test_what_is_found_comes_flat_certified_clear(tuned):
@@ -36,8 +42,11 @@ def test_what_is_found_comes_flat_certified_clear(tuned):
     for one in (tuned.best, tuned.rounded):
         assert one.confirmed
         assert one.check.deploys
-        again = deploy(
-            linkage, with_stiffnesses(settle(DEFAULT, linkage), one.stiffnesses), tuned.formulation, tolerance=1e-6
+        again = simulate_deployment(
+            linkage,
+            with_stiffnesses(setup_of_scene(DEFAULT, linkage), one.stiffnesses),
+            tuned.formulation,
+            tolerance=1e-6,
         )
         assert (again.outcome, again.clearance.kind) == ("flat", "clear")
         assert one.deployment.flat_time == again.flat_time
@@ -49,13 +58,13 @@ def test_what_is_found_comes_flat_certified_clear(tuned):
 def test_springs_keep_to_bounds_symmetry_and_catalogue(tuned):
     for hinges in tuned.tied:
         assert len({tuned.best.stiffnesses[hinge] for hinge in hinges}) == 1
-    assert min(tuned.best.stiffnesses) >= SOFTEST
-    assert max(tuned.best.stiffnesses) <= STIFFEST
+    assert min(tuned.best.stiffnesses) >= MIN_SPRING_STIFFNESS
+    assert max(tuned.best.stiffnesses) <= MAX_SPRING_STIFFNESS
     assert set(np.round(tuned.rounded.stiffnesses, 9)) <= {0.0, 0.07, 0.1, 0.14, 0.17, 0.2}
 
 
 def test_the_same_arguments_find_the_same(tuned):
-    again = tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    again = tune_springs(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
     assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.rounded.stiffnesses == tuned.rounded.stiffnesses
     assert again.best.robustness == tuned.best.robustness
@@ -65,21 +74,21 @@ def test_the_same_arguments_find_the_same(tuned):
 def test_a_tuning_that_was_stopped_goes_on(tuned, monkeypatch):
     memory = Stopping(after=4)
     linkage = linkage_named(NAME)
-    stopped = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    stopped = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert stopped.interrupted
     assert stopped.best.robustness is None
     known = len(memory.known)
     memory.after = 10**9
-    whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    whole = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert whole.best.stiffnesses == tuned.best.stiffnesses
     assert whole.recalled + whole.samples_recalled >= known > 0
-    monkeypatch.setattr("hcsearch.springs.tuning.evaluation.check", None)
-    again = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    monkeypatch.setattr("hcsearch.springs.tuning.evaluation.check_deployments", None)
+    again = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.recalled == again.evaluations
 
 
-class Stopping(Own):
+class Stopping(RunMemory):
     """A memory during whose n-th note Ctrl-C is pressed."""
 
     def __init__(self, after):
@@ -99,23 +108,25 @@ class Stopping(Own):
 @pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
-    tuned = tune(linkage, SCENES[scene], samples=4)
+    tuned = tune_springs(linkage, SCENES[scene], samples=4)
     assert tuned.start.check.clear is False
     assert tuned.formulation == "compliant"
     assert tuned.best.confirmed
-    again = deploy(linkage, with_stiffnesses(settle(SCENES[scene], linkage), tuned.best.stiffnesses), tuned.formulation)
+    again = simulate_deployment(
+        linkage, with_stiffnesses(setup_of_scene(SCENES[scene], linkage), tuned.best.stiffnesses), tuned.formulation
+    )
     assert (again.outcome, again.clearance.kind) == ("flat", "clear")
 
 
 def test_what_springs_that_close_loops_give_way_counts_in_the_objective_alone():
     linkage = linkage_named("thesis-4x4")
-    tied = tied_hinges(linkage, settle(DEFAULT, linkage).held)
-    springs = spread_out([0.1397, 0.0125, 0.1972, 0.1146, 0.0248, 0.0437, 0.1423], tied)
+    tied = tied_hinges(linkage, setup_of_scene(DEFAULT, linkage).held)
+    springs = stiffnesses_of_groups([0.1397, 0.0125, 0.1972, 0.1146, 0.0248, 0.0437, 0.1423], tied)
     evaluator = Evaluator(linkage, DEFAULT, "compliant")
     (quick,) = evaluator.of_springs([springs])
     assert quick.deploys
     assert evaluator.slack(quick) == pytest.approx(slack_of(linkage, quick.opening))
-    assert evaluator.value(quick) == objective(quick, evaluator.slack(quick)) > objective(quick)
+    assert evaluator.value(quick) == tuning_objective(quick, evaluator.slack(quick)) > tuning_objective(quick)
     exact = Evaluator(linkage, DEFAULT, "constrained")
     assert exact.slack(quick) == 0.0
 
@@ -124,13 +135,15 @@ class Bowl:
     """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
 
     formulation = "constrained"
-    setup = settle(replace(DEFAULT, spring_range=(SOFTEST, STIFFEST)), linkage_named(NAME))
+    setup = setup_of_scene(
+        replace(DEFAULT, spring_range=(MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS)), linkage_named(NAME)
+    )
 
     def __init__(self, least):
         self.least, self.asked = np.log(least), []
 
     def value(self, check):
-        return objective(check)
+        return tuning_objective(check)
 
     def of_springs(self, sets):
         self.asked += [tuple(one) for one in sets]
@@ -149,7 +162,7 @@ def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
     search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note))
     start = np.full(4, 0.1)
-    search.run(start, first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
+    search.run(start, first_generation(start, TIED, seed, (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS)))
     return bowl, search, notes
 
 
@@ -176,7 +189,7 @@ def test_candidates_are_the_best_and_differ():
     assert np.array_equal(sets[0], search.best.stiffnesses)
     for i, one in enumerate(sets):
         for other in sets[:i]:
-            assert np.abs(np.log(one / other)).max() > APART
+            assert np.abs(np.log(one / other)).max() > DISTINCT_STIFFNESS_SHARE
 
 
 def test_the_search_leaves_the_shared_generator_alone():
@@ -186,28 +199,31 @@ def test_the_search_leaves_the_shared_generator_alone():
 
 
 def test_tied_groups_are_spread_out_to_four_digits():
-    assert spread_out([0.123456, 0.1, 0.2], TIED).tolist() == [0.1235, 0.1, 0.2, 0.1235]
+    assert stiffnesses_of_groups([0.123456, 0.1, 0.2], TIED).tolist() == [0.1235, 0.1, 0.2, 0.1235]
 
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
     first = first_generation(
-        np.full(12, 0.1), tied_hinges(linkage, settle(DEFAULT, linkage).held), 0, (SOFTEST, STIFFEST)
+        np.full(12, 0.1),
+        tied_hinges(linkage, setup_of_scene(DEFAULT, linkage).held),
+        0,
+        (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
     )
-    chosen = tuning._evaluator(linkage, settle(DEFAULT, linkage), None, first[:3], None)
+    chosen = tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
 
 
 def test_checks_are_told_in_a_few_words():
-    assert summary(GOOD) == "flat, clear by 1 mm"
-    assert summary(replace(GOOD, gap=None)) == "flat, clear"
-    assert summary(replace(GOOD, clear=False)) == "flat, collides"
-    assert summary(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
+    assert check_summary(GOOD) == "flat, clear by 1 mm"
+    assert check_summary(replace(GOOD, gap=None)) == "flat, clear"
+    assert check_summary(replace(GOOD, clear=False)) == "flat, collides"
+    assert check_summary(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
 
 
 def test_a_set_without_samples_is_told_without_a_probability():
-    tuned = tune(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
+    tuned = tune_springs(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
     assert tuned.best.confirmed
     assert tuned.best.robustness is None
     assert tuned.rounded is None
@@ -215,14 +231,14 @@ def test_a_set_without_samples_is_told_without_a_probability():
 
 def test_deploys_wants_flat_and_clear():
     linkage = linkage_named(NAME)
-    assert deploy(linkage, DEFAULT).deploys
-    assert not deploy(linkage, DEFAULT, certified=False).deploys
-    assert not deploy(linkage, replace(DEFAULT, seconds=0.01)).deploys
+    assert simulate_deployment(linkage, DEFAULT).deploys
+    assert not simulate_deployment(linkage, DEFAULT, certified=False).deploys
+    assert not simulate_deployment(linkage, replace(DEFAULT, seconds=0.01)).deploys
 
 
 def test_nothing_worse_than_the_start_is_told():
     # its quick check, of a coarse simulation, cannot tell; precisely it comes flat and clear
-    tuned = tune(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
+    tuned = tune_springs(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
     assert tuned.start.confirmed
     assert tuned.best.confirmed
 
@@ -231,13 +247,13 @@ def test_nothing_worse_than_the_start_is_told():
     ("name", "evaluations", "samples"), [(NAME, 1, 2), (NAME, 4, 0), (NAME, 17, 2), ("thesis-4x4", 17, 0)]
 )
 def test_no_more_sets_are_tried_than_asked(name, evaluations, samples):
-    tuned = tune(linkage_named(name), DEFAULT, evaluations=evaluations, samples=samples, catalogue=(0.07, 0.1))
+    tuned = tune_springs(linkage_named(name), DEFAULT, evaluations=evaluations, samples=samples, catalogue=(0.07, 0.1))
     assert 1 <= tuned.evaluations <= evaluations
 
 
 @pytest.mark.parametrize("evaluations", [1, 5, 16, 40])
 def test_evaluations_are_counted_once_and_kept_to(evaluations):
-    class Counting(Own):
+    class Counting(RunMemory):
         stored = 0
 
         def record(self, checks):
@@ -245,12 +261,12 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
             super().record(checks)
 
     memory = Counting()
-    tuned = tune(
+    tuned = tune_springs(
         linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
     )
     assert tuned.evaluations == memory.stored <= evaluations
     assert tuned.recalled == 0
-    again = tune(
+    again = tune_springs(
         linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
     )
     assert again.recalled == again.evaluations == tuned.evaluations
@@ -271,4 +287,4 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
 )
 def test_what_cannot_be_tuned_is_refused(scene, formulation, message):
     with pytest.raises(HcsearchError, match=message):
-        tune(linkage_named(NAME), scene, formulation)
+        tune_springs(linkage_named(NAME), scene, formulation)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from hcsearch.cases.case import Case
 from hcsearch.motion.planning.motions import PlannedMotion
 from hcsearch.scenes import Scene
-from hcsearch.springs.drive.driving import find_motion
+from hcsearch.springs.drive.driving import find_drive_motion
 
 
 def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
@@ -17,12 +17,12 @@ def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
     so that all that is made of a folding is of one linkage, and only where none is proved in the other.
     """
     folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
-    motion = find_motion(folding, scene)
+    motion = find_drive_motion(folding, scene)
     path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path
     if motion.margin is None and case.look_of == "verdict" and path not in (None, case.look.pairs):
         assert path is not None
         other = replace(scene, flat_pairs=(path,))
-        proved = find_motion(folding, other)
+        proved = find_drive_motion(folding, other)
         if proved.margin is not None:
             said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
             return other, proved, case.told(said)

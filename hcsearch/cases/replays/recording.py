@@ -6,15 +6,15 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.vocabulary import Formulation
-from hcsearch.cases.replays.replay import Replay, thinned, turned
+from hcsearch.cases.replays.replay import Replay, accumulated_turn, thin_states
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deploying import Deployment
 from hcsearch.system.terminal import short
 
-FINE = 4
+REPLAY_SUBSTEP_COUNT = 4
 """States between two of a motion: steps are long where fold angles are smooth, and these are not straight."""
-NEAR = 2e-3
+REPLAY_ANGLE_TOLERANCE = 2e-3
 """What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
 
 _LOOPS: dict[Formulation, str] = {
@@ -33,12 +33,12 @@ def replay_of_deployment(
     design : as of `labels_of`. reason : what became of it, at other tolerances, too, where they were tried.
     """
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
-    shares = np.linspace(0.0, 1.0, FINE, endpoint=False)
+    shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
     at = np.append(between, motion.times[-1])
     q = motion.at(at)
     at, angles = _without_repeats(at, compiled.of_hinges(q, np.zeros_like(q))[0])
-    kept, error = thinned(at, angles, NEAR)
+    kept, error = thin_states(at, angles, REPLAY_ANGLE_TOLERANCE)
     end = float(at[-1]) if clearance is not None and clearance.kind == "clear" else None
     if clearance is not None and clearance.time is not None:
         end = clearance.time
@@ -59,17 +59,23 @@ def replay_of_deployment(
 
 
 def replay_of_path(
-    linkage: Linkage, states: Reals, title: str, *, margin: float | None, design: bool = True, near: float = NEAR
+    linkage: Linkage,
+    states: Reals,
+    title: str,
+    *,
+    margin: float | None,
+    design: bool = True,
+    near: float = REPLAY_ANGLE_TOLERANCE,
 ) -> Replay:
     """The replay of a planned path, (k, n_hinges), from packed to flat.
 
     margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
     shares of the path's length, the sum of what the hinges turn by. near : rad, allowed error of interpolation.
     """
-    length = turned(states)
+    length = accumulated_turn(states)
     at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
     at, states = _without_repeats(at, np.asarray(states, float))
-    kept, error = thinned(at, states, near)
+    kept, error = thin_states(at, states, near)
     proved = "not proved" if margin is None else f"proved with {short(1e3 * margin, 2)} mm of play on every face"
     return Replay(
         linkage=linkage,

@@ -14,8 +14,8 @@ from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.system.notebooks import notebook_view
 
-Axis = Literal["time", "path"]
-FLAT = 0.02
+ReplayAxis = Literal["time", "path"]
+REPLAY_FLAT_ANGLE = 0.02
 """Greatest fold angle at which a motion counts as flat, rad: springs are simulated until all are below half of it."""
 
 
@@ -36,7 +36,7 @@ class Replay(ByValue):
 
     linkage: Linkage
     labels: Labels
-    axis: Axis
+    axis: ReplayAxis
     at: Reals
     angles: Reals
     certified: tuple[tuple[float, float], ...]
@@ -54,8 +54,8 @@ class Replay(ByValue):
 
     @property
     def ends_flat(self) -> bool:
-        """Whether the last state is the flat one, to within `FLAT`: springs may be too slow, or held up."""
-        return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= FLAT)
+        """Whether the last state is flat to within `REPLAY_FLAT_ANGLE`: springs may be too slow, or held up."""
+        return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= REPLAY_FLAT_ANGLE)
 
     @property
     def faults(self) -> str:
@@ -84,13 +84,13 @@ class Replay(ByValue):
         return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
 
 
-def turned(angles: Reals) -> Reals:
+def accumulated_turn(angles: Reals) -> Reals:
     """How far all hinges have turned until each of some states, (k,), rad in sum; angles : (k, n_hinges)."""
     steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def thinned(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
+def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
     """Numbers of the states to keep so that interpolation misses none of the others by more than a tolerance (rad).
 
     at : (k,), rising, perhaps with steps of no length, of which both states are kept. Each stretch is halved where it

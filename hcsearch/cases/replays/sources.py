@@ -18,16 +18,16 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.motion.planning.motions import PlannedMotion
-from hcsearch.scenes import DEFAULT, Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.deploying import deploy
-from hcsearch.springs.drive.driving import find_motion, why_not
+from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.drive.driving import find_drive_motion, no_drive_reason
 from hcsearch.store import Database, StoredPath, find_paths
 
-By = Literal["path", "springs"]
+ReplaySource = Literal["path", "springs"]
 
 
-def replay_case(case: Case, by: By | None = None) -> tuple[Replay, str]:
+def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str]:
     """Replay a motion of a case, and say what users should know of how its flat pairs are joined.
 
     by : `path`, from packed to flat: the one that a database holds of a judged folding, else planned in the scene;
@@ -41,7 +41,7 @@ def replay_case(case: Case, by: By | None = None) -> tuple[Replay, str]:
             replay, said = _planned(case, required=by == "path")
         if replay is not None and (by == "path" or replay.certified):
             return replay, said
-    deployment = deploy(case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
+    deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     if replay is not None and not deployment.deploys:
         return replay, said
     design = case.folding is not None
@@ -75,7 +75,7 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
     folding = case.to_move()
     if motion.states is None or motion.way is None:
         if required:
-            raise HcsearchError(why_not(folding, scene, motion))
+            raise HcsearchError(no_drive_reason(folding, scene, motion))
         return None, ""
     linkage = folding.linkage(case.panel, flat_pairs=motion.way)
     return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), said
@@ -84,11 +84,11 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
 def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
     """As `find_path`, in the way alone that gave the folding its status: springs open it where no path does."""
     scene = replace(case.scene, flat_pairs=case.allowed)
-    return scene, find_motion(case.to_move(), scene), case.driven_sentence
+    return scene, find_drive_motion(case.to_move(), scene), case.driven_sentence
 
 
 def stored_replays(
-    database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT
+    database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT_SCENE_NAME
 ) -> Iterator[tuple[StoredPath, Replay]]:
     """Give the replays of the paths that a database holds of the foldings of designs, by design and crease.
 

@@ -2,7 +2,7 @@
 
 from hcsearch.designs.grid.arrays import Array, check_size
 from hcsearch.designs.grid.specs import parse_array
-from hcsearch.designs.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
+from hcsearch.designs.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, LatticePoint, grid_named, grid_of
 
 __all__ = [
     "GRIDS",
@@ -10,7 +10,7 @@ __all__ = [
     "Cell",
     "Grid",
     "LatticeIsometry",
-    "Point",
+    "LatticePoint",
     "check_size",
     "grid_named",
     "grid_of",

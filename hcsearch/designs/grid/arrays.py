@@ -11,8 +11,8 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from hcsearch.basics.errors import ArrayError, NotationError, SizeError, expect
-from hcsearch.designs.grid.tilings import Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
+from hcsearch.basics.errors import ArrayError, NotationError, SizeError, expect_kind
+from hcsearch.designs.grid.tilings import Cell, Grid, LatticeIsometry, LatticePoint, grid_named, grid_of
 from hcsearch.shape.drawing import draw_array
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Array:
     @staticmethod
     def from_notation(text: str) -> Array:
         """Read the notation that `notation` writes, such as `square:f.f.f.f`."""
-        expect("the notation of an array", text, str, "a text, such as 'hex:e.f.7'")
+        expect_kind("the notation of an array", text, str, "a text, such as 'hex:e.f.7'")
         name, colon, body = text.partition(":")
         grid = grid_named(name)
         if not colon or not re.fullmatch(r"[0-9a-f]+(\.[0-9a-f]+)*", body):
@@ -71,7 +71,7 @@ class Array:
         return tuple(_cells(self.grid, self.rows))
 
     @cached_property
-    def points(self) -> tuple[Point, ...]:
+    def points(self) -> tuple[LatticePoint, ...]:
         """Lattice points of the cells, in the same order."""
         return tuple(map(self.grid.point, self.cells))
 
@@ -112,7 +112,7 @@ class Array:
         """Order of the array's symmetry group."""
         return sum(image.rows == self.rows for image in self._images)
 
-    def symmetries(self) -> list[tuple[LatticeIsometry, Point]]:
+    def symmetries(self) -> list[tuple[LatticeIsometry, LatticePoint]]:
         """The isometries that map the array onto itself, each with the translation that follows it."""
         least = min(self.points)
         pairs = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from hcsearch.basics.errors import ArrayError, NotationError, expect
+from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
 from hcsearch.designs.grid.arrays import Array, check_size
 from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
 from hcsearch.system.reading import read_text
@@ -25,7 +25,7 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     10
     """
     grid = grid_of(grid)
-    expect("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
+    expect_kind("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
     if spec.startswith("@"):
         return Array.from_cells(grid, _read_cells(grid, spec[1:]))
     if ":" in spec:

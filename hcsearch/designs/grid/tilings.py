@@ -16,7 +16,7 @@ from functools import cached_property
 from hcsearch.basics.errors import NotationError
 
 Cell = tuple[int, ...]
-Point = tuple[int, int]
+LatticePoint = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class LatticeIsometry:
     offset: int
     matrix: tuple[int, int, int, int]
 
-    def __call__(self, point: Point) -> Point:
+    def __call__(self, point: LatticePoint) -> LatticePoint:
         """Image of a lattice point."""
         a, b, c, d = self.matrix
         x, y = point
@@ -48,7 +48,7 @@ class Grid:
 
     name: str
     directions: int
-    steps: tuple[Point, ...]
+    steps: tuple[LatticePoint, ...]
     turns: tuple[int, ...]
     first_directions: tuple[int, ...] = (0,)
 
@@ -78,7 +78,7 @@ class Grid:
         matrix = (px * by - qx * ay, qx * ax - px * bx, py * by - qy * ay, qy * ax - py * bx)
         return LatticeIsometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
 
-    def point(self, cell: Cell) -> Point:
+    def point(self, cell: Cell) -> LatticePoint:
         """The lattice point of a cell, in exact integers."""
         if self.is_triangle:
             x, y, u = cell
@@ -86,7 +86,7 @@ class Grid:
         x, y = cell
         return (x, y)
 
-    def cell(self, point: Point) -> Cell:
+    def cell(self, point: LatticePoint) -> Cell:
         """The cell at a lattice point."""
         x, y = point
         if self.is_triangle:
@@ -110,14 +110,14 @@ class Grid:
             [moves[(g.sign * d + g.offset) % self.directions] for d in range(self.directions)] for g in self.point_group
         ]
 
-    def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
+    def neighbours(self, point: LatticePoint) -> Iterator[tuple[int, LatticePoint]]:
         """The cells that share an edge with the cell at a lattice point, as directions and lattice points."""
         parity = (point[0] % 3 - 1, 2) if self.is_triangle else (0, 1)
         for d in range(parity[0], self.directions, parity[1]):
             yield d, (point[0] + self.steps[d][0], point[1] + self.steps[d][1])
 
     @staticmethod
-    def edge(a: Point, b: Point) -> Point:
+    def edge(a: LatticePoint, b: LatticePoint) -> LatticePoint:
         """Exact coordinates of the edge between two neighbouring cells: twice its midpoint."""
         return (a[0] + b[0], a[1] + b[1])
 
@@ -133,7 +133,7 @@ class Grid:
         """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
         return list(map(self._corner_position, self.lattice_corners(cell)))
 
-    def lattice_corners(self, cell: Cell) -> list[Point]:
+    def lattice_corners(self, cell: Cell) -> list[LatticePoint]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
 
         Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; those of
@@ -145,7 +145,7 @@ class Grid:
         fine = 1 if self.is_triangle else self.directions // 2
         return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
 
-    def _corner_position(self, corner: Point) -> tuple[float, float]:
+    def _corner_position(self, corner: LatticePoint) -> tuple[float, float]:
         """Cartesian coordinates of a corner: a constant times whole numbers, so that mirror images are exact."""
         x, y = corner
         if self.directions == 4:
@@ -159,7 +159,7 @@ class Grid:
 
         Vertices are numbered in the order in which cells name them.
         """
-        numbers: dict[Point, int] = {}
+        numbers: dict[LatticePoint, int] = {}
         faces = [
             tuple(numbers.setdefault(corner, len(numbers)) for corner in self.lattice_corners(cell)) for cell in cells
         ]
@@ -174,9 +174,9 @@ class Grid:
         return [(radius * math.cos(first + turn * d - half), radius * math.sin(first + turn * d - half)) for d in faces]
 
 
-_AXIAL: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
-_TRIANGLE: tuple[Point, ...] = ((1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2), (2, -1))
-_SQUARE: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 0), (0, -1))
+_AXIAL: tuple[LatticePoint, ...] = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
+_TRIANGLE: tuple[LatticePoint, ...] = ((1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2), (2, -1))
+_SQUARE: tuple[LatticePoint, ...] = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 GRIDS: dict[str, Grid] = {
     grid.name: grid

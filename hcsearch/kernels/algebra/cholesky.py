@@ -9,7 +9,7 @@ from hcsearch.kernels.compiling.compiled import lean
 
 
 @lean
-def factor(matrix: Reals, damping: float) -> bool:
+def factor_symmetric(matrix: Reals, damping: float) -> bool:
     """Write the factor of a symmetric matrix and damping into its lower triangle; whether it has one."""
     for i in range(len(matrix)):
         matrix[i, i] += damping

@@ -11,24 +11,24 @@ import math
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 
-Vector = tuple[float, float, float]
-Symmetric = tuple[float, float, float, float, float, float]
+Vector3 = tuple[float, float, float]
+SymmetricMatrix = tuple[float, float, float, float, float, float]
 
 
 @lean
-def at(table: Reals, i: int, column: int) -> Vector:
+def vector_at(table: Reals, i: int, column: int) -> Vector3:
     """The vector in row i from a column on."""
     return table[i, column], table[i, column + 1], table[i, column + 2]
 
 
 @lean
-def put(table: Reals, i: int, column: int, v: Vector) -> None:
+def put_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
     """Write a vector into row i from a column on."""
     table[i, column], table[i, column + 1], table[i, column + 2] = v
 
 
 @lean
-def add(table: Reals, i: int, column: int, v: Vector) -> None:
+def add_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
     """Add a vector to the one in row i from a column on."""
     table[i, column] += v[0]
     table[i, column + 1] += v[1]
@@ -36,49 +36,49 @@ def add(table: Reals, i: int, column: int, v: Vector) -> None:
 
 
 @lean
-def plus(a: Vector, b: Vector) -> Vector:
+def vector_sum(a: Vector3, b: Vector3) -> Vector3:
     """The sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @lean
-def minus(a: Vector, b: Vector) -> Vector:
+def vector_difference(a: Vector3, b: Vector3) -> Vector3:
     """The first vector less the second."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @lean
-def times(s: float, a: Vector) -> Vector:
+def scaled_vector(s: float, a: Vector3) -> Vector3:
     """A number times a vector."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @lean
-def dot(a: Vector, b: Vector) -> float:
+def dot(a: Vector3, b: Vector3) -> float:
     """The scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @lean
-def cross(a: Vector, b: Vector) -> Vector:
+def cross(a: Vector3, b: Vector3) -> Vector3:
     """The vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @lean
-def turned(table: Reals, i: int, column: int, a: Vector) -> Vector:
+def rotated(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     """The 3 x 3 matrix in row i from a column on, times a vector."""
     return (
-        dot(at(table, i, column), a),
-        dot(at(table, i, column + 3), a),
-        dot(at(table, i, column + 6), a),
+        dot(vector_at(table, i, column), a),
+        dot(vector_at(table, i, column + 3), a),
+        dot(vector_at(table, i, column + 6), a),
     )
 
 
 @lean
-def turned_back(table: Reals, i: int, column: int, a: Vector) -> Vector:
+def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     """The transpose of the 3 x 3 matrix in row i from a column on, times a vector."""
-    x, y, z = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
+    x, y, z = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
     return (
         x[0] * a[0] + y[0] * a[1] + z[0] * a[2],
         x[1] * a[0] + y[1] * a[1] + z[1] * a[2],
@@ -87,7 +87,7 @@ def turned_back(table: Reals, i: int, column: int, a: Vector) -> Vector:
 
 
 @lean
-def symmetric(table: Reals, i: int, column: int) -> Symmetric:
+def symmetric_at(table: Reals, i: int, column: int) -> SymmetricMatrix:
     """The symmetric matrix in row i from a column on."""
     return (
         table[i, column],
@@ -100,21 +100,21 @@ def symmetric(table: Reals, i: int, column: int) -> Symmetric:
 
 
 @lean
-def add_symmetric(table: Reals, i: int, column: int, s: Symmetric) -> None:
+def add_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> None:
     """Add a symmetric matrix to the one in row i from a column on."""
     for k in range(6):
         table[i, column + k] += s[k]
 
 
 @lean
-def product(s: float, a: Vector) -> Symmetric:
+def outer_product(s: float, a: Vector3) -> SymmetricMatrix:
     """The symmetric matrix s a a^T."""
-    x, y, z = times(s, a)
+    x, y, z = scaled_vector(s, a)
     return x * a[0], y * a[1], z * a[2], x * a[1], x * a[2], y * a[2]
 
 
 @lean
-def applied(s: Symmetric, a: Vector) -> Vector:
+def apply_symmetric(s: SymmetricMatrix, a: Vector3) -> Vector3:
     """A symmetric matrix times a vector."""
     return (
         s[0] * a[0] + s[3] * a[1] + s[4] * a[2],
@@ -124,15 +124,15 @@ def applied(s: Symmetric, a: Vector) -> Vector:
 
 
 @lean
-def conjugated(table: Reals, i: int, column: int, s: Symmetric) -> Symmetric:
+def rotated_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> SymmetricMatrix:
     """R S R^T for the rotation in row i from a column on."""
-    rx, ry, rz = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
-    x, y, z = applied(s, rx), applied(s, ry), applied(s, rz)
+    rx, ry, rz = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
+    x, y, z = apply_symmetric(s, rx), apply_symmetric(s, ry), apply_symmetric(s, rz)
     return dot(rx, x), dot(ry, y), dot(rz, z), dot(rx, y), dot(rx, z), dot(ry, z)
 
 
 @lean
-def rotation(axis: Vector, angle: float) -> tuple[Vector, Vector, Vector]:
+def rotation(axis: Vector3, angle: float) -> tuple[Vector3, Vector3, Vector3]:
     """Columns of the rotation about an axis of unit length, less the unit matrix."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
@@ -145,7 +145,7 @@ def rotation(axis: Vector, angle: float) -> tuple[Vector, Vector, Vector]:
 
 
 @lean
-def turn_row(r: Vector, columns: tuple[Vector, Vector, Vector]) -> Vector:
+def turn_row(r: Vector3, columns: tuple[Vector3, Vector3, Vector3]) -> Vector3:
     """A row of a rotation that is followed, in its own axes, by another, whose columns `rotation` gives."""
     x, y, z = columns
     return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)

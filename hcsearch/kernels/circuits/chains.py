@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-FAR = 32767
+UNREACHED_DISTANCE = 32767
 
 
 class Plane(NamedTuple):
@@ -40,7 +40,7 @@ class Plane(NamedTuple):
     turned: bool
 
 
-class Chains(NamedTuple):
+class HalfChains(NamedTuple):
     """Half-chains of one key, grouped by the alternating sum of their turns.
 
     codes, back : the code, and the code of the chain walked from its end.
@@ -67,7 +67,7 @@ def _walk(
     bit: NDArray[np.int16],
     blocked: NDArray[np.uint8],
     sizes: NDArray[np.int64],
-    chains: Chains,
+    chains: HalfChains,
 ) -> int:
     """Walk the half-chains that begin at home, in ascending order of their codes; return how many there are.
 
@@ -165,8 +165,8 @@ def _walk(
 
 
 @compiled
-def _room(n_chains: int, h: int, words: int) -> Chains:
-    return Chains(
+def _room(n_chains: int, h: int, words: int) -> HalfChains:
+    return HalfChains(
         np.empty(n_chains, np.uint64),
         np.empty(n_chains, np.uint64),
         np.empty(n_chains, np.int16),
@@ -194,10 +194,10 @@ def _steps_between(plane: Plane, end: int, place: int) -> int:
 
 
 @compiled
-def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> Chains:
+def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> HalfChains:
     """The half-chains of one key."""
     size = len(plane.distance)
-    toward = np.full(size, np.int16(FAR))
+    toward = np.full(size, np.int16(UNREACHED_DISTANCE))
     blocked = np.zeros(size, np.uint8)
     for place in plane.reach:
         away = _steps_between(plane, end, place)
@@ -211,7 +211,7 @@ def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np
 
 
 @lean
-def _carry(chains: Chains, directions: int, mate: bool) -> None:
+def _carry(chains: HalfChains, directions: int, mate: bool) -> None:
     """Fill `carried`, of a first half-chain or of its mate.
 
     Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
@@ -240,7 +240,7 @@ def _carry(chains: Chains, directions: int, mate: bool) -> None:
 
 
 @compiled
-def _grouped(chains: Chains, starts: NDArray[np.int64], offset: int) -> Chains:
+def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> HalfChains:
     """The chains by ascending sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
     n_chains = len(chains.codes)
     starts[:] = 0
@@ -262,7 +262,7 @@ def _grouped(chains: Chains, starts: NDArray[np.int64], offset: int) -> Chains:
 
 
 @compiled
-def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[Chains, Chains, NDArray[np.int64]]:
+def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[HalfChains, HalfChains, NDArray[np.int64]]:
     """The half-chains of a key, those of the key they meet, and where each sum begins among the latter.
 
     key : last place and exit of the first half-chains, their number, and that of the others. Sum s of the others is at

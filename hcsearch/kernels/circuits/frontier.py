@@ -13,14 +13,24 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-SLOTS = 24
-PARITY = np.uint64(1 << 60)
-COMPLETE = -2
-DEAD = -1
-SATURATED = 1 << 61
+FRONTIER_SLOT_COUNT = 24
+PARITY_BIT = np.uint64(1 << 60)
+CHILD_COMPLETE = -2
+CHILD_DEAD = -1
+SATURATED_COUNT = 1 << 61
 
 # columns of a sweep's table, one row an edge (see `enumeration.sweep`)
-U, V, NEED_U, NEED_V, FREE_U, FREE_V, ENTERED, FORCED, MARKED = range(9)
+(
+    SWEEP_SLOT_U,
+    SWEEP_SLOT_V,
+    SWEEP_NEED_U,
+    SWEEP_NEED_V,
+    SWEEP_FREE_U,
+    SWEEP_FREE_V,
+    SWEEP_ENTERED,
+    SWEEP_FORCED,
+    SWEEP_MARKED,
+) = range(9)
 
 _BITS = np.uint64(5)
 _MASK = np.uint64(31)
@@ -79,7 +89,7 @@ def _degree(value: int) -> int:
 
 
 @lean
-def advance(
+def advance_states(
     step: NDArray[np.int64],
     full_lo: np.uint64,
     full_hi: np.uint64,
@@ -95,30 +105,30 @@ def advance(
     full_lo, full_hi : the state in which a closing edge completes a cycle: all slots in use at degree 2, parity right.
     child : shape (len(lo), 2), the state after 'out' and after 'in', DEAD, or COMPLETE where a cycle closes.
     """
-    u, v = step[U], step[V]
+    u, v = step[SWEEP_SLOT_U], step[SWEEP_SLOT_V]
     size = 0
     for i in range(len(lo)):
         a, b = _get(lo[i], hi[i], u), _get(lo[i], hi[i], v)
-        child[i, 0] = child[i, 1] = DEAD
-        if step[FORCED] == 0 and _degree(a) >= step[NEED_U] and _degree(b) >= step[NEED_V]:
+        child[i, 0] = child[i, 1] = CHILD_DEAD
+        if step[SWEEP_FORCED] == 0 and _degree(a) >= step[SWEEP_NEED_U] and _degree(b) >= step[SWEEP_NEED_V]:
             x, y = lo[i], hi[i]
-            if step[FREE_U]:
+            if step[SWEEP_FREE_U]:
                 x, y = _put(x, y, u, 0)
-            if step[FREE_V]:
+            if step[SWEEP_FREE_V]:
                 x, y = _put(x, y, v, 0)
             child[i, 0] = _find(x, y, table, next_lo, next_hi, size)
             size += child[i, 0] == size
-        if a == 1 or b == 1 or _degree(a) + 1 < step[NEED_U] or _degree(b) + 1 < step[NEED_V]:
+        if a == 1 or b == 1 or _degree(a) + 1 < step[SWEEP_NEED_U] or _degree(b) + 1 < step[SWEEP_NEED_V]:
             continue
         x, y = lo[i], hi[i]
-        if step[MARKED]:
-            x ^= PARITY
+        if step[SWEEP_MARKED]:
+            x ^= PARITY_BIT
         if a == 2 + v:
-            if step[ENTERED]:
+            if step[SWEEP_ENTERED]:
                 x, y = _put(x, y, u, 1)
                 x, y = _put(x, y, v, 1)
                 if x == full_lo and y == full_hi:
-                    child[i, 1] = COMPLETE
+                    child[i, 1] = CHILD_COMPLETE
             continue
         end_u = u if a == 0 else a - 2
         end_v = v if b == 0 else b - 2
@@ -126,9 +136,9 @@ def advance(
         x, y = _put(x, y, v, 1)
         x, y = _put(x, y, end_u, 2 + end_v)
         x, y = _put(x, y, end_v, 2 + end_u)
-        if step[FREE_U]:
+        if step[SWEEP_FREE_U]:
             x, y = _put(x, y, u, 0)
-        if step[FREE_V]:
+        if step[SWEEP_FREE_V]:
             x, y = _put(x, y, v, 0)
         child[i, 1] = _find(x, y, table, next_lo, next_hi, size)
         size += child[i, 1] == size
@@ -147,13 +157,13 @@ def add_counts(
             if to >= 0:
                 for limb in range(limbs):
                     after[to, limb] += counts[i, limb]
-            elif to == COMPLETE:
+            elif to == CHILD_COMPLETE:
                 for limb in range(limbs):
                     total[limb] += counts[i, limb]
 
 
 @lean
-def carry(counts: NDArray[np.int64]) -> bool:
+def carry_limbs(counts: NDArray[np.int64]) -> bool:
     """Bring every limb but the last below 2^32; return whether the last one no longer is."""
     overflow = False
     limbs = counts.shape[1]
@@ -174,14 +184,14 @@ def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts
             to = child[i, choice]
             if to >= 0:
                 total += after[to]
-            elif to == COMPLETE:
+            elif to == CHILD_COMPLETE:
                 total += 1
-        counts[i] = total if total < SATURATED else SATURATED
+        counts[i] = total if total < SATURATED_COUNT else SATURATED_COUNT
 
 
 @lean
 def _live(to: int, counts: NDArray[np.int64], offset: int) -> bool:
-    return to == COMPLETE or (to >= 0 and counts[offset + to] > 0)
+    return to == CHILD_COMPLETE or (to >= 0 and counts[offset + to] > 0)
 
 
 @compiled
@@ -211,7 +221,7 @@ def list_completions(
                 k -= 1
                 continue
             to = child[offsets[k] + node[k], choice[k]]
-            if to == COMPLETE:
+            if to == CHILD_COMPLETE:
                 for e in range(layer, k + 1):
                     if choice[e] == 1:
                         masks[at, e >> 6] |= _ONE << np.uint64(63 - (e & 63))

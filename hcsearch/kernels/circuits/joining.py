@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.circuits.chains import Chains, Plane
+from hcsearch.kernels.circuits.chains import HalfChains, Plane
 from hcsearch.kernels.compiling.compiled import lean
 
 
@@ -111,7 +111,7 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
 def join_chains(
     plane: Plane,
     key: NDArray[np.int64],
-    lists: tuple[Chains, Chains, NDArray[np.int64]],
+    lists: tuple[HalfChains, HalfChains, NDArray[np.int64]],
     untwisted: bool,
     part: int,
     parts: int,

@@ -13,13 +13,23 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.collision.intervals import Book, Course, begin, book_for, bound, halve, nearest, relate, spheres
+from hcsearch.kernels.collision.intervals import (
+    Course,
+    IntervalTables,
+    bound_gap,
+    halve_interval,
+    new_interval_tables,
+    pair_distance,
+    sphere_gap_bound,
+    start_step_intervals,
+    write_relative_pose,
+)
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.linkage.reaches import PrismPairs
 
-SHORTEST = 0.5**20
+MIN_DIP_INTERVAL = 0.5**20
 """Share of a step below which gaps are not known better than they are."""
 
 
@@ -38,28 +48,28 @@ class _Dips(NamedTuple):
 
 @compiled
 def smallest_dip(
-    chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, rise: float, resolution: float
+    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, rise: float, resolution: float
 ) -> tuple[float, int]:
     """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one.
 
     Also returns how often the gap of a pair was bounded.
     """
-    book = book_for(chain, prisms, pairs, course)
+    book = new_interval_tables(chain, prisms, pairs, course)
     count = len(pairs.prisms)
     dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))
     _rise(prisms, pairs, rise, book, dips)
     looks = 0
     for k in range(len(course.times) - 1):
-        h = begin(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]
             looks += book.counts[top]
-            left = _fall(prisms, pairs, rise, resolution, share * h, share <= SHORTEST, top, book, dips)
+            left = _fall(prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, book, dips)
             if not left:
                 top -= 1
             else:
-                halve(chain, left, top, book)
+                halve_interval(chain, left, top, book)
                 top += 1
         _rise(prisms, pairs, rise, book, dips)
     return dips.best[0], looks
@@ -68,13 +78,13 @@ def smallest_dip(
 @lean
 def _fall(
     prisms: Prisms,
-    pairs: Pairs,
+    pairs: PrismPairs,
     rise: float,
     resolution: float,
     wait: float,
     last: bool,
     top: int,
-    book: Book,
+    book: IntervalTables,
     dips: _Dips,
 ) -> int:
     """Book how far gaps fall in an interval, a time `wait` long; pairs of which that is not known move to the front."""
@@ -84,7 +94,7 @@ def _fall(
         need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
         if need <= 0.0:
             continue
-        low, first, second = bound(prisms, pairs, p, need, wait, top, book)
+        low, first, second = bound_gap(prisms, pairs, p, need, wait, top, book)
         low = max(low, 0.0)
         if low >= need:
             continue
@@ -100,15 +110,15 @@ def _fall(
 
 
 @lean
-def _rise(prisms: Prisms, pairs: Pairs, rise: float, book: Book, dips: _Dips) -> None:
+def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
     """Close the dips of pairs that have risen at the end of a step."""
     for p in range(len(pairs.prisms)):
         gap, enough = book.spare[p], dips.best[0] + rise
         if not gap > enough:  # else it is wide enough, whatever it is
-            relate(prisms, pairs, p, book.highs[0], book.seen[1])
-            gap = spheres(prisms, pairs, p, book.seen[1])
+            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[1])
+            gap = sphere_gap_bound(prisms, pairs, p, book.seen[1])
             if not gap > enough:
-                gap = nearest(prisms, pairs, p, book.seen[1], book)[0]
+                gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
             book.spare[p] = gap
         dips.widest[p] = max(dips.widest[p], gap)
         if gap >= dips.lows[p] + rise:

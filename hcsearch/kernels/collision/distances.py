@@ -11,28 +11,35 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
-from hcsearch.kernels.collision.simplices import across_edge, across_flat, nearest, normal, side_with_last, unit
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, scaled_vector, vector_difference
+from hcsearch.kernels.collision.simplices import (
+    across_edge,
+    across_flat,
+    nearest_simplex_point,
+    side_with_last,
+    simplex_normal,
+    unit_vector,
+)
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
-Corners = tuple[int, int, int, int]
+SimplexCorners = tuple[int, int, int, int]
 """Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""
-BITS = 20
-MASK = (1 << BITS) - 1
-Answer = tuple[float, Vector, Corners]
+CORNER_INDEX_BITS = 20
+CORNER_INDEX_MASK = (1 << CORNER_INDEX_BITS) - 1
+HullGap = tuple[float, Vector3, SimplexCorners]
 
-EXACT = 1e-14
+DISTANCE_RELATIVE_TOLERANCE = 1e-14
 """Both bounds of a distance agree where they differ by no more than this share of the coordinates."""
-SHORTEST = 1e-100
+MIN_DIRECTION_LENGTH = 1e-100
 """Squares of vectors shorter than this lose their digits; one is no direction to start from."""
-ROUNDS = 50
+MAX_SIMPLEX_STEPS = 50
 """Steps after which a search is stuck; ten are many."""
 
 
 @lean
-def proximity(
-    first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector
+def hull_distance(
+    first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3
 ) -> tuple[float, float, float, float]:
     """Distance of the hulls of two sets of points, and the unit direction from the first to the second that proves it.
 
@@ -41,19 +48,21 @@ def proximity(
         greatest of the first. Where they touch or overlap it is 0, and the direction any: that of the greatest gap that
         was met, which need not separate hulls that touch.
     """
-    gap, way, _ = closest(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
+    gap, way, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
     return max(gap, 0.0), way[0], way[1], way[2]
 
 
 @inlined
-def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector, corners: Corners) -> Answer:
+def hull_gap(
+    first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3, corners: SimplexCorners
+) -> HullGap:
     """The same, from the direction and the simplex of the last answer, and with the simplex of this one.
 
     Where they touch or overlap: the gap along the direction, not above 0; they overlap by no more than that.
     """
     long = math.sqrt(dot(guess, guess))
-    guessed = SHORTEST < long < 1.0 / SHORTEST
-    n = times(1.0 / long, guess) if guessed else minus(_row(second, 0), _row(first, 0))
+    guessed = MIN_DIRECTION_LENGTH < long < 1.0 / MIN_DIRECTION_LENGTH
+    n = scaled_vector(1.0 / long, guess) if guessed else vector_difference(_row(second, 0), _row(first, 0))
     best, way = -math.inf, n if guessed else (1.0, 0.0, 0.0)
     c0, c1, c2, c3 = corners
     if c0 < 0:
@@ -67,8 +76,8 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
     k = 1 + (c1 >= 0) + (c2 >= 0) + (c3 >= 0)
     size = _size(first, second, c0)
     upper = math.inf
-    for step in range(ROUNDS):
-        square, (s0, s1, s2, s3) = nearest(k, p0, p1, p2, p3)
+    for step in range(MAX_SIMPLEX_STEPS):
+        square, (s0, s1, s2, s3) = nearest_simplex_point(k, p0, p1, p2, p3)
         if step > 0:
             # the last corner lies nearer along the direction: without rounding it would always stay
             if k == 2 and s1 <= 0.0:
@@ -87,22 +96,22 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         k = 1 + (s1 > 0.0) + (s2 > 0.0) + (s3 > 0.0)
         c1, c2, c3 = c1 if k > 1 else -1, c2 if k > 2 else -1, c3 if k > 3 else -1
         upper = min(upper, math.sqrt(square))
-        if upper <= EXACT * size:
+        if upper <= DISTANCE_RELATIVE_TOLERANCE * size:
             if best == -math.inf:
                 best = gap_along(first, n_first, second, n_second, way)
-            if best < -EXACT * size and k > 2:
+            if best < -DISTANCE_RELATIVE_TOLERANCE * size and k > 2:
                 best, way = _better(first, n_first, second, n_second, across_flat(k, p0, p1, p2, p3), best, way)
             return min(best, 0.0), way, (c0, c1, c2, c3)
         if k == 4:
             break
-        n = normal(k, p0, p1, p2)
+        n = simplex_normal(k, p0, p1, p2)
         corner = _facing(first, n_first, second, n_second, n)
         point = _difference(first, second, corner)
         size = max(size, _size(first, second, corner))
         lower = dot(n, point)
         if lower > best:
             best, way = lower, n
-        if upper - best <= EXACT * size:
+        if upper - best <= DISTANCE_RELATIVE_TOLERANCE * size:
             return best, way, (c0, c1, c2, c3)
         if corner in (c0, c1, c2):
             break
@@ -113,15 +122,21 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         else:
             p3, c3 = point, corner
         k += 1
-    best, way = exhaustive(first, n_first, second, n_second)
+    best, way = exhaustive_gap(first, n_first, second, n_second)
     return best, way, (-1, -1, -1, -1)
 
 
 @lean
-def closest_of_pairs(
-    first: Reals, n_first: Whole, second: Reals, n_second: Whole, ways: Reals, corners: Whole, gaps: Reals
+def write_hull_gaps(
+    first: Reals,
+    n_first: WholeNumbers,
+    second: Reals,
+    n_second: WholeNumbers,
+    ways: Reals,
+    corners: WholeNumbers,
+    gaps: Reals,
 ) -> None:
-    """Write the gaps of pairs of hulls as `closest` does, and where each search ends.
+    """Write the gaps of pairs of hulls as `hull_gap` does, and where each search ends.
 
     first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), where each search begins;
         0 and -1 for anywhere. gaps : (k,).
@@ -132,21 +147,28 @@ def closest_of_pairs(
 
 @lean
 def _write(
-    first: Reals, n_first: Whole, second: Reals, n_second: Whole, ways: Reals, corners: Whole, gaps: Reals, k: int
+    first: Reals,
+    n_first: WholeNumbers,
+    second: Reals,
+    n_second: WholeNumbers,
+    ways: Reals,
+    corners: WholeNumbers,
+    gaps: Reals,
+    k: int,
 ) -> None:
     way, at = _row(ways, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-    gaps[k], way, at = closest(first[k], n_first[k], second[k], n_second[k], way, at)
+    gaps[k], way, at = hull_gap(first[k], n_first[k], second[k], n_second[k], way, at)
     ways[k, 0], ways[k, 1], ways[k, 2] = way
     corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
 
 
 @inlined
-def _row(points: Reals, k: int) -> Vector:
+def _row(points: Reals, k: int) -> Vector3:
     return points[k, 0], points[k, 1], points[k, 2]
 
 
 @inlined
-def _outermost(points: Reals, n: int, way: Vector) -> int:
+def _outermost(points: Reals, n: int, way: Vector3) -> int:
     """The point that is furthest along a direction."""
     best, most = 0, -math.inf
     for k in range(n):
@@ -157,32 +179,34 @@ def _outermost(points: Reals, n: int, way: Vector) -> int:
 
 
 @inlined
-def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> int:
+def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> int:
     """The difference of vertices that is least along a direction."""
-    return (_outermost(first, n_first, way) << BITS) | _outermost(second, n_second, times(-1.0, way))
+    return (_outermost(first, n_first, way) << CORNER_INDEX_BITS) | _outermost(
+        second, n_second, scaled_vector(-1.0, way)
+    )
 
 
 @inlined
-def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> float:
+def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> float:
     """The gap along a direction."""
     return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
 
 
 @inlined
-def _difference(first: Reals, second: Reals, corner: int) -> Vector:
-    return minus(_row(second, corner & MASK), _row(first, corner >> BITS))
+def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
+    return vector_difference(_row(second, corner & CORNER_INDEX_MASK), _row(first, corner >> CORNER_INDEX_BITS))
 
 
 @inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """How large the coordinates of two vertices are, which is what is rounded."""
-    i, j = corner >> BITS, corner & MASK
+    i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
     one, two = _row(first, i), _row(second, j)
     return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
 
 
 @lean
-def exhaustive(first: Reals, n_first: int, second: Reals, n_second: int) -> tuple[float, Vector]:
+def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> tuple[float, Vector3]:
     """The greatest gap along all directions across vertices, edges and faces that can face each other, and where.
 
     Below 0 where the hulls overlap. Thousands of directions: for what rounding keeps the search from.
@@ -192,34 +216,34 @@ def exhaustive(first: Reals, n_first: int, second: Reals, n_second: int) -> tupl
         a = _row(first, i)
         for j in range(n_second):
             b = _row(second, j)
-            best, way = _better(first, n_first, second, n_second, unit(minus(b, a)), best, way)
+            best, way = _better(first, n_first, second, n_second, unit_vector(vector_difference(b, a)), best, way)
             for m in range(j):
-                n = across_edge(minus(b, a), minus(_row(second, m), a))
+                n = across_edge(vector_difference(b, a), vector_difference(_row(second, m), a))
                 best, way = _better(first, n_first, second, n_second, n, best, way)
             for k in range(i):
-                e = minus(_row(first, k), a)
-                n = across_edge(minus(b, a), minus(b, _row(first, k)))
+                e = vector_difference(_row(first, k), a)
+                n = across_edge(vector_difference(b, a), vector_difference(b, _row(first, k)))
                 best, way = _better(first, n_first, second, n_second, n, best, way)
                 for m in range(j):
-                    n = unit(cross(e, minus(_row(second, m), b)))
+                    n = unit_vector(cross(e, vector_difference(_row(second, m), b)))
                     best, way = _better(first, n_first, second, n_second, n, best, way)
     for points, count in ((first, n_first), (second, n_second)):
         for i in range(count):
             a = _row(points, i)
             for j in range(i):
                 for k in range(j):
-                    n = unit(cross(minus(_row(points, j), a), minus(_row(points, k), a)))
+                    n = unit_vector(cross(vector_difference(_row(points, j), a), vector_difference(_row(points, k), a)))
                     best, way = _better(first, n_first, second, n_second, n, best, way)
     return best, way
 
 
 @lean
 def _better(
-    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector, best: float, way: Vector
-) -> tuple[float, Vector]:
+    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, way: Vector3
+) -> tuple[float, Vector3]:
     """The gap along a direction or its opposite, where it is greater."""
     for sign in (1.0, -1.0):
-        m = times(sign, n)
+        m = scaled_vector(sign, n)
         gap = gap_along(first, n_first, second, n_second, m)
         if gap > best:
             best, way = gap, m

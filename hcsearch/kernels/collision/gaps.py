@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags, Reals, Whole
-from hcsearch.kernels.collision.distances import closest, gap_along
-from hcsearch.kernels.collision.overlaps import overlap
+from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
+from hcsearch.kernels.collision.distances import gap_along, hull_gap
+from hcsearch.kernels.collision.overlaps import prism_overlap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
-from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
+from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
 
 
 class PanelPairs(NamedTuple):
@@ -21,8 +21,8 @@ class PanelPairs(NamedTuple):
     prisms : (q, 2). starts : (p + 1,), pair k of panels has those from `starts[k]` up to `starts[k + 1]`.
     """
 
-    prisms: Whole
-    starts: Whole
+    prisms: WholeNumbers
+    starts: WholeNumbers
 
 
 class _Memory(NamedTuple):
@@ -34,9 +34,9 @@ class _Memory(NamedTuple):
 
     gaps: Reals
     ways: Reals
-    corners: Whole
-    axes: Whole
-    nearest: Whole
+    corners: WholeNumbers
+    axes: WholeNumbers
+    nearest: WholeNumbers
     turned: Flags
 
 
@@ -49,7 +49,7 @@ def gaps_at(
     states : (k, n_hinges), fold angles. reach : of a gap beyond it, a lower bound beyond it is written. allowed :
         prisms that cut no deeper into each other touch: gap 0. gaps : (k, p), written.
     """
-    placed = copy_of(prisms)
+    placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
     q = len(pairs.prisms)
     memory = _Memory(
@@ -89,7 +89,7 @@ def _write(
                 continue
             one, two = pairs.prisms[k, 0], pairs.prisms[k, 1]
             enough = min(reach, least)
-            gap = apart(placed, one, two)
+            gap = sphere_distance(placed, one, two)
             if gap < enough:
                 first, second = placed.vertices[one], placed.vertices[two]
                 a, b = placed.counts[one, 0], placed.counts[two, 0]
@@ -98,7 +98,7 @@ def _write(
                     gap = gap_along(first, a, second, b, way)
                 if not gap >= enough:
                     at = (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-                    gap, way, at = closest(first, a, second, b, way, at)
+                    gap, way, at = hull_gap(first, a, second, b, way, at)
                     memory.gaps[k] = gap
                     ways[k, 0], ways[k, 1], ways[k, 2] = way
                     corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
@@ -123,5 +123,5 @@ def _deepest(
             if not memory.turned[f]:
                 turn_axes(prisms, poses, placed, f)
                 memory.turned[f] = True
-        depth = max(depth, overlap(placed, pairs.prisms[p, 0], pairs.prisms[p, 1], allowed, memory.axes, p))
+        depth = max(depth, prism_overlap(placed, pairs.prisms[p, 0], pairs.prisms[p, 1], allowed, memory.axes, p))
     return depth

@@ -12,16 +12,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, at, dot, minus, put, times
-from hcsearch.kernels.collision.distances import closest
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, dot, put_vector, scaled_vector, vector_at, vector_difference
+from hcsearch.kernels.collision.distances import hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, write_course
+from hcsearch.kernels.linkage.courses import (
+    COURSE_TERM_COUNT,
+    bound_rates,
+    path_bend,
+    path_speed,
+    write_course,
+    write_course_angles,
+)
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.linkage.reaches import PrismPairs
 
-HALVINGS = 40
+MAX_INTERVAL_HALVINGS = 40
 """An interval between two states is halved no more often than this."""
 
 
@@ -38,7 +45,7 @@ class Course(NamedTuple):
     cubic: bool
 
 
-class Book(NamedTuple):
+class IntervalTables(NamedTuple):
     """Tables of a search: intervals that wait, by depth; what is known of each pair; tables of the step.
 
     low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
@@ -55,11 +62,11 @@ class Book(NamedTuple):
     high: Reals
     lows: Reals
     highs: Reals
-    lists: Whole
-    counts: Whole
+    lists: WholeNumbers
+    counts: WholeNumbers
     ways: Reals
-    keepers: Whole
-    corners: Whole
+    keepers: WholeNumbers
+    corners: WholeNumbers
     spare: Reals
     bends: Reals
     speeds: Reals
@@ -72,10 +79,10 @@ class Book(NamedTuple):
 
 
 @compiled
-def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book:
+def new_interval_tables(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course) -> IntervalTables:
     """Empty tables, with the panels at the beginning of the motion."""
-    depth, panels, count, hinges = HALVINGS + 2, len(chain.order), len(pairs.prisms), len(chain.points)
-    book = Book(
+    depth, panels, count, hinges = MAX_INTERVAL_HALVINGS + 2, len(chain.order), len(pairs.prisms), len(chain.points)
+    book = IntervalTables(
         low=np.zeros(depth),
         high=np.zeros(depth),
         lows=np.zeros((depth, panels, 3, 4)),
@@ -88,7 +95,7 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
         spare=np.full(count, -math.inf),
         bends=np.zeros((count, 2)),
         speeds=np.zeros(count),
-        course=np.zeros((hinges, TERMS)),
+        course=np.zeros((hinges, COURSE_TERM_COUNT)),
         rates=np.zeros(hinges),
         accelerations=np.zeros(hinges),
         angles=np.zeros(hinges),
@@ -100,7 +107,9 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
 
 
 @lean
-def begin(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
+def start_step_intervals(
+    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, k: int, need: float, book: IntervalTables
+) -> float:
     """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
 
     The others had a gap, when it was last computed, that they cannot have lost since. Returns the length
@@ -131,10 +140,10 @@ def begin(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, k: int, ne
 
 
 @lean
-def halve(chain: Chain, left: int, top: int, book: Book) -> None:
+def halve_interval(chain: Chain, left: int, top: int, book: IntervalTables) -> None:
     """The first half of an interval on top of the second, for the pairs that are left."""
     middle = 0.5 * (book.low[top] + book.high[top])
-    follow(book.course, middle, book.angles)
+    write_course_angles(book.course, middle, book.angles)
     book.low[top + 1], book.high[top + 1] = book.low[top], middle
     _copy(book.lows[top], book.lows[top + 1])
     place_panels(chain, book.angles, book.highs[top + 1])
@@ -155,53 +164,55 @@ def _copy(poses: Reals, into: Reals) -> None:
 
 
 @lean
-def bound(
-    prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, top: int, book: Book
+def bound_gap(
+    prisms: Prisms, pairs: PrismPairs, p: int, need: float, wait: float, top: int, book: IntervalTables
 ) -> tuple[float, float, float]:
     """What the gap of a pair does not come below in an interval, a time `wait` long, and at its ends.
 
     Where the first is no more than needed, the others are the gaps at the ends; else they are not computed.
     """
-    relate(prisms, pairs, p, book.lows[top], book.seen[0])
-    low = spheres(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
+    write_relative_pose(prisms, pairs, p, book.lows[top], book.seen[0])
+    low = sphere_gap_bound(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
     if low > need:
         book.spare[p] = low
         return low, low, low
-    relate(prisms, pairs, p, book.highs[top], book.seen[1])
+    write_relative_pose(prisms, pairs, p, book.highs[top], book.seen[1])
     low, first, second = _separate(prisms, pairs, p, need, wait, book)
     book.spare[p] = second
     return low, first, second
 
 
 @lean
-def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book) -> tuple[float, float, float]:
+def _separate(
+    prisms: Prisms, pairs: PrismPairs, p: int, need: float, wait: float, book: IntervalTables
+) -> tuple[float, float, float]:
     """What the gap of a pair does not come below in an interval, by the best direction tried, and its gap at the ends.
 
     The direction that separated the pair before is tried first, then those of the shortest way at either end.
     """
-    way = at(book.ways, p, 0)
+    way = vector_at(book.ways, p, 0)
     low, first, second = chord_gap(prisms, pairs, p, book.keepers[p], way, wait, book)
     if low > need:
         return low, first, second
     for end in range(2):
-        distance, way = nearest(prisms, pairs, p, book.seen[end], book)
+        distance, way = pair_distance(prisms, pairs, p, book.seen[end], book)
         if end:
             second = distance
         else:
             first = distance
         for keeper in range(2):
-            own = times(-1.0, _turned_back(book.seen[end], way)) if keeper else way
+            own = scaled_vector(-1.0, _turned_back(book.seen[end], way)) if keeper else way
             gap, _, _ = chord_gap(prisms, pairs, p, keeper, own, wait, book)
             if gap > low:
                 low = gap
                 book.keepers[p] = keeper
-                put(book.ways, p, 0, own)
+                put_vector(book.ways, p, 0, own)
     return low, first, second
 
 
 @lean
 def chord_gap(
-    prisms: Prisms, pairs: Pairs, p: int, keeper: int, way: Vector, wait: float, book: Book
+    prisms: Prisms, pairs: PrismPairs, p: int, keeper: int, way: Vector3, wait: float, book: IntervalTables
 ) -> tuple[float, float, float]:
     """What the gap along a direction does not come below in an interval, and the gaps at its ends.
 
@@ -214,52 +225,54 @@ def chord_gap(
     for end in range(2):
         seen = book.seen[end]
         if keeper:  # the place of the first panel, from the second, is -R^T t
-            other_way = turned(seen, way)
+            other_way = rotated_by_pose(seen, way)
             shift = -dot(other_way, (seen[0, 3], seen[1, 3], seen[2, 3]))
         else:
             other_way = _turned_back(seen, way)
             shift = dot(way, (seen[0, 3], seen[1, 3], seen[2, 3]))
-        gap = shift - _extent(prisms, other, times(-1.0, other_way)) - top
+        gap = shift - _extent(prisms, other, scaled_vector(-1.0, other_way)) - top
         gaps = (gaps[0], gap) if end else (gap, gaps[1])
     return min(gaps[0], gaps[1]) - book.bends[p, keeper] * wait * wait, gaps[0], gaps[1]
 
 
 @lean
-def _extent(prisms: Prisms, f: int, way: Vector) -> float:
+def _extent(prisms: Prisms, f: int, way: Vector3) -> float:
     """How far a prism reaches along a direction, in the flat state."""
     far = -math.inf
     for k in range(prisms.counts[f, 0]):
-        far = max(far, dot(way, at(prisms.vertices[f], k, 0)))
+        far = max(far, dot(way, vector_at(prisms.vertices[f], k, 0)))
     return far
 
 
 @lean
-def nearest(prisms: Prisms, pairs: Pairs, p: int, seen: Reals, book: Book) -> tuple[float, Vector]:
+def pair_distance(
+    prisms: Prisms, pairs: PrismPairs, p: int, seen: Reals, book: IntervalTables
+) -> tuple[float, Vector3]:
     """Distance of a pair, and the direction from the first prism to the second, as the first panel sees it."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     for k in range(prisms.counts[g, 0]):
-        x = turned(seen, at(prisms.vertices[g], k, 0))
-        put(book.points, k, 0, (x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]))
-    guess = at(book.ways, p, 0)
+        x = rotated_by_pose(seen, vector_at(prisms.vertices[g], k, 0))
+        put_vector(book.points, k, 0, (x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]))
+    guess = vector_at(book.ways, p, 0)
     if book.keepers[p]:
-        guess = times(-1.0, turned(seen, guess))
+        guess = scaled_vector(-1.0, rotated_by_pose(seen, guess))
     last = (book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3])
-    gap, way, last = closest(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)
+    gap, way, last = hull_gap(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)
     book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3] = last
     return max(gap, 0.0), way
 
 
 @lean
-def spheres(prisms: Prisms, pairs: Pairs, p: int, seen: Reals) -> float:
+def sphere_gap_bound(prisms: Prisms, pairs: PrismPairs, p: int, seen: Reals) -> float:
     """What the distance of a pair does not come below, by the spheres around both."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
-    x = turned(seen, at(prisms.middles, g, 0))
-    way = minus((x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]), at(prisms.middles, f, 0))
+    x = rotated_by_pose(seen, vector_at(prisms.middles, g, 0))
+    way = vector_difference((x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]), vector_at(prisms.middles, f, 0))
     return math.sqrt(dot(way, way)) - float(prisms.reaches[f] + prisms.reaches[g])
 
 
 @lean
-def relate(prisms: Prisms, pairs: Pairs, p: int, poses: Reals, seen: Reals) -> None:
+def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals, seen: Reals) -> None:
     """Write the pose of the second panel of a pair, as the first sees it."""
     one = poses[prisms.panels[pairs.prisms[p, 0]]]
     two = poses[prisms.panels[pairs.prisms[p, 1]]]
@@ -272,7 +285,7 @@ def relate(prisms: Prisms, pairs: Pairs, p: int, poses: Reals, seen: Reals) -> N
 
 
 @lean
-def turned(pose: Reals, a: Vector) -> Vector:
+def rotated_by_pose(pose: Reals, a: Vector3) -> Vector3:
     """The rotation of a pose, times a vector."""
     return (
         dot((pose[0, 0], pose[0, 1], pose[0, 2]), a),
@@ -282,7 +295,7 @@ def turned(pose: Reals, a: Vector) -> Vector:
 
 
 @lean
-def _turned_back(pose: Reals, a: Vector) -> Vector:
+def _turned_back(pose: Reals, a: Vector3) -> Vector3:
     """The rotation of a pose, transposed, times a vector."""
     return (
         dot((pose[0, 0], pose[1, 0], pose[2, 0]), a),

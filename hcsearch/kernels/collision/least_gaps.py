@@ -8,62 +8,62 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, put, times
+from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, put_vector, scaled_vector, vector_at
 from hcsearch.kernels.collision.intervals import (
-    Book,
     Course,
-    begin,
-    book_for,
-    bound,
+    IntervalTables,
+    bound_gap,
     chord_gap,
-    halve,
-    nearest,
-    relate,
-    spheres,
-    turned,
+    halve_interval,
+    new_interval_tables,
+    pair_distance,
+    rotated_by_pose,
+    sphere_gap_bound,
+    start_step_intervals,
+    write_relative_pose,
 )
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.linkage.reaches import PrismPairs
 
-SHORTEST = 0.5**20
+MIN_GAP_INTERVAL = 0.5**20
 """Share of a step below which gaps are not known better than they are."""
-PARALLEL = 1e-6
+GAP_PARALLEL_ANGLE = 1e-6
 """Edges whose directions differ by less (rad) have no direction across both."""
 
 
 @compiled
-def least_gap(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, resolution: float) -> float:
+def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, resolution: float) -> float:
     """The least gap that a pair has at a time of a motion, m; infinite without pairs.
 
     It is one that a pair has; at no time has one less by more than the resolution (m).
     """
-    book = book_for(chain, prisms, pairs, course)
+    book = new_interval_tables(chain, prisms, pairs, course)
     least = _first(prisms, pairs, book)
     for k in range(len(course.times) - 1):
-        h = begin(chain, prisms, pairs, course, k, least - resolution, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]
-            left, least = _look(prisms, pairs, resolution, least, share * h, share <= SHORTEST, top, book)
+            left, least = _look(prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, book)
             if not left:
                 top -= 1
             else:
-                halve(chain, left, top, book)
+                halve_interval(chain, left, top, book)
                 top += 1
     return least
 
 
 @lean
-def _first(prisms: Prisms, pairs: Pairs, book: Book) -> float:
+def _first(prisms: Prisms, pairs: PrismPairs, book: IntervalTables) -> float:
     """The least gap at the beginning of the motion."""
     least = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
-            relate(prisms, pairs, p, book.highs[0], book.seen[end])
-        if spheres(prisms, pairs, p, book.seen[1]) < least:
-            gap = nearest(prisms, pairs, p, book.seen[1], book)[0]
+            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[end])
+        if sphere_gap_bound(prisms, pairs, p, book.seen[1]) < least:
+            gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
             least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, book)[0])
     return least
 
@@ -71,13 +71,13 @@ def _first(prisms: Prisms, pairs: Pairs, book: Book) -> float:
 @lean
 def _look(
     prisms: Prisms,
-    pairs: Pairs,
+    pairs: PrismPairs,
     resolution: float,
     least: float,
     wait: float,
     last: bool,
     top: int,
-    book: Book,
+    book: IntervalTables,
 ) -> tuple[int, float]:
     """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front.
 
@@ -86,7 +86,7 @@ def _look(
     left = 0
     for i in range(book.counts[top]):
         p = book.lists[top, i]
-        low, first, second = bound(prisms, pairs, p, least - resolution, wait, top, book)
+        low, first, second = bound_gap(prisms, pairs, p, least - resolution, wait, top, book)
         if low > least - resolution:
             if not second > 0.0:  # a distance of 0 says nothing of how deep the pair overlaps
                 book.spare[p] = low
@@ -106,7 +106,9 @@ def _look(
 
 
 @lean
-def _along_axes(prisms: Prisms, pairs: Pairs, p: int, end: int, wait: float, book: Book) -> tuple[float, float]:
+def _along_axes(
+    prisms: Prisms, pairs: PrismPairs, p: int, end: int, wait: float, book: IntervalTables
+) -> tuple[float, float]:
     """The gap of a pair that overlaps at an end of an interval, and what it does not come below in all of that.
 
     Both are the greatest along normals of the first prism, of the second, and across edges of both, to either side.
@@ -117,23 +119,23 @@ def _along_axes(prisms: Prisms, pairs: Pairs, p: int, end: int, wait: float, boo
     for number in range(a + b + a * b):
         keeper = 0
         if number < a:
-            way = at(prisms.normals[f], number, 0)
+            way = vector_at(prisms.normals[f], number, 0)
         elif number < a + b:
-            keeper, way = 1, at(prisms.normals[g], number - a, 0)
+            keeper, way = 1, vector_at(prisms.normals[g], number - a, 0)
         else:
-            one = at(prisms.edges[f], (number - a - b) // b, 0)
-            two = turned(book.seen[end], at(prisms.edges[g], (number - a - b) % b, 0))
+            one = vector_at(prisms.edges[f], (number - a - b) // b, 0)
+            two = rotated_by_pose(book.seen[end], vector_at(prisms.edges[g], (number - a - b) % b, 0))
             way = cross(one, two)
             length = math.sqrt(dot(way, way))
-            if length < PARALLEL:
+            if length < GAP_PARALLEL_ANGLE:
                 continue
-            way = times(1.0 / length, way)
+            way = scaled_vector(1.0 / length, way)
         for side in range(2):
-            own: Vector = times(-1.0, way) if side else way
+            own: Vector3 = scaled_vector(-1.0, way) if side else way
             lower, first, second = chord_gap(prisms, pairs, p, keeper, own, wait, book)
             gap = max(gap, second if end else first)
             if lower > low:
                 low = lower
                 book.keepers[p] = keeper
-                put(book.ways, p, 0, own)
+                put_vector(book.ways, p, 0, own)
     return gap, low

@@ -6,24 +6,26 @@ import math
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, at, dot
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, dot, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
-from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
+from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
 
-PARALLEL = 1e-6
+OVERLAP_PARALLEL_ANGLE = 1e-6
 """Edges whose directions differ by less (rad) have no direction across both."""
 
 
 @compiled
-def first_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals, allowed: float, depths: Reals) -> int:
+def first_overlap(
+    chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals, allowed: float, depths: Reals
+) -> int:
     """The first state at which prisms of some pairs cut deeper than allowed into each other; -1 without.
 
     pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), written for that state, 0 of pairs that
         are further apart than their spheres.
     """
-    placed = copy_of(prisms)
+    placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
     last = np.zeros(len(pairs), np.int64)
     for k in range(len(states)):
@@ -32,20 +34,20 @@ def first_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals, all
         for f in range(len(prisms.panels)):
             turn_axes(prisms, poses, placed, f)
         for p in range(len(pairs)):
-            if overlap(placed, pairs[p, 0], pairs[p, 1], allowed, last, p) > allowed:
+            if prism_overlap(placed, pairs[p, 0], pairs[p, 1], allowed, last, p) > allowed:
                 for r in range(len(pairs)):
-                    depths[r] = max(0.0, overlap(placed, pairs[r, 0], pairs[r, 1], -math.inf, last, r))
+                    depths[r] = max(0.0, prism_overlap(placed, pairs[r, 0], pairs[r, 1], -math.inf, last, r))
                 return k
     return -1
 
 
 @compiled
-def deepest_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals) -> float:
+def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals) -> float:
     """How deep prisms of some pairs cut into each other at the worst of some states, 0 where they only touch.
 
     The same as the greatest of the depths that `first_overlap` writes.
     """
-    placed = copy_of(prisms)
+    placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
     last = np.zeros(len(pairs), np.int64)
     deepest = 0.0
@@ -55,17 +57,17 @@ def deepest_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals) -
         for f in range(len(prisms.panels)):
             turn_axes(prisms, poses, placed, f)
         for p in range(len(pairs)):
-            deepest = max(deepest, overlap(placed, pairs[p, 0], pairs[p, 1], deepest, last, p))
+            deepest = max(deepest, prism_overlap(placed, pairs[p, 0], pairs[p, 1], deepest, last, p))
     return deepest
 
 
 @lean
-def overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole, pair: int) -> float:
+def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: WholeNumbers, pair: int) -> float:
     """Least overlap along all directions, or one that is at most `enough`, which is all that is asked for.
 
     last : direction that did so before, of each pair; written where one does now.
     """
-    if apart(prisms, one, two) >= 0.0:
+    if sphere_distance(prisms, one, two) >= 0.0:
         return 0.0
     least = _along(prisms, one, two, last[pair])
     if least <= enough:
@@ -93,7 +95,7 @@ def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
         e, f, g = prisms.edges[two, (number - a - b) % b]
         x, y, z = t * g - u * f, u * e - s * g, s * f - t * e
         length = math.sqrt(x * x + y * y + z * z)
-        if length < PARALLEL:
+        if length < OVERLAP_PARALLEL_ANGLE:
             return math.inf
         x, y, z = x / length, y / length, z / length
     low, high = _extent(prisms, one, (x, y, z))
@@ -102,12 +104,12 @@ def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
 
 
 @inlined
-def _extent(prisms: Prisms, f: int, way: Vector) -> tuple[float, float]:
+def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
     """How far a prism reaches along a direction, back and forth: the vertices of its bottom, and what is above them."""
     low, high = math.inf, -math.inf
     half = prisms.counts[f, 0] // 2
     for k in range(half):
-        far = dot(way, at(prisms.vertices[f], k, 0))
+        far = dot(way, vector_at(prisms.vertices[f], k, 0))
         low, high = min(low, far), max(high, far)
-    up = dot(way, at(prisms.vertices[f], half, 0)) - dot(way, at(prisms.vertices[f], 0, 0))
+    up = dot(way, vector_at(prisms.vertices[f], half, 0)) - dot(way, vector_at(prisms.vertices[f], 0, 0))
     return low + min(up, 0.0), high + max(up, 0.0)

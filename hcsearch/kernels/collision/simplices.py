@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
+from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, scaled_vector, vector_difference
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
-Shares = tuple[float, float, float, float]
+CornerShares = tuple[float, float, float, float]
 """Of the corners in a point of a simplex; they sum up to 1."""
 
 
 @inlined
-def nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
+def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
     if k == 1:
         return dot(a, a), (1.0, 0.0, 0.0, 0.0)
@@ -30,8 +30,8 @@ def nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, 
 
 
 @inlined
-def _of_edge(a: Vector, b: Vector) -> tuple[float, float, float]:
-    e = minus(b, a)
+def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
+    e = vector_difference(b, a)
     long = dot(e, e)
     t = -dot(a, e)
     if t <= 0.0 or long == 0.0:
@@ -45,8 +45,8 @@ def _of_edge(a: Vector, b: Vector) -> tuple[float, float, float]:
 
 
 @inlined
-def _of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float, float, float]:
-    n = cross(minus(b, a), minus(c, a))
+def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, float, float]:
+    n = cross(vector_difference(b, a), vector_difference(c, a))
     s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
     whole = s + t + u
     least, shares = math.inf, (0.0, 0.0, 0.0)
@@ -71,7 +71,7 @@ def _of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float, float, 
 
 
 @lean
-def _of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
+def _of_tetrahedron(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     m, n = cross(a, b), cross(c, d)
     s, t, u, v = dot(b, n), -dot(a, n), dot(d, m), -dot(c, m)
     whole = s + t + u + v
@@ -102,7 +102,7 @@ def _of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, 
 
 
 @lean
-def _point(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Vector:
+def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> Vector3:
     s, t, u, v = shares
     return (
         s * a[0] + t * b[0] + u * c[0] + v * d[0],
@@ -112,10 +112,10 @@ def _point(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Vector
 
 
 @lean
-def _refined(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Shares:
+def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> CornerShares:
     """Shares of the origin in a tetrahedron, corrected by where they lead: it may be flat."""
     off = _point(a, b, c, d, shares)
-    x, y, z = minus(b, a), minus(c, a), minus(d, a)
+    x, y, z = vector_difference(b, a), vector_difference(c, a), vector_difference(d, a)
     whole = dot(x, cross(y, z))
     if whole == 0.0:
         return shares
@@ -125,7 +125,7 @@ def _refined(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Shar
 
 
 @lean
-def side_with_last(a: Vector, b: Vector, c: Vector, d: Vector) -> Shares:
+def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
     """The side of a tetrahedron, of those with its last corner, that is nearest to the origin; 0 for who is not in."""
     one, two, three = (
         _of_triangle(b, c, d)[0],
@@ -138,26 +138,30 @@ def side_with_last(a: Vector, b: Vector, c: Vector, d: Vector) -> Shares:
 
 
 @lean
-def across_flat(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
+def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vector3:
     """The unit direction across a triangle, or a tetrahedron that is flat."""
-    n = cross(minus(b, a), minus(c, a))
+    n = cross(vector_difference(b, a), vector_difference(c, a))
     if k == 4:
         # of the products of two opposite edges the greatest
-        for m in (cross(minus(c, a), minus(d, b)), cross(minus(b, a), minus(d, c)), cross(minus(d, a), minus(c, b))):
+        for m in (
+            cross(vector_difference(c, a), vector_difference(d, b)),
+            cross(vector_difference(b, a), vector_difference(d, c)),
+            cross(vector_difference(d, a), vector_difference(c, b)),
+        ):
             if dot(m, m) > dot(n, n):
                 n = m
-    return unit(n)
+    return unit_vector(n)
 
 
 @inlined
-def normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
+def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
     """The unit direction away from the origin across a point, an edge or a triangle that it is nearest to."""
     if k == 1:
-        return unit(a)
+        return unit_vector(a)
     if k == 2:
         return across_edge(a, b)
     # of the three sides, the two shorter ones
-    e, f, g = minus(b, a), minus(c, a), minus(c, b)
+    e, f, g = vector_difference(b, a), vector_difference(c, a), vector_difference(c, b)
     ee, ff, gg = dot(e, e), dot(f, f), dot(g, g)
     if ee >= ff and ee >= gg:
         e = g
@@ -165,30 +169,30 @@ def normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
         f = g
     n = cross(e, f)
     long = dot(n, a)
-    return unit(times(-1.0, n) if long < 0.0 else n)
+    return unit_vector(scaled_vector(-1.0, n) if long < 0.0 else n)
 
 
 @inlined
-def across_edge(a: Vector, b: Vector) -> Vector:
+def across_edge(a: Vector3, b: Vector3) -> Vector3:
     """The unit direction to the line through two points."""
-    e = minus(b, a)
+    e = vector_difference(b, a)
     long = dot(e, e)
     if dot(b, b) < dot(a, a):
         a = b
     if long == 0.0:
-        return unit(a)
+        return unit_vector(a)
     share = 1.0 / long
     t = share * dot(a, e)
-    n = unit((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
+    n = unit_vector((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
     # again: what rounding has left along the line counts by the line's length, not by the distance
     t = share * dot(n, e)
     n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
     off = 1.0 - dot(n, n)
-    return times(1.0 + 0.5 * off, n) if off < 1e-8 else unit(n)
+    return scaled_vector(1.0 + 0.5 * off, n) if off < 1e-8 else unit_vector(n)
 
 
 @inlined
-def unit(a: Vector) -> Vector:
+def unit_vector(a: Vector3) -> Vector3:
     """A vector made one of unit length; the first axis, where it has none."""
     square = dot(a, a)
-    return times(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)
+    return scaled_vector(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)

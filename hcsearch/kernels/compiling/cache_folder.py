@@ -18,7 +18,7 @@ import numba
 _TOTAL = 512 * 2**20
 """Bytes to which the folder is pruned: some ten sets of kernels."""
 _REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
-KERNELS, PARTS, LOCKS = "*.kernel", "*.part", "*.lock"
+KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN = "*.kernel", "*.part", "*.lock"
 """Patterns of the files: finished ones, those that are being written, and those of who writes."""
 
 
@@ -56,9 +56,9 @@ def _writable(wanted: Path) -> Path | None:
         _make(spare, 0o700)
         _check_private(spare)
     except OSError:
-        say(f"{trouble}: they are compiled at every start; {_REMEDY}")
+        warn_once(f"{trouble}: they are compiled at every start; {_REMEDY}")
         return None
-    say(f"{trouble} but are in {spare}; {_REMEDY}")
+    warn_once(f"{trouble} but are in {spare}; {_REMEDY}")
     return spare
 
 
@@ -81,16 +81,16 @@ def _check_private(folder: Path) -> None:
 
 
 @cache
-def say(line: str) -> None:
+def warn_once(line: str) -> None:
     """Write a line to stderr, once however often it is said and however many processes work."""
     if parent_process() is None and sys.stderr is not None:
         with suppress(OSError):
             print(f"hcsearch: {line}", file=sys.stderr, flush=True)
 
 
-def write(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes) -> None:
     """Write a file so that nobody sees a part of it; as readable as any other, as a folder may serve more users."""
-    part = path.with_name(f"{path.stem}-{uuid4().hex}{PARTS[1:]}")
+    part = path.with_name(f"{path.stem}-{uuid4().hex}{PART_FILE_PATTERN[1:]}")
     try:
         part.write_bytes(content)
         part.replace(path)
@@ -99,10 +99,12 @@ def write(path: Path, content: bytes) -> None:
         raise
 
 
-def prune(folder: Path, total: int = _TOTAL) -> None:
+def prune_folder(folder: Path, total: int = _TOTAL) -> None:
     """Delete the files that have not been used for longest, until the others take no more than a total of bytes."""
     files = []
-    for path in (path for pattern in (KERNELS, PARTS, LOCKS) for path in folder.glob(pattern)):
+    for path in (
+        path for pattern in (KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN) for path in folder.glob(pattern)
+    ):
         with suppress(OSError):  # another process prunes, too
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))

@@ -24,9 +24,15 @@ from numba.core.caching import NullCache
 from numba.core.compiler_lock import global_compiler_lock
 
 from hcsearch.kernels.compiling import cache_locks, under_way
-from hcsearch.kernels.compiling.cache_folder import prune, say, wanted_folder, writable_folder, write
-from hcsearch.kernels.compiling.settings import own_settings
-from hcsearch.kernels.compiling.stamps import stamp
+from hcsearch.kernels.compiling.cache_folder import (
+    prune_folder,
+    wanted_folder,
+    warn_once,
+    writable_folder,
+    write_atomically,
+)
+from hcsearch.kernels.compiling.settings import use_compiler_settings
+from hcsearch.kernels.compiling.stamps import kernel_stamp
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -64,7 +70,7 @@ class KernelCache(NullCache):
         What is compiled on the way, for another kernel, is made without the part that Python would call, which takes as
         long again: it is compiled once more when Python does.
         """
-        with global_compiler_lock, own_settings():
+        with global_compiler_lock, use_compiler_settings():
             held = len(self._claims)  # of more signatures where a kernel calls itself
             KernelCache._depth += 1
             try:
@@ -75,9 +81,9 @@ class KernelCache(NullCache):
             finally:
                 KernelCache._depth -= 1
                 if KernelCache._depth == 0:
-                    under_way.end()
+                    under_way.end_compilation()
                 while len(self._claims) > held:
-                    cache_locks.release(self._claims.pop())
+                    cache_locks.release_kernel(self._claims.pop())
 
     @staticmethod
     def set_flags(flags: Any) -> Any:
@@ -100,7 +106,7 @@ class KernelCache(NullCache):
 
     @cached_property
     def _stamp(self) -> str:
-        return stamp(self._kernel)
+        return kernel_stamp(self._kernel)
 
     def _file(self, signature: Any, codegen: Any) -> str:
         """The name of the file of a signature, on this processor."""
@@ -116,13 +122,13 @@ class KernelCache(NullCache):
         result = _read(wanted_folder(), name, target_context)
         folder = None if result is not None else writable_folder()
         if result is None:
-            under_way.at(self._kernel)
+            under_way.set_current_kernel(self._kernel)
             if KernelCache._depth == 1:
-                under_way.begin(self._kernel)
+                under_way.start_compilation(self._kernel)
         if folder is None:
             return result
         with suppress(OSError):  # without locks, two processes may do the same work
-            self._claims.append(cache_locks.claim(folder, name))
+            self._claims.append(cache_locks.claim_kernel(folder, name))
         return _read(folder, name, target_context)  # another process may have made it meanwhile
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -137,12 +143,12 @@ class KernelCache(NullCache):
         try:
             if folder is not None and not data.library.has_dynamic_globals:  # which are addresses
                 content = _dumps((apart, _needed(data), data._reduce()))
-                write(folder / name, _checksum(content) + content)
+                write_atomically(folder / name, _checksum(content) + content)
                 if not KernelCache._pruned:
                     KernelCache._pruned = True
-                    prune(folder)
+                    prune_folder(folder)
         except OSError as error:
-            say(f"compiled kernels cannot be kept in {folder} ({error.strerror or error}); make room there")
+            warn_once(f"compiled kernels cannot be kept in {folder} ({error.strerror or error}); make room there")
 
 
 def _checksum(content: bytes) -> bytes:

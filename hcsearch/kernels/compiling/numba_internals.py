@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 
-class Internal(NamedTuple):
+class NumbaInternal(NamedTuple):
     """A part of numba's private API, by its module and its name there.
 
     arguments : those that it takes, as the cache passes them; None where it is not called. sets : attributes that it
@@ -38,35 +38,35 @@ class Internal(NamedTuple):
         return set(self.sets) <= set(getattr(getattr(part, "__code__", None), "co_names", ()))
 
 
-INTERNALS = (
-    Internal("numba.core.caching", "NullCache.cache_path"),
-    Internal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
-    Internal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
-    Internal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
+NUMBA_INTERNALS = (
+    NumbaInternal("numba.core.caching", "NullCache.cache_path"),
+    NumbaInternal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
+    NumbaInternal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
+    NumbaInternal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
     # the code of a library, and what of it is linked into callers
-    Internal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
+    NumbaInternal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
     # the names of all functions that can be called
-    Internal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
-    Internal("numba.core.compiler", "CompileResult._reduce", ("self",)),
-    Internal("numba.core.compiler", "CompileResult._rebuild"),
-    Internal("numba.core.compiler", "Flags.no_cpython_wrapper"),
-    Internal("numba.core.compiler_lock", "global_compiler_lock"),
-    Internal("numba.core.cpu", "CPUTargetOptions._nrt"),
-    Internal("numba.core.cpu", "CPUTargetOptions.forceinline"),
-    Internal("numba.core.cpu", "CPUTargetOptions.no_cfunc_wrapper"),
-    Internal("numba.core.dispatcher", "Dispatcher.__init__", sets=("_cache", "_compiler")),
-    Internal("numba.core.dispatcher", "Dispatcher.add_overload", ("self", "cres")),
-    Internal("numba.core.dispatcher", "Dispatcher.compile", ("self", "sig")),
-    Internal("numba.core.dispatcher", "_FunctionCompiler._customize_flags", ("self", "flags")),
-    Internal("numba.core.serialize", "dumps", ("obj",)),
-    Internal("numba.core.types", "BaseTuple"),
+    NumbaInternal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
+    NumbaInternal("numba.core.compiler", "CompileResult._reduce", ("self",)),
+    NumbaInternal("numba.core.compiler", "CompileResult._rebuild"),
+    NumbaInternal("numba.core.compiler", "Flags.no_cpython_wrapper"),
+    NumbaInternal("numba.core.compiler_lock", "global_compiler_lock"),
+    NumbaInternal("numba.core.cpu", "CPUTargetOptions._nrt"),
+    NumbaInternal("numba.core.cpu", "CPUTargetOptions.forceinline"),
+    NumbaInternal("numba.core.cpu", "CPUTargetOptions.no_cfunc_wrapper"),
+    NumbaInternal("numba.core.dispatcher", "Dispatcher.__init__", sets=("_cache", "_compiler")),
+    NumbaInternal("numba.core.dispatcher", "Dispatcher.add_overload", ("self", "cres")),
+    NumbaInternal("numba.core.dispatcher", "Dispatcher.compile", ("self", "sig")),
+    NumbaInternal("numba.core.dispatcher", "_FunctionCompiler._customize_flags", ("self", "flags")),
+    NumbaInternal("numba.core.serialize", "dumps", ("obj",)),
+    NumbaInternal("numba.core.types", "BaseTuple"),
 )
 
 
 @cache
 def has_internals() -> bool:
     """Whether this numba has all that the kernel cache rests on."""
-    return all(internal.is_present for internal in INTERNALS)
+    return all(internal.is_present for internal in NUMBA_INTERNALS)
 
 
 def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:

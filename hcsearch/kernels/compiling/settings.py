@@ -15,7 +15,7 @@ _OTHERS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
 """More of numba's configuration that changes the code it makes, and is left as it is."""
 
 
-def settings() -> dict[str, Any]:
+def compiler_settings() -> dict[str, Any]:
     """What our kernels are compiled with, by names of numba's configuration; environment variables NUMBA_... win."""
     config: Any = numba.config
     ours = {name: type(getattr(config, name))(value) for name, value in _OURS.items()}
@@ -26,11 +26,11 @@ def settings() -> dict[str, Any]:
 
 
 @contextmanager
-def own_settings() -> Iterator[None]:
+def use_compiler_settings() -> Iterator[None]:
     """Let our settings hold while the block runs, which must hold numba's lock of compilation."""
     config: Any = numba.config
     before = {name: getattr(config, name) for name in _OURS}
-    chosen = settings()
+    chosen = compiler_settings()
     for name in _OURS:
         setattr(config, name, chosen[name])
     try:

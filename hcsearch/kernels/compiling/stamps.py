@@ -20,21 +20,23 @@ import numba
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from hcsearch.kernels.compiling.settings import settings
+from hcsearch.kernels.compiling.settings import compiler_settings
 
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.generic)
 
 
-def stamp(kernel: Any) -> str:
+def kernel_stamp(kernel: Any) -> str:
     """The digest of a dispatcher and of all that it reaches, of the versions that compile it, and of their settings.
 
     Raises TypeError where a kernel uses a global value that cannot be written down.
     """
-    return _digest("\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached(kernel))]))
+    return _digest(
+        "\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached_kernels(kernel))])
+    )
 
 
 @cache
-def reached(kernel: Any) -> tuple[Any, ...]:
+def reached_kernels(kernel: Any) -> tuple[Any, ...]:
     """A kernel, and those that it calls, and those that they call; they may call each other."""
     kernels = [kernel]
     for one in kernels:  # which grows meanwhile
@@ -48,7 +50,7 @@ def _digest(text: str) -> str:
 
 def _surroundings() -> str:
     versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], sys.implementation.name)
-    return repr((versions, getattr(sys, "abiflags", ""), sorted(settings().items())))
+    return repr((versions, getattr(sys, "abiflags", ""), sorted(compiler_settings().items())))
 
 
 @cache

@@ -6,9 +6,9 @@ import importlib
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from hcsearch.kernels.compiling.cache_folder import KERNELS, wanted_folder, writable_folder
+from hcsearch.kernels.compiling.cache_folder import KERNEL_FILE_PATTERN, wanted_folder, writable_folder
 from hcsearch.kernels.compiling.numba_internals import has_internals
-from hcsearch.kernels.compiling.stamps import reached, stamp
+from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
 
 class Compilation(NamedTuple):
@@ -26,37 +26,39 @@ class _State:
     name: str = ""
 
 
-def begin(kernel: Any) -> None:
+def start_compilation(kernel: Any) -> None:
     """A kernel that Python calls is to be compiled, with all that it reaches."""
-    _State.missing = missing([kernel])
+    _State.missing = missing_stamps([kernel])
 
 
-def at(kernel: Any) -> None:
+def set_current_kernel(kernel: Any) -> None:
     """The kernel that this process is at."""
     _State.name = kernel.__name__
 
 
-def end() -> None:
+def end_compilation() -> None:
     """What Python called is compiled."""
     _State.missing, _State.name = frozenset(), ""
 
 
-def under_way() -> Compilation | None:
+def compilation_under_way() -> Compilation | None:
     """What is being compiled in this process now, or waited for; None where it runs."""
     name, wanted = _State.name, _State.missing
-    return Compilation(len(wanted - left(wanted)), len(wanted), name) if name and wanted else None
+    return Compilation(len(wanted - uncompiled_stamps(wanted)), len(wanted), name) if name and wanted else None
 
 
-def missing(kernels: Iterable[Any]) -> frozenset[str]:
+def missing_stamps(kernels: Iterable[Any]) -> frozenset[str]:
     """Stamps of the kernels that some reach, and that no process has compiled yet."""
-    return left(frozenset(stamp(used) for used in {used for kernel in kernels for used in reached(kernel)}))
+    return uncompiled_stamps(
+        frozenset(kernel_stamp(used) for used in {used for kernel in kernels for used in reached_kernels(kernel)})
+    )
 
 
 def is_ready(kernel: Any) -> bool:
     """Whether a kernel that Python calls is compiled, and so all that it calls; or numba's own cache keeps it."""
     if not has_internals():
         return True
-    end = f"-{stamp(kernel)}-{kernel.__name__}.kernel"
+    end = f"-{kernel_stamp(kernel)}-{kernel.__name__}.kernel"
     return any(path.name.endswith(end) for path in _files())
 
 
@@ -69,11 +71,11 @@ def kernels_named(names: Iterable[str]) -> list[Any]:
     return kernels
 
 
-def left(stamps: frozenset[str]) -> frozenset[str]:
+def uncompiled_stamps(stamps: frozenset[str]) -> frozenset[str]:
     """Those of some stamps that no process has compiled yet."""
     return stamps - {path.name.split("-")[1] for path in _files()}
 
 
 def _files() -> list[Any]:
     folders = {wanted_folder(), writable_folder() or wanted_folder()}
-    return [path for folder in folders for path in folder.glob(KERNELS)]
+    return [path for folder in folders for path in folder.glob(KERNEL_FILE_PATTERN)]

@@ -11,26 +11,46 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.collision.approaches import angles_at, approach
-from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.collision.approaches import angles_at, approach_speed
+from hcsearch.kernels.collision.clearance import (
+    MOTION_CLEAR,
+    MOTION_COLLIDES,
+    ClearanceReport,
+    ClearanceTolerances,
+    judge_clearance,
+)
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
-from hcsearch.kernels.multibody.cuts import Cuts
-from hcsearch.kernels.multibody.explicit import Method
+from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.multibody.between import (
+    INTERPOLATED_STATE_RESIDUAL,
+    StateSeries,
+    largest_opening,
+    open_state_share,
+    refined_motion,
+)
+from hcsearch.kernels.multibody.cuts import CutHinges
+from hcsearch.kernels.multibody.explicit import IntegrationMethod
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
-from hcsearch.kernels.multibody.motion import Hold, Mechanism
-from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, Simulation, begin, go_on, pace_for
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism
+from hcsearch.kernels.multibody.recording import SimulationRecord
+from hcsearch.kernels.multibody.simulation import (
+    ENDING_FLAT,
+    ENDING_NONE,
+    ENDING_TIME_OUT,
+    Simulation,
+    continue_simulation,
+    new_pace,
+    start_simulation,
+)
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.targets import no_targets
-from hcsearch.kernels.multibody.tree import Tree, work_for
+from hcsearch.kernels.multibody.tree import BodyTree, work_for
 
-FIRST_PART, LONGER = 32, 0.25
+FIRST_PART_STEPS, PART_GROWTH_SHARE = 32, 0.25
 """Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
 
 
@@ -42,29 +62,29 @@ class SceneTables(NamedTuple):
         would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
     """
 
-    tree: Tree
+    tree: BodyTree
     hinges: Hinges
     start: Reals
-    joint_of: Whole
+    joint_of: WholeNumbers
     chain: Chain
     prisms: Prisms
     shrunk: Prisms
-    pairs: Pairs
+    pairs: PrismPairs
     deepest: float
     reach: float
 
 
-class Rules(NamedTuple):
+class CheckingRules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
-    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Exactness`.
+    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `ClearanceTolerances`.
     whole : whether motions that collide are followed to their end, too.
     """
 
-    method: Method
+    method: IntegrationMethod
     plan: StepPlan
     struts: Struts
-    cuts: Cuts
+    cuts: CutHinges
     closure_stiffness: float
     closure_damping: float
     margin: float
@@ -72,7 +92,7 @@ class Rules(NamedTuple):
     whole: bool
 
 
-class Findings(NamedTuple):
+class CheckFindings(NamedTuple):
     """What became of k foldings.
 
     endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
@@ -84,10 +104,10 @@ class Findings(NamedTuple):
         leave loops open, 0 where springs close them.
     """
 
-    endings: Whole
-    verdicts: Whole
-    pairs: Whole
-    counts: Whole
+    endings: WholeNumbers
+    verdicts: WholeNumbers
+    pairs: WholeNumbers
+    counts: WholeNumbers
     times: Reals
     gaps: Reals
     speeds: Reals
@@ -98,7 +118,7 @@ class Findings(NamedTuple):
 
 
 @compiled
-def check_all(stack: Any, rules: Rules, record: Record, findings: Findings) -> None:
+def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, findings: CheckFindings) -> None:
     """Check the foldings of a stack one after the other; the record is written anew by each.
 
     numba compiles all that a kernel calls into it. So the large kernels are called from here: a kernel in between would
@@ -106,42 +126,46 @@ def check_all(stack: Any, rules: Rules, record: Record, findings: Findings) -> N
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     plan, method = rules.plan, rules.method
-    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
         subject = _nth(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
-        simulation = Simulation(mechanism, hold, method, plan, q, v, work, pace_for(n), record)
+        simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART, CLEAR
-        begin(simulation)
-        while verdict != COLLIDES and record.counts[4] == GOES_ON:
-            go_on(simulation, most)
-            states, flat = record.counts[0], record.counts[4] == FLAT
+        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART_STEPS, MOTION_CLEAR
+        start_simulation(simulation)
+        while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
+            continue_simulation(simulation, most)
+            states, flat = record.counts[0], record.counts[4] == ENDING_FLAT
             clear = 0 if flat else clear  # a gap may dip across parts
             motion = _states(record, clear, states)
             if not cubic:
-                motion = refined(mechanism, motion, OPEN, work)
-            findings.openings[i] = max(findings.openings[i], opening(tree, motion, cubic, work))
+                motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
+            findings.openings[i] = max(findings.openings[i], largest_opening(tree, motion, cubic, work))
             course = _course(subject, motion, cubic)
-            wanted = Exactness(subject.reach * findings.openings[i], rules.margin, subject.deepest, rules.resolution)
-            verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
+            wanted = ClearanceTolerances(
+                subject.reach * findings.openings[i], rules.margin, subject.deepest, rules.resolution
+            )
+            verdict = judge_clearance(
+                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer
+            )
             findings.counts[i, 3] += answer.looks[0]
-            clear = states - 1 if verdict == CLEAR else clear
-            most = states + max(FIRST_PART, int(LONGER * states))
-        findings.looses[i] = 0.0 if cubic else loose_share(tree, record.q[: record.counts[0]], work)
+            clear = states - 1 if verdict == MOTION_CLEAR else clear
+            most = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
+        findings.looses[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
         _report(record, verdict, answer, findings, i)
         _report_end(subject, course, verdict, answer, findings, i)
 
 
 @compiled
-def _states(record: Record, begin: int, end: int) -> States:
+def _states(record: SimulationRecord, begin: int, end: int) -> StateSeries:
     return record.times[begin:end], record.q[begin:end], record.v[begin:end], record.a[begin:end]
 
 
 @compiled
-def _mechanism(subject: SceneTables, rules: Rules) -> Mechanism:
+def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
     return Mechanism(
         subject.tree,
         subject.hinges,
@@ -156,19 +180,19 @@ def _mechanism(subject: SceneTables, rules: Rules) -> Mechanism:
 
 
 @compiled
-def _hold(subject: SceneTables) -> Hold:
+def _hold(subject: SceneTables) -> DiscreteState:
     """Nothing held, and each spring on its branch."""
     n = len(subject.start)
-    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
     for k in range(n):
         hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
     return hold
 
 
 @compiled
-def _report(record: Record, verdict: int, answer: Answer, findings: Findings, i: int) -> None:
+def _report(record: SimulationRecord, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int) -> None:
     states = record.counts[0]
-    findings.endings[i] = TIME_OUT if record.counts[4] == GOES_ON else record.counts[4]
+    findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
     findings.drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
@@ -177,20 +201,22 @@ def _report(record: Record, verdict: int, answer: Answer, findings: Findings, i:
 
 
 @compiled
-def _report_end(subject: SceneTables, course: Course, verdict: int, answer: Answer, findings: Findings, i: int) -> None:
+def _report_end(
+    subject: SceneTables, course: Course, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int
+) -> None:
     """Write how fast panels come together, and how much of the way is left."""
     angles = course.angles[len(course.times) - 1].copy()
     findings.lefts[i, 1], findings.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
     findings.speeds[i] = 0.0
-    if verdict != CLEAR and len(course.times) > 1:
+    if verdict != MOTION_CLEAR and len(course.times) > 1:
         pair, time = answer.pairs[0], answer.times[0]
-        findings.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
+        findings.speeds[i] = approach_speed(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
     findings.lefts[i, 0] = np.abs(angles).mean() / math.pi
 
 
 @compiled
-def _course(subject: SceneTables, motion: States, cubic: bool) -> Course:
+def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
     """The motion of the fold angles."""
     times, q, v, a = motion
     states, hinges = len(times), len(subject.joint_of)
@@ -203,7 +229,7 @@ def _course(subject: SceneTables, motion: States, cubic: bool) -> Course:
 
 
 @compiled
-def _drift(record: Record, states: int) -> float:
+def _drift(record: SimulationRecord, states: int) -> float:
     first = record.books[0].sum()
     worst = 0.0
     largest = 1e-300
@@ -218,7 +244,7 @@ def _nth(s: Any, i: int) -> SceneTables:
     """One subject of a stack, in which numbers are tables."""
     t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
     return SceneTables(
-        Tree(
+        BodyTree(
             t.bodies[i],
             t.links[i],
             t.welds[i],
@@ -246,7 +272,7 @@ def _nth(s: Any, i: int) -> SceneTables:
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
         _nth_prisms(p, i),
         _nth_prisms(s.shrunk, i),
-        Pairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
+        PrismPairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
         s.deepest[i],
         s.reach[i],
     )

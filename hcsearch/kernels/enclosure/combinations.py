@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.cholesky import factor
+from hcsearch.kernels.algebra.cholesky import factor_symmetric
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Rings
+from hcsearch.kernels.enclosure.expansion import EQUATIONS_PER_LOOP, Expansion, HingeRings
 
-LANES = 8
+COMBINATION_LANE_COUNT = 8
 """Combinations that are computed at once."""
-TURN = 9
+ROTATION_EQUATION_COUNT = 9
 """Equations of a loop that are of its rotation; the others are of a place."""
 
 
@@ -47,7 +47,7 @@ class Combinations(NamedTuple):
 
 
 @compiled
-def new_combinations(rings: Rings, expansion: Expansion) -> Combinations:
+def new_combinations(rings: HingeRings, expansion: Expansion) -> Combinations:
     """Empty tables."""
     r, k = len(expansion.values), rings.folds + len(expansion.bends)
     return Combinations(
@@ -56,26 +56,26 @@ def new_combinations(rings: Rings, expansion: Expansion) -> Combinations:
         np.zeros((k, r)),
         np.zeros(r),
         np.zeros((r, r)),
-        np.zeros((r, LANES)),
-        np.zeros((k, LANES)),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros((3, LANES)),
+        np.zeros((r, COMBINATION_LANE_COUNT)),
+        np.zeros((k, COMBINATION_LANE_COUNT)),
+        np.zeros(COMBINATION_LANE_COUNT),
+        np.zeros(COMBINATION_LANE_COUNT),
+        np.zeros(COMBINATION_LANE_COUNT),
+        np.zeros((3, COMBINATION_LANE_COUNT)),
     )
 
 
 @lean
-def weigh(radii: Reals, own: Expansion, work: Combinations) -> bool:
+def weigh_equations(radii: Reals, own: Expansion, work: Combinations) -> bool:
     """Write V V^T, factored (Cholesky), and the centred values; whether it has a factor."""
     _write_terms(radii, own, work)
     gram, trace = work.gram, 0.0
     _write_gram(len(radii) + own.filled[0], work)
     for i in range(len(gram)):
-        rest = own.rests[i // EQUATIONS, 0 if i % EQUATIONS < TURN else 1]
-        gram[i, i] += (2.0 if i % EQUATIONS < TURN else 1.0) * rest * rest
+        rest = own.rests[i // EQUATIONS_PER_LOOP, 0 if i % EQUATIONS_PER_LOOP < ROTATION_EQUATION_COUNT else 1]
+        gram[i, i] += (2.0 if i % EQUATIONS_PER_LOOP < ROTATION_EQUATION_COUNT else 1.0) * rest * rest
         trace += gram[i, i]
-    return factor(gram, 1e-12 * trace)
+    return factor_symmetric(gram, 1e-12 * trace)
 
 
 @lean
@@ -91,16 +91,16 @@ def _write_terms(radii: Reals, own: Expansion, work: Combinations) -> None:
             work.weighted[h, i] = square * own.slopes[i, h]
     for q in range(own.filled[0]):
         one, two = own.pairs[q]
-        row, k, size = EQUATIONS * own.owners[q], n + q, radii[one] * radii[two]
-        if r > EQUATIONS:
+        row, k, size = EQUATIONS_PER_LOOP * own.owners[q], n + q, radii[one] * radii[two]
+        if r > EQUATIONS_PER_LOOP:
             for i in range(r):
                 work.terms[k, i] = work.weighted[k, i] = 0.0
         if one == two:
             size *= 0.5
-            for i in range(EQUATIONS):
+            for i in range(EQUATIONS_PER_LOOP):
                 work.centred[row + i] += size * own.bends[q, i]
         work.sizes[k], square = size, size * size
-        for i in range(EQUATIONS):
+        for i in range(EQUATIONS_PER_LOOP):
             work.terms[k, row + i] = own.bends[q, i]
             work.weighted[k, row + i] = square * own.bends[q, i]
 
@@ -130,43 +130,43 @@ def _write_gram(count: int, work: Combinations) -> None:
 
 
 @lean
-def solve(work: Combinations) -> None:
-    """Write the combinations of the right sides that stand in `mixes`, by the factor that `weigh` wrote."""
+def solve_combinations(work: Combinations) -> None:
+    """Write the combinations of the right sides that stand in `mixes`, by the factor that `weigh_equations` wrote."""
     mixes, gram = work.mixes, work.gram
     r = len(gram)
     for i in range(r):
         for k in range(i):
             part = gram[i, k]
-            for c in range(LANES):
+            for c in range(COMBINATION_LANE_COUNT):
                 mixes[i, c] -= part * mixes[k, c]
         part = 1.0 / gram[i, i]
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             mixes[i, c] *= part
     for i in range(r - 1, -1, -1):
         for k in range(i + 1, r):
             part = gram[k, i]
-            for c in range(LANES):
+            for c in range(COMBINATION_LANE_COUNT):
                 mixes[i, c] -= part * mixes[k, c]
         part = 1.0 / gram[i, i]
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             mixes[i, c] *= part
 
 
 @lean
-def combine(radii: Reals, own: Expansion, work: Combinations) -> None:
+def combine_equations(radii: Reals, own: Expansion, work: Combinations) -> None:
     """Write values, parts and errors of the combinations in `mixes`."""
     n, count = len(radii), len(radii) + own.filled[0]
     values, errors, mixes = work.values, work.errors, work.mixes
-    for c in range(LANES):
+    for c in range(COMBINATION_LANE_COUNT):
         values[c] = 0.0
     for i in range(len(mixes)):
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             values[c] += mixes[i, c] * work.centred[i]
     _write_parts(count, work.terms, work.mixes, work.parts)
     _write_rests(own, work)
     for k in range(n, count):
         size = work.sizes[k]
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             errors[c] += size * abs(work.parts[k, c])
 
 
@@ -174,14 +174,14 @@ def combine(radii: Reals, own: Expansion, work: Combinations) -> None:
 def _write_parts(count: int, terms: Reals, mixes: Reals, parts: Reals) -> None:
     """Write the product of terms and combinations, twelve equations at a time: a row of it stays in registers."""
     for k in range(count):
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             parts[k, c] = 0.0
-    for i in range(0, len(mixes), EQUATIONS):
+    for i in range(0, len(mixes), EQUATIONS_PER_LOOP):
         for k in range(count):
             a, b, d, e = terms[k, i], terms[k, i + 1], terms[k, i + 2], terms[k, i + 3]
             f, g, h, j = terms[k, i + 4], terms[k, i + 5], terms[k, i + 6], terms[k, i + 7]
             p, q, s, t = terms[k, i + 8], terms[k, i + 9], terms[k, i + 10], terms[k, i + 11]
-            for c in range(LANES):
+            for c in range(COMBINATION_LANE_COUNT):
                 parts[k, c] += (
                     a * mixes[i, c]
                     + b * mixes[i + 1, c]
@@ -206,21 +206,21 @@ def _write_rests(own: Expansion, work: Combinations) -> None:
     no more than 1, so that the combination of their entries is no more than the root of twice its own square.
     """
     thirds, errors, mixes, sums = work.thirds, work.errors, work.mixes, work.sums
-    for c in range(LANES):
+    for c in range(COMBINATION_LANE_COUNT):
         thirds[c] = errors[c] = 0.0
     for loop in range(len(own.rests)):
-        row, turn, shift, rounding = EQUATIONS * loop, own.rests[loop, 0], own.rests[loop, 1], own.errors[loop]
-        for c in range(LANES):
+        row, turn, shift, rounding = EQUATIONS_PER_LOOP * loop, own.rests[loop, 0], own.rests[loop, 1], own.errors[loop]
+        for c in range(COMBINATION_LANE_COUNT):
             sums[0, c] = sums[1, c] = sums[2, c] = 0.0
-        for i in range(EQUATIONS):
-            kind = 0 if i < TURN else 1
-            for c in range(LANES):
+        for i in range(EQUATIONS_PER_LOOP):
+            kind = 0 if i < ROTATION_EQUATION_COUNT else 1
+            for c in range(COMBINATION_LANE_COUNT):
                 sums[kind, c] += mixes[row + i, c] * mixes[row + i, c]
                 sums[2, c] += abs(mixes[row + i, c])
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             thirds[c] += (math.sqrt(2.0 * sums[0, c]) * turn + math.sqrt(sums[1, c]) * shift) * (1.0 + 1e-12)
             errors[c] += rounding * sums[2, c]
-    for c in range(LANES):
+    for c in range(COMBINATION_LANE_COUNT):
         errors[c] += thirds[c]
 
 

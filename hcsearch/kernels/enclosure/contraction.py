@@ -12,31 +12,38 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import (
-    LANES,
+    COMBINATION_LANE_COUNT,
     Combinations,
     add_shares,
-    combine,
+    combine_equations,
     new_combinations,
-    solve,
-    weigh,
+    solve_combinations,
+    weigh_equations,
 )
-from hcsearch.kernels.enclosure.expansion import Expansion, Rings, cut_loops, expand, keep_cuts, new_expansion
-from hcsearch.kernels.enclosure.third_order import third_order
+from hcsearch.kernels.enclosure.expansion import (
+    Expansion,
+    HingeRings,
+    cut_loops,
+    expand_closure,
+    keep_cuts,
+    new_expansion,
+)
+from hcsearch.kernels.enclosure.third_order import bound_third_order
 
-LEAST_GAIN = 0.1
+MIN_REPEAT_GAIN_SHARE = 0.1
 """A box is contracted for a third time where it has become smaller by this share."""
-SLIGHT = 0.01
+MIN_FIRST_GAIN_SHARE = 0.01
 """Where the first combinations make a box smaller by less than this share, the others are left out."""
-SWEEPS = 3
+MAX_CONTRACTION_SWEEPS = 3
 """A box is contracted no more often than this."""
-TURNS = 3
+ALTERNATIVE_CUT_COUNT = 3
 """Ways of cutting the loops that take turns beside the one that a box begins with."""
-PAD = 1e-14
+BOUND_PADDING = 1e-14
 """What contracted bounds are moved outward by (rad): a quotient of numbers up to 4 is rounded by less."""
-LEAST_SLOPE = 1e-9
+MIN_COMBINATION_SLOPE = 1e-9
 """A combination bounds no angle of which it has a smaller slope."""
 
 
@@ -54,13 +61,13 @@ class Contraction(NamedTuple):
     shares: Reals
     least: Reals
     most: Reals
-    cuts: Whole
+    cuts: WholeNumbers
     best: Reals
-    turns: Whole
+    turns: WholeNumbers
 
 
 @compiled
-def new_contraction(rings: Rings) -> Contraction:
+def new_contraction(rings: HingeRings) -> Contraction:
     """Empty tables."""
     n, expansion = rings.folds, new_expansion(rings)
     return Contraction(
@@ -78,7 +85,7 @@ def new_contraction(rings: Rings) -> Contraction:
 
 
 @lean
-def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
+def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box, (n,) each, onto the closed states in it; False where it is proved to hold none.
 
     Loops are cut at `work.expansion.cuts` at first; those that leave least unknown are there afterwards.
@@ -88,16 +95,16 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
     _centre(low, high, work)
     for h in range(n):
         work.best[h] = work.radii[h]
-    for sweep in range(SWEEPS):
+    for sweep in range(MAX_CONTRACTION_SWEEPS):
         if sweep > 1 and not shrunk:
             break
         if sweep > 0 and not _cut_otherwise(rings, work) and not shrunk:
             continue
-        expand(rings, work.middles, work.radii, work.expansion)
-        if not weigh(work.radii, work.expansion, work.combinations):
+        expand_closure(rings, work.middles, work.radii, work.expansion)
+        if not weigh_equations(work.radii, work.expansion, work.combinations):
             continue
         before = after = _width(low, high)
-        for first in range(0, n + 1, LANES):
+        for first in range(0, n + 1, COMBINATION_LANE_COUNT):
             if not _use(rings, first, low, high, work):
                 return False
             known = _known(work) if first == 0 else -1.0
@@ -107,9 +114,9 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
                 for h in range(n):
                     work.best[h] = work.shares[h]
             after = _width(low, high)
-            if after > (1.0 - SLIGHT) * before:
+            if after > (1.0 - MIN_FIRST_GAIN_SHARE) * before:
                 break
-        shrunk = after < (1.0 - LEAST_GAIN) * before
+        shrunk = after < (1.0 - MIN_REPEAT_GAIN_SHARE) * before
         _centre(low, high, work)
     keep_cuts(work.cuts, work.expansion.cuts)
     for h in range(n):
@@ -135,10 +142,10 @@ def _width(low: Reals, high: Reals) -> float:
 
 
 @lean
-def _cut_otherwise(rings: Rings, work: Contraction) -> bool:
+def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
     """Cut the loops in the way whose turn it is; whether that is another one than what leaves least unknown."""
     cuts, differs = work.expansion.cuts, False
-    cut_loops(rings, work.radii, work.turns[0] % TURNS, cuts)
+    cut_loops(rings, work.radii, work.turns[0] % ALTERNATIVE_CUT_COUNT, cuts)
     work.turns[0] += 1
     for loop in range(len(cuts)):
         differs = differs or cuts[loop, 0] != work.cuts[loop, 0] or cuts[loop, 1] != work.cuts[loop, 1]
@@ -156,18 +163,18 @@ def _known(work: Contraction) -> float:
 
 
 @lean
-def _use(rings: Rings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
+def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by some combinations; False where one excludes all of it. Number 0 is that of the values."""
     n, own = len(low), work.combinations
-    last = min(n + 1 - first, LANES)
+    last = min(n + 1 - first, COMBINATION_LANE_COUNT)
     for i in range(len(own.mixes)):
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             own.mixes[i, c] = 0.0
         for c in range(last):
             own.mixes[i, c] = work.expansion.slopes[i, first + c - 1] if first + c > 0 else own.centred[i]
-    solve(own)
+    solve_combinations(own)
     _scale(own)
-    combine(work.radii, work.expansion, own)
+    combine_equations(work.radii, work.expansion, own)
     if first == 0:
         _refine(rings, work)
         for h in range(n):
@@ -175,16 +182,16 @@ def _use(rings: Rings, first: int, low: Reals, high: Reals, work: Contraction) -
         add_shares(work.radii, work.expansion, work.shares, own)
     for c in range(last):
         h = first + c - 1
-        if (h < 0 or high[h] - low[h] > PAD) and not _bound(c, low, high, work):
+        if (h < 0 or high[h] - low[h] > BOUND_PADDING) and not _bound(c, low, high, work):
             return False
     return True
 
 
 @lean
-def _refine(rings: Rings, work: Contraction) -> None:
+def _refine(rings: HingeRings, work: Contraction) -> None:
     """Bound the third order of the first combination term by term."""
     own = work.combinations
-    gain = own.thirds[0] - third_order(work.radii, rings.hinges, work.expansion, own.mixes)
+    gain = own.thirds[0] - bound_third_order(work.radii, rings.hinges, work.expansion, own.mixes)
     if gain > 0.0:
         own.thirds[0] -= gain
         own.errors[0] -= gain
@@ -194,12 +201,12 @@ def _refine(rings: Rings, work: Contraction) -> None:
 def _scale(own: Combinations) -> None:
     """Scale the greatest entry of each combination to 1; one that is none becomes 0, and bounds nothing."""
     greatest = own.sums[0]
-    for c in range(LANES):
+    for c in range(COMBINATION_LANE_COUNT):
         greatest[c] = 0.0
     for i in range(len(own.mixes)):
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             greatest[c] = max(greatest[c], abs(own.mixes[i, c]))
-    for c in range(LANES):
+    for c in range(COMBINATION_LANE_COUNT):
         if 0.0 < greatest[c] < math.inf:
             greatest[c] = 1.0 / greatest[c]
         else:
@@ -207,7 +214,7 @@ def _scale(own: Combinations) -> None:
             for i in range(len(own.mixes)):
                 own.mixes[i, c] = 0.0
     for i in range(len(own.mixes)):
-        for c in range(LANES):
+        for c in range(COMBINATION_LANE_COUNT):
             own.mixes[i, c] *= greatest[c]
 
 
@@ -232,11 +239,11 @@ def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
         return False
     for h in range(n):
         slope = own.parts[h, c]
-        if abs(slope) < LEAST_SLOPE:
+        if abs(slope) < MIN_COMBINATION_SLOPE:
             continue
         one, two = -(above - work.most[h]) / slope, -(below - work.least[h]) / slope
-        least = max(low[h], work.middles[h] + min(one, two) - PAD)
-        most = min(high[h], work.middles[h] + max(one, two) + PAD)
+        least = max(low[h], work.middles[h] + min(one, two) - BOUND_PADDING)
+        most = min(high[h], work.middles[h] + max(one, two) + BOUND_PADDING)
         if least > most:
             return False
         low[h], high[h] = least, most

@@ -9,12 +9,21 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import EMPTY, UNFINISHED, Refutation, begin, split, test_box
+from hcsearch.kernels.enclosure.expansion import HingeRings
+from hcsearch.kernels.enclosure.refutation import (
+    BOX_EMPTY,
+    BOX_UNFINISHED,
+    Refutation,
+    split_box,
+    start_refutation,
+    test_box,
+)
 
 
 @compiled
-def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation) -> tuple[float, int, int]:
+def estimate_box_count(
+    rings: HingeRings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation
+) -> tuple[float, int, int]:
     """How many boxes a search of a box, (n,) each, takes, about.
 
     Then EMPTY, or CLOSED or OPEN where a probe ends so; and how many boxes the probes took.
@@ -26,17 +35,17 @@ def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work
     np.random.seed(seed)
     total, tested = 0.0, 0
     for _ in range(probes):
-        begin(rings, low, high, work)
-        stands_for, verdict = 1.0, UNFINISHED
-        while verdict == UNFINISHED:
+        start_refutation(rings, low, high, work)
+        stands_for, verdict = 1.0, BOX_UNFINISHED
+        while verdict == BOX_UNFINISHED:
             total += stands_for
             stands_for *= 2.0
             verdict, side = test_box(rings, 0, work)
             tested += 1
-            if verdict == UNFINISHED:
-                split(side, 0, work)
+            if verdict == BOX_UNFINISHED:
+                split_box(side, 0, work)
                 if np.random.random() < 0.5:
                     work.lows[0], work.highs[0], work.cuts[0] = work.lows[1], work.highs[1], work.cuts[1]
-        if verdict != EMPTY:
+        if verdict != BOX_EMPTY:
             return total, verdict, tested
-    return total / probes, EMPTY, tested
+    return total / probes, BOX_EMPTY, tested

@@ -14,27 +14,36 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, plus, put, times
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import (
+    Vector3,
+    cross,
+    dot,
+    put_vector,
+    scaled_vector,
+    vector_at,
+    vector_difference,
+    vector_sum,
+)
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 
-EQUATIONS = 12
+EQUATIONS_PER_LOOP = 12
 """Equations of a loop: the nine entries of a rotation by rows, and a place."""
-ROUNDING = 4e-15
+HALF_POSE_ROUNDING = 4e-15
 """Error of the pose of a half for each of its hinges, over 1 and the distance of hinges: a product of rotations is a
 sum of three products of two entries, each known to a few units in the last place, as the hinges' places are."""
 
 
-class Rings(NamedTuple):
+class HingeRings(NamedTuple):
     """Loops of hinges in the flat state; lengths are in its size, places about the middle of each loop.
 
     starts : (n_loops + 1,), where each loop begins. hinges : (k,), which hinge comes next. directions, points : (k, 3),
     its line, in the sense in which the loop crosses it. folds : n, number of hinges.
     """
 
-    starts: Whole
-    hinges: Whole
+    starts: WholeNumbers
+    hinges: WholeNumbers
     directions: Reals
     points: Reals
     folds: int
@@ -55,15 +64,15 @@ class Expansion(NamedTuple):
     values: Reals
     slopes: Reals
     bends: Reals
-    pairs: Whole
-    owners: Whole
-    filled: Whole
+    pairs: WholeNumbers
+    owners: WholeNumbers
+    filled: WholeNumbers
     rests: Reals
     fourths: Reals
     errors: Reals
-    cuts: Whole
-    steps: Whole
-    ends: Whole
+    cuts: WholeNumbers
+    steps: WholeNumbers
+    ends: WholeNumbers
     axes: Reals
     levers: Reals
     turned: Reals
@@ -71,19 +80,19 @@ class Expansion(NamedTuple):
 
 
 @compiled
-def new_expansion(rings: Rings) -> Expansion:
+def new_expansion(rings: HingeRings) -> Expansion:
     """Empty tables."""
     loops, most = len(rings.starts) - 1, 0
     for loop in range(loops):
         m = rings.starts[loop + 1] - rings.starts[loop]
         most += m * (m + 1) // 2
-    r, k, cuts = EQUATIONS * loops, len(rings.hinges), np.zeros((loops, 2), np.int64)
+    r, k, cuts = EQUATIONS_PER_LOOP * loops, len(rings.hinges), np.zeros((loops, 2), np.int64)
     for loop in range(loops):
         cuts[loop, 1] = (rings.starts[loop + 1] - rings.starts[loop]) // 2
     return Expansion(
         np.zeros(r),
         np.zeros((r, rings.folds)),
-        np.zeros((most, EQUATIONS)),
+        np.zeros((most, EQUATIONS_PER_LOOP)),
         np.zeros((most, 2), np.int64),
         np.zeros(most, np.int64),
         np.zeros(1, np.int64),
@@ -101,7 +110,7 @@ def new_expansion(rings: Rings) -> Expansion:
 
 
 @lean
-def expand(rings: Rings, angles: Reals, radii: Reals, expansion: Expansion) -> None:
+def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Expansion) -> None:
     """Write the equations about a state, for angles that differ by no more than the radii, (n,) each.
 
     Loops are cut at `expansion.cuts`.
@@ -118,11 +127,11 @@ def expand(rings: Rings, angles: Reals, radii: Reals, expansion: Expansion) -> N
             total += turned
             far = max(far, reach)
         count = rings.starts[loop + 1] - rings.starts[loop]
-        expansion.errors[loop] = ROUNDING * count * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
+        expansion.errors[loop] = HALF_POSE_ROUNDING * count * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
 
 
 @lean
-def cut_loops(rings: Rings, radii: Reals, turn: int, cuts: Whole) -> None:
+def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) -> None:
     """Choose where each loop is cut: bounds of third order are cubic in the sum of the radii of either half.
 
     turn : 0 for the most even cut, 1 for that which comes next after it, and so on.
@@ -147,23 +156,23 @@ def cut_loops(rings: Rings, radii: Reals, turn: int, cuts: Whole) -> None:
 
 
 @lean
-def keep_cuts(source: Whole, target: Whole) -> None:
+def keep_cuts(source: WholeNumbers, target: WholeNumbers) -> None:
     """Copy where loops are cut, (n_loops, 2)."""
     for loop in range(len(source)):
         target[loop, 0], target[loop, 1] = source[loop, 0], source[loop, 1]
 
 
 @lean
-def write_first_order(rings: Rings, angles: Reals, expansion: Expansion) -> None:
+def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) -> None:
     """Write the values and slopes of the equations at a state, for loops as they are cut."""
     expansion.slopes[:] = 0.0
     for loop in range(len(rings.starts) - 1):
         _lay_out(rings, loop, expansion)
         middle = _middle(rings, loop, expansion)
-        one, two, row = expansion.poses[0], expansion.poses[1], EQUATIONS * loop
+        one, two, row = expansion.poses[0], expansion.poses[1], EQUATIONS_PER_LOOP * loop
         _place(rings, 2 * loop, angles, one, expansion)
         _place(rings, 2 * loop + 1, angles, two, expansion)
-        here, there = moved(one, middle), moved(two, middle)
+        here, there = moved_point(one, middle), moved_point(two, middle)
         for i in range(3):
             x, y, z = two[i, 0], two[i, 1], two[i, 2]
             for j in range(3):  # the rotation from the one pose to the other, in the room of the second
@@ -178,7 +187,7 @@ def write_first_order(rings: Rings, angles: Reals, expansion: Expansion) -> None
 
 
 @lean
-def _lay_out(rings: Rings, loop: int, expansion: Expansion) -> None:
+def _lay_out(rings: HingeRings, loop: int, expansion: Expansion) -> None:
     """Write the hinges of both halves of a loop, from its first panel to the one in its middle."""
     start, end = rings.starts[loop], rings.starts[loop + 1]
     first, middle = start + expansion.cuts[loop, 0], start + expansion.cuts[loop, 1]
@@ -193,16 +202,16 @@ def _lay_out(rings: Rings, loop: int, expansion: Expansion) -> None:
 
 
 @lean
-def _middle(rings: Rings, loop: int, expansion: Expansion) -> Vector:
+def _middle(rings: HingeRings, loop: int, expansion: Expansion) -> Vector3:
     """A point of the panel in the middle, in the flat state."""
     start, m = rings.starts[loop], rings.starts[loop + 1] - rings.starts[loop]
     k = expansion.cuts[loop, 1]
-    before, after = at(rings.points, start + (k - 1) % m, 0), at(rings.points, start + k % m, 0)
-    return times(0.5, plus(before, after))
+    before, after = vector_at(rings.points, start + (k - 1) % m, 0), vector_at(rings.points, start + k % m, 0)
+    return scaled_vector(0.5, vector_sum(before, after))
 
 
 @lean
-def _place(rings: Rings, half: int, angles: Reals, pose: Reals, expansion: Expansion) -> None:
+def _place(rings: HingeRings, half: int, angles: Reals, pose: Reals, expansion: Expansion) -> None:
     """Write the axes of a half where it is folded, points of them into `levers`, and the pose that it comes to."""
     sense = 1.0 if half % 2 == 0 else -1.0
     for i in range(3):
@@ -210,15 +219,15 @@ def _place(rings: Rings, half: int, angles: Reals, pose: Reals, expansion: Expan
             pose[i, j] = 1.0 if i == j else 0.0
     for place in range(expansion.ends[half], expansion.ends[half + 1]):
         k = expansion.steps[place]
-        u, p = at(rings.directions, k, 0), at(rings.points, k, 0)
+        u, p = vector_at(rings.directions, k, 0), vector_at(rings.points, k, 0)
         for i in range(3):
             expansion.axes[place, i] = sense * (pose[i, 0] * u[0] + pose[i, 1] * u[1] + pose[i, 2] * u[2])
-        put(expansion.levers, place, 0, moved(pose, p))
+        put_vector(expansion.levers, place, 0, moved_point(pose, p))
         fold_on(pose, rings.directions[k], rings.points[k], sense * angles[rings.hinges[k]])
 
 
 @lean
-def moved(pose: Reals, point: Vector) -> Vector:
+def moved_point(pose: Reals, point: Vector3) -> Vector3:
     """A point that is moved by a pose."""
     x, y, z = point
     return (
@@ -229,14 +238,16 @@ def moved(pose: Reals, point: Vector) -> Vector:
 
 
 @lean
-def _write_slopes(half: int, sign: float, middle: Vector, last: Reals, rings: Rings, expansion: Expansion) -> None:
+def _write_slopes(
+    half: int, sign: float, middle: Vector3, last: Reals, rings: HingeRings, expansion: Expansion
+) -> None:
     """Write the slopes of a half, levers in place of points, and `turned`: cross products of axes with a rotation."""
-    row = EQUATIONS * (half // 2)
+    row = EQUATIONS_PER_LOOP * (half // 2)
     g = last[0, 0], last[0, 1], last[0, 2], last[1, 0], last[1, 1], last[1, 2], last[2, 0], last[2, 1], last[2, 2]
     for place in range(expansion.ends[half], expansion.ends[half + 1]):
-        h, axis = rings.hinges[expansion.steps[place]], at(expansion.axes, place, 0)
-        lever = cross(axis, minus(middle, at(expansion.levers, place, 0)))
-        put(expansion.levers, place, 0, lever)
+        h, axis = rings.hinges[expansion.steps[place]], vector_at(expansion.axes, place, 0)
+        lever = cross(axis, vector_difference(middle, vector_at(expansion.levers, place, 0)))
+        put_vector(expansion.levers, place, 0, lever)
         for j in range(3):
             column = cross(axis, (g[j], g[3 + j], g[6 + j]))
             for i in range(3):
@@ -247,11 +258,11 @@ def _write_slopes(half: int, sign: float, middle: Vector, last: Reals, rings: Ri
 
 
 @lean
-def _write_bends(rings: Rings, half: int, expansion: Expansion) -> None:
+def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
     """Write the products of two hinges of a half."""
     sign, q = 1.0 if half % 2 == 0 else -1.0, expansion.filled[0]
     for i in range(expansion.ends[half], expansion.ends[half + 1]):
-        axis = at(expansion.axes, i, 0)
+        axis = vector_at(expansion.axes, i, 0)
         for j in range(i, expansion.ends[half + 1]):
             f = 0.5 * sign if i == j else sign
             expansion.pairs[q, 0] = rings.hinges[expansion.steps[i]]
@@ -261,14 +272,14 @@ def _write_bends(rings: Rings, half: int, expansion: Expansion) -> None:
             for s in range(3):
                 column = cross(axis, (turned[0, s], turned[1, s], turned[2, s]))
                 own[s], own[3 + s], own[6 + s] = f * column[0], f * column[1], f * column[2]
-            shift = cross(axis, at(expansion.levers, j, 0))
+            shift = cross(axis, vector_at(expansion.levers, j, 0))
             own[9], own[10], own[11] = f * shift[0], f * shift[1], f * shift[2]
             q += 1
     expansion.filled[0] = q
 
 
 @lean
-def _add_rests(rings: Rings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
+def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
     """Add higher orders of a half; the sum of its radii, and how far the middle panel may be from its hinges.
 
     Third derivatives along a line are sums over three hinges i <= j <= k of d_i d_j d_k K_i K_j K_k, with rotations
@@ -280,7 +291,7 @@ def _add_rests(rings: Rings, half: int, radii: Reals, expansion: Expansion) -> t
         total += radii[rings.hinges[expansion.steps[k]]]
     left = total
     for k in range(end - 1, first - 1, -1):
-        lever, own = at(expansion.levers, k, 0), radii[rings.hinges[expansion.steps[k]]]
+        lever, own = vector_at(expansion.levers, k, 0), radii[rings.hinges[expansion.steps[k]]]
         reach = math.sqrt(dot(lever, lever)) + more  # what lies between it and the panel moves that by `more`
         far = max(far, reach)
         more += own * reach

@@ -16,26 +16,36 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import (
-    CLOSED,
-    EMPTY,
-    OPEN,
-    TESTED,
-    UNFINISHED,
+    BOX_CLOSED,
+    BOX_EMPTY,
+    BOX_OPEN,
+    BOX_UNFINISHED,
+    REFUTATION_TESTED_BOXES,
     Refutation,
-    begin,
-    go_on,
-    meets,
+    continue_refutation,
+    reaches_closed_state,
+    start_refutation,
 )
 
-GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
+FLOOD_GOING, FLOOD_ENCLOSED, FLOOD_REACHED, FLOOD_FULL = 0, 1, 2, 3
 """A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""
-HEAD, TAIL, FACES, MET, DOUBTED, BOXES, SIDE, FACE, WAITED = 0, 1, 2, 3, 4, 5, 6, 7, 8
+(
+    COUNT_HEAD,
+    COUNT_TAIL,
+    COUNT_TESTED_FACES,
+    COUNT_CROSSED_FACES,
+    COUNT_DOUBTED_FACES,
+    COUNT_BOXES,
+    COUNT_NEXT_SIDE,
+    COUNT_CURRENT_FACE,
+    COUNT_WAITS,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Entries of the counts of a flood."""
-LIMITS = (300, 3_000, 30_000, 300_000, 3_000_000)
+FACE_BOX_LIMITS = (300, 3_000, 30_000, 300_000, 3_000_000)
 """Boxes by which a face may be proved empty, at first and as often as it has waited; then it counts as crossed."""
 
 
@@ -53,12 +63,12 @@ class Flood(NamedTuple):
 
     cubes: NDArray[np.int8]
     states: Reals
-    slots: Whole
+    slots: WholeNumbers
     goal: NDArray[np.int8]
     grid: Reals
-    waiting: Whole
-    queues: Whole
-    counts: Whole
+    waiting: WholeNumbers
+    queues: WholeNumbers
+    counts: WholeNumbers
 
 
 @compiled
@@ -73,8 +83,8 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
         np.zeros(size, np.int64),
         np.zeros(n, np.int8),
         grid,
-        np.zeros((len(LIMITS) - 1, capacity), np.int64),
-        np.zeros((len(LIMITS) - 1, 2), np.int64),
+        np.zeros((len(FACE_BOX_LIMITS) - 1, capacity), np.int64),
+        np.zeros((len(FACE_BOX_LIMITS) - 1, 2), np.int64),
         np.zeros(9, np.int64),
     )
     for h in range(n):
@@ -82,7 +92,7 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
         flood.cubes[0, h] = np.searchsorted(grid, start[h], side="right") - 1
         flood.states[0, h] = start[h]
     flood.slots[_slot(flood, flood.cubes[0])] = 1
-    flood.counts[TAIL], flood.counts[FACE] = 1, -1
+    flood.counts[COUNT_TAIL], flood.counts[COUNT_CURRENT_FACE] = 1, -1
     return flood
 
 
@@ -107,20 +117,20 @@ def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
 
 
 @compiled
-def spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
+def spread_flood(rings: HingeRings, flood: Flood, boxes: int, work: Refutation) -> int:
     """Let a flood go on until it has taken so many boxes in all; GOING, ENCLOSED, REACHED or FULL."""
     counts, n = flood.counts, len(flood.goal)
     cube, state = np.zeros(n, np.int8), np.zeros(n)
     low, high = np.zeros(n), np.zeros(n)
-    while counts[BOXES] < boxes:
-        if max(counts[TAIL], flood.queues[:, 1].max()) >= len(flood.cubes):
-            return FULL
-        begins = counts[FACE] < 0
+    while counts[COUNT_BOXES] < boxes:
+        if max(counts[COUNT_TAIL], flood.queues[:, 1].max()) >= len(flood.cubes):
+            return FLOOD_FULL
+        begins = counts[COUNT_CURRENT_FACE] < 0
         if begins:
-            counts[FACE], counts[WAITED] = _next_face(flood)
-        face, waited = counts[FACE], counts[WAITED]
+            counts[COUNT_CURRENT_FACE], counts[COUNT_WAITS] = _next_face(flood)
+        face, waited = counts[COUNT_CURRENT_FACE], counts[COUNT_WAITS]
         if face < 0:
-            return ENCLOSED
+            return FLOOD_ENCLOSED
         own, h, step = face // (2 * n), face % (2 * n) // 2, 2 * (face % 2) - 1
         for k in range(n):
             cube[k] = flood.cubes[own, k]
@@ -128,34 +138,34 @@ def spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
         cube[h] += step
         slot = _slot(flood, cube)
         if not 0 <= cube[h] < len(flood.grid) - 1 or flood.slots[slot]:
-            counts[FACE] = -1
+            counts[COUNT_CURRENT_FACE] = -1
             continue
         low[h] = high[h] = high[h] if step > 0 else low[h]
         verdict = _tested(rings, flood, low, high, begins, boxes, state, work)
-        if verdict == UNFINISHED:
-            return GOING
-        counts[FACE] = -1
-        if verdict == OPEN and waited + 1 < len(LIMITS):
+        if verdict == BOX_UNFINISHED:
+            return FLOOD_GOING
+        counts[COUNT_CURRENT_FACE] = -1
+        if verdict == BOX_OPEN and waited + 1 < len(FACE_BOX_LIMITS):
             flood.waiting[waited, flood.queues[waited, 1]] = face
             flood.queues[waited, 1] += 1
-        elif verdict != EMPTY:
-            counts[MET if verdict == CLOSED else DOUBTED] += 1
+        elif verdict != BOX_EMPTY:
+            counts[COUNT_CROSSED_FACES if verdict == BOX_CLOSED else COUNT_DOUBTED_FACES] += 1
             _take_in(flood, slot, cube, state)
             if (cube == flood.goal).all():
-                return REACHED
-    return GOING
+                return FLOOD_REACHED
+    return FLOOD_GOING
 
 
 @lean
 def _next_face(flood: Flood) -> tuple[int, int]:
     """The face that is tested next, 2 n times its cube and its side, and how often it has waited; -1 for none."""
     counts, queues, sides = flood.counts, flood.queues, 2 * len(flood.goal)
-    if counts[HEAD] < counts[TAIL]:
-        face = counts[HEAD] * sides + counts[SIDE]
-        counts[SIDE] += 1
-        if counts[SIDE] == sides:
-            counts[HEAD] += 1
-            counts[SIDE] = 0
+    if counts[COUNT_HEAD] < counts[COUNT_TAIL]:
+        face = counts[COUNT_HEAD] * sides + counts[COUNT_NEXT_SIDE]
+        counts[COUNT_NEXT_SIDE] += 1
+        if counts[COUNT_NEXT_SIDE] == sides:
+            counts[COUNT_HEAD] += 1
+            counts[COUNT_NEXT_SIDE] = 0
         return face, 0
     for k in range(len(queues)):
         if queues[k, 0] < queues[k, 1]:
@@ -166,37 +176,37 @@ def _next_face(flood: Flood) -> tuple[int, int]:
 
 @lean
 def _tested(
-    rings: Rings, flood: Flood, low: Reals, high: Reals, begins: bool, boxes: int, state: Reals, work: Refutation
+    rings: HingeRings, flood: Flood, low: Reals, high: Reals, begins: bool, boxes: int, state: Reals, work: Refutation
 ) -> int:
     """EMPTY, CLOSED or OPEN for a face of a cube, or UNFINISHED where the flood has taken so many boxes by then.
 
     A state of a face that is not empty is written: a closed one, if met. Newton's method begins at the nearest state of
     the face to that by which the flood came to the cube.
     """
-    counts, limit = flood.counts, LIMITS[flood.counts[WAITED]]
+    counts, limit = flood.counts, FACE_BOX_LIMITS[flood.counts[COUNT_WAITS]]
     if begins:
-        if counts[WAITED] == 0:
-            counts[FACES] += 1
-        counts[BOXES] += 1
+        if counts[COUNT_WAITS] == 0:
+            counts[COUNT_TESTED_FACES] += 1
+        counts[COUNT_BOXES] += 1
         _write_nearest(flood, low, high, state)
-        if meets(rings, low, high, state, work):
-            return CLOSED
-        begin(rings, low, high, work)
-    before = work.counts[TESTED]
-    verdict = go_on(rings, min(limit, before + max(boxes - counts[BOXES], 0)), work)
-    counts[BOXES] += work.counts[TESTED] - before
-    if verdict == CLOSED:
+        if reaches_closed_state(rings, low, high, state, work):
+            return BOX_CLOSED
+        start_refutation(rings, low, high, work)
+    before = work.counts[REFUTATION_TESTED_BOXES]
+    verdict = continue_refutation(rings, min(limit, before + max(boxes - counts[COUNT_BOXES], 0)), work)
+    counts[COUNT_BOXES] += work.counts[REFUTATION_TESTED_BOXES] - before
+    if verdict == BOX_CLOSED:
         for h in range(len(low)):
             state[h] = work.state[h]
     else:
         _write_nearest(flood, low, high, state)
-    return OPEN if verdict == UNFINISHED and work.counts[TESTED] >= limit else verdict
+    return BOX_OPEN if verdict == BOX_UNFINISHED and work.counts[REFUTATION_TESTED_BOXES] >= limit else verdict
 
 
 @lean
 def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
     """Write the state of the face under search that is nearest to that by which the flood came to its cube."""
-    own = flood.counts[FACE] // (2 * len(low))
+    own = flood.counts[COUNT_CURRENT_FACE] // (2 * len(low))
     for h in range(len(low)):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])
 
@@ -204,9 +214,9 @@ def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
 @lean
 def _take_in(flood: Flood, slot: int, cube: NDArray[np.int8], state: Reals) -> None:
     """Take in a cube, with a state of the face by which it was reached."""
-    own = flood.counts[TAIL]
+    own = flood.counts[COUNT_TAIL]
     for h in range(len(cube)):
         flood.cubes[own, h] = cube[h]
         flood.states[own, h] = state[h]
     flood.slots[slot] = own + 1
-    flood.counts[TAIL] = own + 1
+    flood.counts[COUNT_TAIL] = own + 1

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.cholesky import factor, solve_factored
+from hcsearch.kernels.algebra.cholesky import factor_symmetric, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import Expansion, Rings, write_first_order
+from hcsearch.kernels.enclosure.expansion import Expansion, HingeRings, write_first_order
 
-STEPS = 20
+MAX_NEWTON_STEPS = 20
 """Steps, at most: most closed states are reached in seven."""
-RESIDUAL = 1e-7
+NEWTON_RESIDUAL = 1e-7
 """Root of the sum of squares of the equations at a closed state."""
-WINDOW, PROGRESS = 5, 0.5
+STALL_STEP_COUNT, STALL_RESIDUAL_SHARE = 5, 0.5
 """Where so many steps leave more than this share of the residual, there will be no closed state."""
 
 
@@ -36,7 +36,7 @@ class Newton(NamedTuple):
 
 
 @compiled
-def new_newton(rings: Rings) -> Newton:
+def new_newton(rings: HingeRings) -> Newton:
     """Empty tables."""
     n = rings.folds
     tables, lists = (np.zeros((n, n)), np.zeros((n, n))), (np.zeros(n), np.zeros(n), np.zeros(n))
@@ -44,19 +44,19 @@ def new_newton(rings: Rings) -> Newton:
 
 
 @lean
-def close_within(rings: Rings, low: Reals, high: Reals, state: Reals, own: Expansion, work: Newton) -> float:
+def close_within_box(rings: HingeRings, low: Reals, high: Reals, state: Reals, own: Expansion, work: Newton) -> float:
     """Move a state to a closed one within a box, (n,) each; what is left of the equations there."""
     residual, before = math.inf, math.inf
-    for step in range(STEPS):
+    for step in range(MAX_NEWTON_STEPS):
         write_first_order(rings, state, own)
         total = 0.0
         for i in range(len(own.values)):
             total += own.values[i] * own.values[i]
         residual = math.sqrt(total)
-        if residual < RESIDUAL:
+        if residual < NEWTON_RESIDUAL:
             break
-        if step % WINDOW == 0:
-            if residual > PROGRESS * before:
+        if step % STALL_STEP_COUNT == 0:
+            if residual > STALL_RESIDUAL_SHARE * before:
                 break
             before = residual
         _write_normal(1e-3 * residual + 1e-12, own, work)
@@ -110,7 +110,7 @@ def _write_step(low: Reals, high: Reals, state: Reals, work: Newton) -> bool:
                         step[h] -= work.normal[h, k] * edge[k]
                 else:
                     free[h, k] = work.normal[h, k]
-        if not factor(free, 0.0):
+        if not factor_symmetric(free, 0.0):
             return False
         solve_factored(free, step)
         within = True

@@ -14,23 +14,31 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, put, times
+from hcsearch.kernels.algebra.vectors import (
+    Vector3,
+    cross,
+    dot,
+    put_vector,
+    scaled_vector,
+    vector_at,
+    vector_difference,
+)
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.combinations import add_shares, combine, solve, weigh
+from hcsearch.kernels.enclosure.combinations import add_shares, combine_equations, solve_combinations, weigh_equations
 from hcsearch.kernels.enclosure.contraction import Contraction
-from hcsearch.kernels.enclosure.expansion import ROUNDING, Rings, expand
-from hcsearch.kernels.enclosure.piercings import Piercings, new_piercings, pierce
-from hcsearch.kernels.enclosure.plates import Plates, Sight, new_sight, see, seen
+from hcsearch.kernels.enclosure.expansion import HALF_POSE_ROUNDING, HingeRings, expand_closure
+from hcsearch.kernels.enclosure.piercings import Piercings, new_piercings, write_piercings
+from hcsearch.kernels.enclosure.plates import FacetView, Plates, new_facet_view, view_facet, viewed_point
 
-APART, MET, THROUGHOUT = 0, 1, 2
+OVERLAP_NONE, OVERLAP_AT_MIDDLE, OVERLAP_THROUGHOUT = 0, 1, 2
 """At the middle of a box no panels are known to overlap; some do; some do in all of the box: proved."""
-TRIES = 3
+MAX_TESTED_PIERCINGS = 3
 """Piercings that are tried in a box, the deepest first."""
-TOUCH = 1e-5
+CLEAR_PIERCING_DEPTH = 1e-5
 """Panels that are pierced no deeper, in sizes of the pattern, count as clear."""
-UPPER, LOWER, CROSSING, ALONG = 0, 1, 2, 3
+TRACE_UPPER, TRACE_LOWER, TRACE_CROSSING, TRACE_ALONG = 0, 1, 2, 3
 """What is traced: both ends of a segment, the point where it crosses the outline at the middle, the way between."""
-HEIGHT, RISE, INSIDE, LEAN, IN_UPPER, IN_LOWER = 2, 3, 4, 5, 6, 7
+FORM_HEIGHT, FORM_RISE, FORM_INSIDE, FORM_LEAN, FORM_IN_UPPER, FORM_IN_LOWER = 2, 3, 4, 5, 6, 7
 """Rows of forms beside how far the ends are above and below: the height of the point above that of the outline, and of
 the upper end above the lower one; of a side, how far the point is inside of it, how the segment leans, and its ends."""
 
@@ -46,7 +54,7 @@ class Overlaps(NamedTuple):
     """
 
     plates: Plates
-    sight: Sight
+    sight: FacetView
     piercings: Piercings
     levers: Reals
     bends: Reals
@@ -62,12 +70,12 @@ class Overlaps(NamedTuple):
 
 
 @compiled
-def new_overlaps(rings: Rings, plates: Plates) -> Overlaps:
+def new_overlaps(rings: HingeRings, plates: Plates) -> Overlaps:
     """Empty tables."""
     n = rings.folds
     return Overlaps(
         plates,
-        new_sight(n),
+        new_facet_view(n),
         new_piercings(plates),
         np.zeros((4, n, 3)),
         np.zeros((4, n * (n + 1) // 2, 3)),
@@ -90,24 +98,24 @@ def clear_at(state: Reals, work: Overlaps) -> bool:
         return True
     for h in range(len(state)):
         work.slopes[h] = 0.0
-    return pierce(work.plates, state, work.slopes, work.sight, work.piercings) < TOUCH
+    return write_piercings(work.plates, state, work.slopes, work.sight, work.piercings) < CLEAR_PIERCING_DEPTH
 
 
 @lean
-def overlapping(rings: Rings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
+def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
     """APART, MET or THROUGHOUT for the closed states of a box, (n,) each; where MET, shares are `kept`."""
     if len(work.plates.pairs) == 0:
-        return APART
+        return OVERLAP_NONE
     middles, radii, depths = closure.middles, closure.radii, work.piercings.depths
     for h in range(len(low)):
         middles[h] = 0.5 * (low[h] + high[h])
         radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
-    if pierce(work.plates, middles, radii, work.sight, work.piercings) <= 0.0:
-        return APART
-    expand(rings, middles, radii, closure.expansion)
-    if not weigh(radii, closure.expansion, closure.combinations):
-        return APART
-    for k in range(TRIES):
+    if write_piercings(work.plates, middles, radii, work.sight, work.piercings) <= 0.0:
+        return OVERLAP_NONE
+    expand_closure(rings, middles, radii, closure.expansion)
+    if not weigh_equations(radii, closure.expansion, closure.combinations):
+        return OVERLAP_NONE
+    for k in range(MAX_TESTED_PIERCINGS):
         row = 0
         for own in range(len(depths)):
             if depths[own] > depths[row]:
@@ -115,11 +123,11 @@ def overlapping(rings: Rings, low: Reals, high: Reals, closure: Contraction, wor
         if depths[row] <= 0.0:
             break
         if _lasts(row, middles, radii, closure, work):
-            return THROUGHOUT
+            return OVERLAP_THROUGHOUT
         depths[row] = 0.0
         for h in range(len(low) if k == 0 else 0):
             work.kept[h] = work.shares[h]
-    return MET
+    return OVERLAP_AT_MIDDLE
 
 
 @lean
@@ -127,32 +135,35 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
     """Whether a piercing lasts in all of a box; shares are those of what fails."""
     plates, pair, order = work.plates, row // 2, row % 2
     own, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
-    see(plates, pair, order, middles, radii, work.sight)
+    view_facet(plates, pair, order, middles, radii, work.sight)
     ends, height = work.piercings.ends[row], work.piercings.heights[row]
-    upper, lower = seen(work.sight, plates.samples[other], ends[0]), seen(work.sight, plates.samples[other], ends[1])
-    along = minus(upper, lower)
-    crossing = minus(upper, times((upper[2] - height) / along[2], along))
-    _trace(UPPER, upper, 1.0, radii, work)
-    _trace(LOWER, lower, 1.0, radii, work)
-    _form(UPPER, UPPER, (0.0, 0.0, 1.0), upper[2] - height, radii, work)
-    _form(LOWER, LOWER, (0.0, 0.0, -1.0), height - lower[2], radii, work)
-    for end in (UPPER, LOWER):
+    upper, lower = (
+        viewed_point(work.sight, plates.samples[other], ends[0]),
+        viewed_point(work.sight, plates.samples[other], ends[1]),
+    )
+    along = vector_difference(upper, lower)
+    crossing = vector_difference(upper, scaled_vector((upper[2] - height) / along[2], along))
+    _trace(TRACE_UPPER, upper, 1.0, radii, work)
+    _trace(TRACE_LOWER, lower, 1.0, radii, work)
+    _form(TRACE_UPPER, TRACE_UPPER, (0.0, 0.0, 1.0), upper[2] - height, radii, work)
+    _form(TRACE_LOWER, TRACE_LOWER, (0.0, 0.0, -1.0), height - lower[2], radii, work)
+    for end in (TRACE_UPPER, TRACE_LOWER):
         for h in range(len(radii)):
             work.slopes[h] = work.forms[end, h]
         if not _positive(work.values[end], work.errors[end], radii, closure, work):
             return False
-    _trace(CROSSING, crossing, 1.0, radii, work)
-    _trace(ALONG, along, 0.0, radii, work)
-    _form(CROSSING, HEIGHT, (0.0, 0.0, 1.0), crossing[2] - height, radii, work)
-    _form(ALONG, RISE, (0.0, 0.0, 1.0), along[2], radii, work)
+    _trace(TRACE_CROSSING, crossing, 1.0, radii, work)
+    _trace(TRACE_ALONG, along, 0.0, radii, work)
+    _form(TRACE_CROSSING, FORM_HEIGHT, (0.0, 0.0, 1.0), crossing[2] - height, radii, work)
+    _form(TRACE_ALONG, FORM_RISE, (0.0, 0.0, 1.0), along[2], radii, work)
     for side in range(plates.counts[own, 2]):
         x, y, far = plates.sides[own, side]
-        _form(UPPER, IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
-        _form(LOWER, IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
-        if _least(IN_UPPER, work) > 0.0 and _least(IN_LOWER, work) > 0.0:
+        _form(TRACE_UPPER, FORM_IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
+        _form(TRACE_LOWER, FORM_IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
+        if _least(FORM_IN_UPPER, work) > 0.0 and _least(FORM_IN_LOWER, work) > 0.0:
             continue
-        _form(CROSSING, INSIDE, (-x, -y, 0.0), far - x * crossing[0] - y * crossing[1], radii, work)
-        _form(ALONG, LEAN, (x, y, 0.0), x * along[0] + y * along[1], radii, work)
+        _form(TRACE_CROSSING, FORM_INSIDE, (-x, -y, 0.0), far - x * crossing[0] - y * crossing[1], radii, work)
+        _form(TRACE_ALONG, FORM_LEAN, (x, y, 0.0), x * along[0] + y * along[1], radii, work)
         value, error = _crossing(work)
         if not _positive(value, error, radii, closure, work):
             return False
@@ -160,7 +171,7 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
 
 
 @lean
-def _trace(what: int, place: Vector, point: float, radii: Reals, work: Overlaps) -> None:
+def _trace(what: int, place: Vector3, point: float, radii: Reals, work: Overlaps) -> None:
     """Write how a point moves in a box: levers, bends, and bounds of what is left (locks.md, 2).
 
     point : 1; 0 for a way between two points, which does not hang on where the hinges are.
@@ -172,8 +183,16 @@ def _trace(what: int, place: Vector, point: float, radii: Reals, work: Overlaps)
         total += radii[sight.steps[k]]
     left = total
     for k in range(m - 1, -1, -1):
-        put(levers, k, 0, cross(at(sight.axes, k, 0), minus(place, times(point, at(sight.places, k, 0)))))
-        own, lever = radii[sight.steps[k]], at(levers, k, 0)
+        put_vector(
+            levers,
+            k,
+            0,
+            cross(
+                vector_at(sight.axes, k, 0),
+                vector_difference(place, scaled_vector(point, vector_at(sight.places, k, 0))),
+            ),
+        )
+        own, lever = radii[sight.steps[k]], vector_at(levers, k, 0)
         reach = math.sqrt(dot(lever, lever)) + more
         far = max(far, reach)
         more += own * reach
@@ -181,30 +200,30 @@ def _trace(what: int, place: Vector, point: float, radii: Reals, work: Overlaps)
         rest += reach * (left * left * left - below * below * below)
         left = below
     work.rests[what] = rest / 6.0 * (1.0 + 1e-12)
-    work.rounding[what] = ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
+    work.rounding[what] = HALF_POSE_ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
     q = 0
     for i in range(m):
-        axis, own = at(sight.axes, i, 0), radii[sight.steps[i]]
+        axis, own = vector_at(sight.axes, i, 0), radii[sight.steps[i]]
         for j in range(i, m):
             size = own * radii[sight.steps[j]] * (0.5 if i == j else 1.0)
-            put(work.bends[what], q, 0, times(size, cross(axis, at(levers, j, 0))))
+            put_vector(work.bends[what], q, 0, scaled_vector(size, cross(axis, vector_at(levers, j, 0))))
             q += 1
 
 
 @lean
-def _form(what: int, row: int, normal: Vector, value: float, radii: Reals, work: Overlaps) -> None:
+def _form(what: int, row: int, normal: Vector3, value: float, radii: Reals, work: Overlaps) -> None:
     """Write a value at the middle of a box plus how far what is traced moves along a unit vector, as a form."""
     m, q, spread = work.sight.length[0], 0, 0.0
     error = work.rests[what] + work.rounding[what]
     for h in range(len(radii)):
         work.forms[row, h] = 0.0
     for k in range(m):
-        h, slope = work.sight.steps[k], dot(normal, at(work.levers[what], k, 0))
+        h, slope = work.sight.steps[k], dot(normal, vector_at(work.levers[what], k, 0))
         work.forms[row, h] = slope
         spread += abs(slope) * radii[h]
     for i in range(m):
         for j in range(i, m):
-            bend = dot(normal, at(work.bends[what], q, 0))
+            bend = dot(normal, vector_at(work.bends[what], q, 0))
             if i == j:  # a square lies between 0 and its greatest value
                 bend *= 0.5
                 value += bend
@@ -229,7 +248,7 @@ def _crossing(work: Overlaps) -> tuple[float, float]:
     value = error = sizes = 0.0
     for h in range(len(work.slopes)):
         work.slopes[h] = 0.0
-    for one, two in ((RISE, INSIDE), (HEIGHT, LEAN)):
+    for one, two in ((FORM_RISE, FORM_INSIDE), (FORM_HEIGHT, FORM_LEAN)):
         a, b, s, t = work.values[one], work.values[two], work.spreads[one], work.spreads[two]
         value += a * b
         error += s * t + work.errors[one] * (abs(b) + t + work.errors[two]) + work.errors[two] * (abs(a) + s)
@@ -258,8 +277,8 @@ def _positive(value: float, error: float, radii: Reals, closure: Contraction, wo
         own.mixes[i] = 0.0
         for h in range(n):
             own.mixes[i, 0] -= own.weighted[h, i] * work.slopes[h]
-    solve(own)
-    combine(radii, closure.expansion, own)
+    solve_combinations(own)
+    combine_equations(radii, closure.expansion, own)
     if not own.errors[0] < math.inf:
         return False
     low = value + own.values[0] - error - own.errors[0]

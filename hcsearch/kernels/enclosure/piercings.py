@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import at, dot, minus, put
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import dot, put_vector, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.plates import Plates, Sight, see, seen
+from hcsearch.kernels.enclosure.plates import FacetView, Plates, view_facet, viewed_point
 
 
 class Piercings(NamedTuple):
@@ -26,7 +26,7 @@ class Piercings(NamedTuple):
     """
 
     depths: Reals
-    ends: Whole
+    ends: WholeNumbers
     heights: Reals
     places: Reals
     within: Reals
@@ -40,7 +40,7 @@ def new_piercings(plates: Plates) -> Piercings:
 
 
 @lean
-def pierce(plates: Plates, angles: Reals, radii: Reals, sight: Sight, work: Piercings) -> float:
+def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetView, work: Piercings) -> float:
     """Write the deepest piercing of each pair at a state, (n,); the depth of the deepest.
 
     radii : (n,), of a box about the state, by which the ways between panels are chosen.
@@ -49,7 +49,7 @@ def pierce(plates: Plates, angles: Reals, radii: Reals, sight: Sight, work: Pier
     for p in range(len(plates.pairs)):
         work.depths[2 * p] = work.depths[2 * p + 1] = 0.0
         for order in range(2):
-            see(plates, p, order, angles, radii, sight)
+            view_facet(plates, p, order, angles, radii, sight)
             own, other = plates.pairs[p, order], plates.pairs[p, 1 - order]
             if not _near(plates, own, other, sight, work):
                 break
@@ -60,16 +60,16 @@ def pierce(plates: Plates, angles: Reals, radii: Reals, sight: Sight, work: Pier
 
 
 @lean
-def _near(plates: Plates, own: int, other: int, sight: Sight, work: Piercings) -> bool:
+def _near(plates: Plates, own: int, other: int, sight: FacetView, work: Piercings) -> bool:
     """Whether balls about two facets meet, and one reaches into the heights of the other; its samples are written."""
-    away = minus(seen(sight, plates.middles, other), at(plates.middles, own, 0))
+    away = vector_difference(viewed_point(sight, plates.middles, other), vector_at(plates.middles, own, 0))
     reach = plates.reaches[own] + plates.reaches[other]
     if dot(away, away) > reach * reach:
         return False
     lowest, highest = math.inf, -math.inf
     for i in range(plates.counts[other, 0]):
-        place = seen(sight, plates.samples[other], i)
-        put(work.places, i, 0, place)
+        place = viewed_point(sight, plates.samples[other], i)
+        put_vector(work.places, i, 0, place)
         lowest, highest = min(lowest, place[2]), max(highest, place[2])
     low, high = plates.levels[own]
     meets: bool = lowest < high and highest > low
@@ -99,7 +99,7 @@ def _deepest(plates: Plates, own: int, other: int, row: int, work: Piercings) ->
         depth = min(above, below)
         if depth <= best:
             continue
-        along = minus(at(work.places, i, 0), at(work.places, j, 0))
+        along = vector_difference(vector_at(work.places, i, 0), vector_at(work.places, j, 0))
         factor = 1.0 / math.sqrt(dot(along, along))
         for k in range(sides):
             depth = min(depth, factor * (below * work.within[i, k] + above * work.within[j, k]))

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, at, put
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, put_vector, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import moved
+from hcsearch.kernels.enclosure.expansion import moved_point
 from hcsearch.kernels.linkage.loops import fold_on
 
 
@@ -29,32 +29,32 @@ class Plates(NamedTuple):
     margin : m, by which they are shrunk on every face.
     """
 
-    pairs: Whole
-    starts: Whole
-    hinges: Whole
+    pairs: WholeNumbers
+    starts: WholeNumbers
+    hinges: WholeNumbers
     directions: Reals
     points: Reals
     samples: Reals
-    segments: Whole
+    segments: WholeNumbers
     sides: Reals
-    counts: Whole
+    counts: WholeNumbers
     levels: Reals
     middles: Reals
     reaches: Reals
     margin: float
 
 
-class Sight(NamedTuple):
+class FacetView(NamedTuple):
     """One facet as another one sees it: pose : (3, 4); the hinges between from the one that sees on.
 
     steps : (n,), hinges. axes, places : (n, 3), their axes, and points of them. length : (1,), how many there are.
     """
 
     pose: Reals
-    steps: Whole
+    steps: WholeNumbers
     axes: Reals
     places: Reals
-    length: Whole
+    length: WholeNumbers
 
 
 @compiled
@@ -78,9 +78,9 @@ def no_plates() -> Plates:
 
 
 @compiled
-def new_sight(folds: int) -> Sight:
+def new_facet_view(folds: int) -> FacetView:
     """Empty tables."""
-    return Sight(
+    return FacetView(
         np.zeros((3, 4)),
         np.zeros(folds, np.int64),
         np.zeros((folds, 3)),
@@ -90,7 +90,7 @@ def new_sight(folds: int) -> Sight:
 
 
 @lean
-def see(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sight: Sight) -> None:
+def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sight: FacetView) -> None:
     """Write how the first facet of a pair (order 0), or the second (1), sees the other one at a state, (n,).
 
     By the way whose radii, (n,), have the smaller sum.
@@ -109,16 +109,16 @@ def see(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sigh
     start, end = plates.starts[way], plates.starts[way + 1]
     for place in range(end - start):
         k = start + place if order == 0 else end - 1 - place
-        u, p = at(plates.directions, k, 0), at(plates.points, k, 0)
+        u, p = vector_at(plates.directions, k, 0), vector_at(plates.points, k, 0)
         for i in range(3):
             sight.axes[place, i] = sense * (pose[i, 0] * u[0] + pose[i, 1] * u[1] + pose[i, 2] * u[2])
-        put(sight.places, place, 0, moved(pose, p))
+        put_vector(sight.places, place, 0, moved_point(pose, p))
         sight.steps[place] = plates.hinges[k]
         fold_on(pose, plates.directions[k], plates.points[k], sense * angles[plates.hinges[k]])
     sight.length[0] = end - start
 
 
 @lean
-def seen(sight: Sight, points: Reals, k: int) -> Vector:
+def viewed_point(sight: FacetView, points: Reals, k: int) -> Vector3:
     """Where a point of the facet that is seen is, from a table, (m, 3)."""
-    return moved(sight.pose, at(points, k, 0))
+    return moved_point(sight.pose, vector_at(points, k, 0))

@@ -9,27 +9,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import Rings, cut_loops, keep_cuts
-from hcsearch.kernels.enclosure.newton import RESIDUAL, Newton, close_within, new_newton
-from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, Overlaps, clear_at, new_overlaps, overlapping
+from hcsearch.kernels.enclosure.contraction import Contraction, contract_box, new_contraction
+from hcsearch.kernels.enclosure.expansion import HingeRings, cut_loops, keep_cuts
+from hcsearch.kernels.enclosure.newton import NEWTON_RESIDUAL, Newton, close_within_box, new_newton
+from hcsearch.kernels.enclosure.overlaps import (
+    OVERLAP_AT_MIDDLE,
+    OVERLAP_THROUGHOUT,
+    Overlaps,
+    clear_at,
+    new_overlaps,
+    overlap_in_box,
+)
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
 
-EMPTY, CLOSED, OPEN, UNFINISHED = 0, 1, 2, 3
+BOX_EMPTY, BOX_CLOSED, BOX_OPEN, BOX_UNFINISHED = 0, 1, 2, 3
 """A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; nor is yet."""
-AGAIN = 64
+NEWTON_BOX_INTERVAL = 64
 """After how many boxes Newton's method is tried again."""
-NARROW = 1e-5
+MIN_SPLIT_WIDTH = 1e-5
 """A box that is no wider (rad) is not split."""
-SLIDING = 0.01
+SLIDING_BOX_WIDTH = 0.01
 """Newton's method is tried in each box that is no wider (rad), with panels: it may hold states at which these slide."""
-WAITING, TESTED = 0, 1
+REFUTATION_WAITING_BOXES, REFUTATION_TESTED_BOXES = 0, 1
 """Entries of the counts of a search."""
-DEPTH = 400
+MAX_WAITING_BOXES = 400
 """Boxes that wait, at most."""
-WIDE = 0.2
+MIN_SPLIT_SHARE = 0.2
 """Sides shorter than this share of the longest are not split."""
 
 
@@ -45,109 +52,113 @@ class Refutation(NamedTuple):
     newton: Newton
     lows: Reals
     highs: Reals
-    cuts: Whole
-    counts: Whole
+    cuts: WholeNumbers
+    counts: WholeNumbers
     state: Reals
 
 
 @compiled
-def refutation_with(rings: Rings, plates: Plates) -> Refutation:
+def refutation_with(rings: HingeRings, plates: Plates) -> Refutation:
     """Empty tables for panels that do not pass through each other."""
     n = rings.folds
     return Refutation(
         new_contraction(rings),
         new_overlaps(rings, plates),
         new_newton(rings),
-        np.zeros((DEPTH, n)),
-        np.zeros((DEPTH, n)),
-        np.zeros((DEPTH, len(rings.starts) - 1, 2), np.int64),
+        np.zeros((MAX_WAITING_BOXES, n)),
+        np.zeros((MAX_WAITING_BOXES, n)),
+        np.zeros((MAX_WAITING_BOXES, len(rings.starts) - 1, 2), np.int64),
         np.zeros(2, np.int64),
         np.zeros(n),
     )
 
 
 @compiled
-def new_refutation(rings: Rings) -> Refutation:
+def new_refutation(rings: HingeRings) -> Refutation:
     """Empty tables for panels that pass through each other."""
     return refutation_with(rings, no_plates())
 
 
 @lean
-def meets(rings: Rings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
+def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
     """Move a state to a closed one within a box, (n,) each; whether it comes to one at which panels are clear."""
-    if close_within(rings, low, high, state, work.contraction.expansion, work.newton) >= 10.0 * RESIDUAL:
+    if close_within_box(rings, low, high, state, work.contraction.expansion, work.newton) >= 10.0 * NEWTON_RESIDUAL:
         return False
     return clear_at(state, work.overlaps)
 
 
 @lean
-def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
+def refute_box(rings: HingeRings, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
     """EMPTY, CLOSED or OPEN for a box, (n,) each, and how many boxes it took, no more than `most`.
 
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
-    begin(rings, low, high, work)
-    verdict = go_on(rings, most, work)
-    return OPEN if verdict == UNFINISHED else verdict, work.counts[TESTED]
+    start_refutation(rings, low, high, work)
+    verdict = continue_refutation(rings, most, work)
+    return BOX_OPEN if verdict == BOX_UNFINISHED else verdict, work.counts[REFUTATION_TESTED_BOXES]
 
 
 @lean
-def begin(rings: Rings, low: Reals, high: Reals, work: Refutation) -> None:
+def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutation) -> None:
     """Begin to search a box, (n,) each."""
     for h in range(len(low)):
         work.lows[0, h], work.highs[0, h] = low[h], high[h]
         work.contraction.radii[h] = 0.5 * (high[h] - low[h])
     cut_loops(rings, work.contraction.radii, 0, work.cuts[0])
-    work.counts[WAITING], work.counts[TESTED] = 1, 0
+    work.counts[REFUTATION_WAITING_BOXES], work.counts[REFUTATION_TESTED_BOXES] = 1, 0
 
 
 @lean
-def go_on(rings: Rings, most: int, work: Refutation) -> int:
+def continue_refutation(rings: HingeRings, most: int, work: Refutation) -> int:
     """Search on until so many boxes were tested since it began; EMPTY, CLOSED, OPEN or UNFINISHED."""
     counts = work.counts
-    while counts[WAITING]:
-        if counts[TESTED] >= most:
-            return UNFINISHED
-        counts[WAITING] -= 1
-        verdict, side = test_box(rings, counts[WAITING], work)
-        if verdict in (CLOSED, OPEN):
+    while counts[REFUTATION_WAITING_BOXES]:
+        if counts[REFUTATION_TESTED_BOXES] >= most:
+            return BOX_UNFINISHED
+        counts[REFUTATION_WAITING_BOXES] -= 1
+        verdict, side = test_box(rings, counts[REFUTATION_WAITING_BOXES], work)
+        if verdict in (BOX_CLOSED, BOX_OPEN):
             return verdict
-        if verdict == UNFINISHED:
-            split(side, counts[WAITING], work)
-            counts[WAITING] += 2
-    return EMPTY
+        if verdict == BOX_UNFINISHED:
+            split_box(side, counts[REFUTATION_WAITING_BOXES], work)
+            counts[REFUTATION_WAITING_BOXES] += 2
+    return BOX_EMPTY
 
 
 @lean
-def test_box(rings: Rings, number: int, work: Refutation) -> tuple[int, int]:
+def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int]:
     """Contract a box of the list; EMPTY, CLOSED, OPEN, or UNFINISHED and the side by which it is to be split."""
     low, high, cuts = work.lows[number], work.highs[number], work.contraction.expansion.cuts
     blocked = len(work.overlaps.plates.pairs) > 0
-    work.counts[TESTED] += 1
+    work.counts[REFUTATION_TESTED_BOXES] += 1
     keep_cuts(work.cuts[number], cuts)
     before = _widest(low, high)
-    if not contract(rings, low, high, work.contraction):
-        return EMPTY, 0
+    if not contract_box(rings, low, high, work.contraction):
+        return BOX_EMPTY, 0
     keep_cuts(cuts, work.cuts[number])
     side, widest = _side(low, high, work.contraction.shares)
-    if work.counts[TESTED] % AGAIN == 1 or widest < NARROW or (blocked and widest < SLIDING):
+    if (
+        work.counts[REFUTATION_TESTED_BOXES] % NEWTON_BOX_INTERVAL == 1
+        or widest < MIN_SPLIT_WIDTH
+        or (blocked and widest < SLIDING_BOX_WIDTH)
+    ):
         for h in range(len(low)):
             work.state[h] = 0.5 * (low[h] + high[h])
-        if meets(rings, low, high, work.state, work):
-            return CLOSED, 0
-    known = overlapping(rings, low, high, work.contraction, work.overlaps)
-    if known == THROUGHOUT:
-        return EMPTY, 0
-    if known == MET:
+        if reaches_closed_state(rings, low, high, work.state, work):
+            return BOX_CLOSED, 0
+    known = overlap_in_box(rings, low, high, work.contraction, work.overlaps)
+    if known == OVERLAP_THROUGHOUT:
+        return BOX_EMPTY, 0
+    if known == OVERLAP_AT_MIDDLE:
         side, _ = _side(low, high, work.overlaps.kept)
     # a box that was contracted to so little at once may be empty, as its next test shows
-    if before < NARROW or number + 2 > DEPTH:
-        return OPEN, 0
-    return UNFINISHED, side
+    if before < MIN_SPLIT_WIDTH or number + 2 > MAX_WAITING_BOXES:
+        return BOX_OPEN, 0
+    return BOX_UNFINISHED, side
 
 
 @lean
-def split(side: int, number: int, work: Refutation) -> None:
+def split_box(side: int, number: int, work: Refutation) -> None:
     """Split a box of the list in the middle of a side: the half above comes next to it."""
     below, above = work.lows[number], work.highs[number]
     middle = 0.5 * (below[side] + above[side])
@@ -164,7 +175,7 @@ def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
     widest = _widest(low, high)
     side, greatest = 0, -1.0
     for h in range(len(low)):
-        if high[h] - low[h] >= WIDE * widest and shares[h] > greatest:
+        if high[h] - low[h] >= MIN_SPLIT_SHARE * widest and shares[h] > greatest:
             side, greatest = h, shares[h]
     return side, widest
 

@@ -6,28 +6,28 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import Refutation, meets
+from hcsearch.kernels.enclosure.expansion import HingeRings
+from hcsearch.kernels.enclosure.refutation import Refutation, reaches_closed_state
 
-STRIDE = 0.15
+MAX_WALK_STEP = 0.15
 """The longest step, of the angle that turns most (rad)."""
-TURN = 20
+WALK_RESTART_STEPS = 20
 """A walk begins anew at any of its states after so many steps."""
-BEND = 0.3
+WALK_BEND_SHARE = 0.3
 """How much each step bends off the one before, for its length."""
-FAILURES, SHORTER, LONGER = 50, 0.5, 1.5
+MAX_STEP_FAILURES, STEP_REDUCTION_FACTOR, STEP_GROWTH_FACTOR = 50, 0.5, 1.5
 """A climb shortens its steps after so many in a row that lead no higher, and lengthens them with each that does."""
-SHORTEST = 1e-3
+MIN_WALK_STEP = 1e-3
 """A climb ends where steps of this length lead no higher (rad), and an approach where they lead no nearer."""
-NEARER = 0.1
+MAX_GOAL_STEP = 0.1
 """The longest step towards a state (rad): parts of the closed states are further from each other."""
-ASTRAY, TRIES = 0.5, 7
+RANDOM_STEP_SHARE, MAX_RANDOM_GROWTH = 0.5, 7
 """The random part of a step towards a state, as a share of its length; it grows by as much with each failure in a row,
 up to TRIES times, then begins anew."""
 
 
 @compiled
-def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) -> Reals:
+def random_walk(rings: HingeRings, start: Reals, steps: int, seed: int, work: Refutation) -> Reals:
     """Closed states, (m, n), that a random walk of so many steps from a closed state, (n,), passes.
 
     Panels are clear at them, where they do not pass through each other. A step that comes to none is not taken.
@@ -39,14 +39,14 @@ def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) 
     states[0] = start
     here, way, state = start.copy(), np.random.standard_normal(n), start.copy()
     for step in range(steps):
-        if step % TURN == 0:
+        if step % WALK_RESTART_STEPS == 0:
             here[:] = states[np.random.randint(count)]
             way[:] = np.random.standard_normal(n)
-        moved = _step(rings, here, way, STRIDE, low, high, state, work)
+        moved = _step(rings, here, way, MAX_WALK_STEP, low, high, state, work)
         if moved < 1e-6:
             way[:] = np.random.standard_normal(n)
             continue
-        way[:] = state - here + BEND * moved * np.random.standard_normal(n)
+        way[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(n)
         here[:] = state
         states[count] = state
         count += 1
@@ -54,7 +54,9 @@ def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) 
 
 
 @compiled
-def climb(rings: Rings, states: Reals, low: Reals, high: Reals, steps: int, seed: int, work: Refutation) -> Reals:
+def climb_angles(
+    rings: HingeRings, states: Reals, low: Reals, high: Reals, steps: int, seed: int, work: Refutation
+) -> Reals:
     """Closed states, (m, n), and those that climbs from them pass, which turn each angle as far as they can both ways.
 
     low, high : (n,), a box in which they stay, and between the stops. steps : of each climb, at most. It begins at the
@@ -73,7 +75,7 @@ def climb(rings: Rings, states: Reals, low: Reals, high: Reals, steps: int, seed
 
 @compiled
 def _climb_along(
-    rings: Rings,
+    rings: HingeRings,
     hinge: int,
     sign: float,
     low: Reals,
@@ -86,27 +88,29 @@ def _climb_along(
     """Turn one angle as far as steps lead; how many states were passed by then."""
     here = passed[np.argmax(sign * passed[:count, hinge])].copy()
     way, state = np.random.standard_normal(len(here)), here.copy()
-    longest, failures = STRIDE, 0
+    longest, failures = MAX_WALK_STEP, 0
     for _ in range(steps):
         moved = _step(rings, here, way, longest, low, high, state, work)
         if moved > 0.0 and sign * (state[hinge] - here[hinge]) > 0.0:
-            way[:] = state - here + BEND * moved * np.random.standard_normal(len(here))
+            way[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(len(here))
             here[:] = state
             passed[count] = state
             count += 1
-            longest, failures = min(LONGER * longest, STRIDE), 0
+            longest, failures = min(STEP_GROWTH_FACTOR * longest, MAX_WALK_STEP), 0
             continue
         way[:] = np.random.standard_normal(len(here))
         failures += 1
-        if failures == FAILURES:
-            if longest <= SHORTEST:
+        if failures == MAX_STEP_FAILURES:
+            if longest <= MIN_WALK_STEP:
                 break
-            longest, failures = max(SHORTER * longest, SHORTEST), 0
+            longest, failures = max(STEP_REDUCTION_FACTOR * longest, MIN_WALK_STEP), 0
     return count
 
 
 @compiled
-def approach(rings: Rings, start: Reals, goal: Reals, steps: int, seed: int, work: Refutation) -> tuple[Reals, int]:
+def approach_goal(
+    rings: HingeRings, start: Reals, goal: Reals, steps: int, seed: int, work: Refutation
+) -> tuple[Reals, int]:
     """Closed states, (m, n), that steps from one state, (n,), to another pass, and how many steps were tried.
 
     Each is nearer to the goal than the one before; the first is the start, and the last the goal, nearly, if steps lead
@@ -114,14 +118,14 @@ def approach(rings: Rings, start: Reals, goal: Reals, steps: int, seed: int, wor
     """
     np.random.seed(seed)
     n, count, failures, tried = len(start), 1, 0, 0
-    low, high, longest = np.zeros(n), np.full(n, np.pi), NEARER
+    low, high, longest = np.zeros(n), np.full(n, np.pi), MAX_GOAL_STEP
     passed = np.zeros((steps + 1, n))
     passed[0] = start
     here, state = start.copy(), start.copy()
     away = np.sqrt(((goal - here) ** 2).sum())
-    while tried < steps and away >= SHORTEST and longest >= SHORTEST:
+    while tried < steps and away >= MIN_WALK_STEP and longest >= MIN_WALK_STEP:
         tried += 1
-        astray = ASTRAY * (1 + failures % TRIES) / np.sqrt(n)
+        astray = RANDOM_STEP_SHARE * (1 + failures % MAX_RANDOM_GROWTH) / np.sqrt(n)
         way = (goal - here) / away + astray * np.random.standard_normal(n)
         moved = _step(rings, here, way, longest, low, high, state, work)
         nearer = np.sqrt(((goal - state) ** 2).sum())
@@ -129,17 +133,17 @@ def approach(rings: Rings, start: Reals, goal: Reals, steps: int, seed: int, wor
             here[:] = state
             passed[count] = state
             count += 1
-            away, longest, failures = nearer, min(LONGER * longest, NEARER), 0
+            away, longest, failures = nearer, min(STEP_GROWTH_FACTOR * longest, MAX_GOAL_STEP), 0
             continue
         failures += 1
-        if failures % FAILURES == 0:
-            longest *= SHORTER
+        if failures % MAX_STEP_FAILURES == 0:
+            longest *= STEP_REDUCTION_FACTOR
     return passed[:count], tried
 
 
 @compiled
 def _step(
-    rings: Rings,
+    rings: HingeRings,
     here: Reals,
     way: Reals,
     longest: float,
@@ -154,6 +158,6 @@ def _step(
     """
     length = longest * np.random.random() / np.abs(way).max()
     state[:] = np.minimum(np.maximum(here + length * way, low), high)
-    closed = meets(rings, low, high, state, work)
+    closed = reaches_closed_state(rings, low, high, state, work)
     moved = np.abs(state - here).max()
-    return moved if closed and moved <= 1.5 * STRIDE else 0.0
+    return moved if closed and moved <= 1.5 * MAX_WALK_STEP else 0.0

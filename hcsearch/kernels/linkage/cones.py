@@ -11,16 +11,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-MOST_RAYS = 2048
+MAX_EXTREME_RAYS = 2048
 """Nothing is claimed about a cone with more extreme rays."""
 
 
-LOCKED, PASSED, OPEN = 1, 2, 0
-"""What `settle` finds at an end: locked at first order; not to be locked at second order either, or with too many
+END_LOCKED, END_PASSED, END_OPEN = 1, 2, 0
+"""What `settle_ends` finds at an end: locked at first order; not to be locked at second order either, or with too many
 motions to decide; or open, as no motion was found that second order allows."""
 
 
@@ -34,7 +34,7 @@ def _dot(one: Reals, two: Reals) -> float:
 
 
 @lean
-def _join(columns: Reals, chosen: Whole, k: int, q: Reals, r: Reals) -> None:
+def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> None:
     """Add the k-th chosen column to those orthogonalised before it (twice, for accuracy)."""
     height = columns.shape[1]
     for c in range(height):
@@ -70,7 +70,7 @@ def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals
 
 
 @compiled
-def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
+def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
     """Write x >= 0 for which sum x_i columns_i comes nearest to a target, and what is left (Lawson and Hanson).
 
     columns : shape (n, height), of about unit length. No column would reduce what is left by more than 1e-11.
@@ -130,7 +130,7 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
 
 
 @compiled
-def loading(lines: Whole, wrench: Whole) -> bool:
+def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
     """Whether a wrench, written to `wrench`, holds every hinge shut: its power on every line is positive, exactly.
 
     Then no velocities x >= 0 but 0 can satisfy sum x_i line_i = 0 (Gordan), and the linkage is locked. `lines` has
@@ -150,7 +150,7 @@ def loading(lines: Whole, wrench: Whole) -> bool:
     target = np.zeros(width + 1)
     target[width] = 1.0
     x, residual = np.empty(n), np.empty(width + 1)
-    nonnegative(columns, target, x, residual)
+    nonnegative_least_squares(columns, target, x, residual)
     largest = 0.0
     for c in range(width):
         residual[c] /= scale[c]
@@ -291,7 +291,7 @@ def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
             columns[count] = -columns[i]
             count += 1
     w, left = np.empty(count), np.empty(6)
-    nonnegative(columns[:count], -bend / length, w, left)
+    nonnegative_least_squares(columns[:count], -bend / length, w, left)
     return bool(_dot(left, left) < 1e-18)
 
 
@@ -307,7 +307,7 @@ def _some_corners(columns: Reals, corners: Reals) -> None:
     for row in range(len(corners)):
         for i in range(n):
             weighted[i, height] = 0.1 + (i * 0.6180339887498949 + row * 0.7548776662466927) % 1.0
-        nonnegative(weighted, target, corners[row], left)
+        nonnegative_least_squares(weighted, target, corners[row], left)
 
 
 @compiled
@@ -335,7 +335,7 @@ def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
 
 
 @compiled
-def yields(screws: Reals, rays: Reals) -> bool:
+def yields_second_order(screws: Reals, rays: Reals) -> bool:
     """Whether some velocities of one-sided hinges of a loop can be completed to second order.
 
     screws : shape (n, 6), in the order of the loop, each in the sense in which its hinge can move, all horizontal: at
@@ -358,23 +358,23 @@ def yields(screws: Reals, rays: Reals) -> bool:
 
 
 @compiled
-def settle(lines: Whole, screws: Reals, ends: NDArray[np.int8]) -> None:
+def settle_ends(lines: WholeNumbers, screws: Reals, ends: NDArray[np.int8]) -> None:
     """Write LOCKED, PASSED or OPEN for each of many loops.
 
     lines : shape (n_loops, n, 5), whole; screws : shape (n_loops, n, 6), the same hinges in metres.
     """
     n = screws.shape[1]
     level = np.empty((n, 5))
-    rays, corners = np.empty((MOST_RAYS, n)), np.empty((6, n))
+    rays, corners = np.empty((MAX_EXTREME_RAYS, n)), np.empty((6, n))
     wrench = np.empty(5, np.int64)
     for i in range(len(lines)):
-        if loading(lines[i], wrench):
-            ends[i] = LOCKED
+        if find_locking_wrench(lines[i], wrench):
+            ends[i] = END_LOCKED
             continue
         level[:, :2], level[:, 2:] = screws[i, :, :2], screws[i, :, 3:]
         _some_corners(level, corners)  # mostly enough, and far cheaper than all rays
-        if yields(screws[i], corners):
-            ends[i] = PASSED
+        if yields_second_order(screws[i], corners):
+            ends[i] = END_PASSED
             continue
         count = cone_rays(level, rays)
-        ends[i] = PASSED if count < 0 or yields(screws[i], rays[:count]) else OPEN
+        ends[i] = END_PASSED if count < 0 or yields_second_order(screws[i], rays[:count]) else END_OPEN

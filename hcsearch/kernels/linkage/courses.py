@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.linkage.reaches import PrismPairs
 
-TERMS = 6
+COURSE_TERM_COUNT = 6
 """Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""
 
 
@@ -29,21 +29,21 @@ def write_course(
 
 
 @lean
-def follow(course: Reals, x: float, angles: Reals) -> None:
+def write_course_angles(course: Reals, x: float, angles: Reals) -> None:
     """Write the angles at a share x of the step."""
     for i in range(len(angles)):
-        value = course[i, TERMS - 1]
-        for k in range(TERMS - 2, -1, -1):
+        value = course[i, COURSE_TERM_COUNT - 1]
+        for k in range(COURSE_TERM_COUNT - 2, -1, -1):
             value = course[i, k] + x * value
         angles[i] = value
 
 
 @lean
-def rates_at(course: Reals, x: float, h: float, rates: Reals) -> None:
+def write_course_rates(course: Reals, x: float, h: float, rates: Reals) -> None:
     """Write the rates (rad/s) at a share x of a step of length h (s)."""
     for i in range(len(rates)):
-        value = (TERMS - 1) * course[i, TERMS - 1]
-        for k in range(TERMS - 2, 0, -1):
+        value = (COURSE_TERM_COUNT - 1) * course[i, COURSE_TERM_COUNT - 1]
+        for k in range(COURSE_TERM_COUNT - 2, 0, -1):
             value = k * course[i, k] + x * value
         rates[i] = value / h
 
@@ -56,16 +56,18 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
     """
     for i in range(len(speeds)):
         speeds[i] = accelerations[i] = 0.0
-        for k in range(TERMS - 1):  # of a polynomial of degree 4, sums over j of C(k, j) / C(4, j) times coefficient j
+        for k in range(
+            COURSE_TERM_COUNT - 1
+        ):  # of a polynomial of degree 4, sums over j of C(k, j) / C(4, j) times coefficient j
             value, share = course[i, 1], 1.0
             for j in range(1, k + 1):
-                share *= (k - j + 1) / (TERMS - 1 - j)
+                share *= (k - j + 1) / (COURSE_TERM_COUNT - 1 - j)
                 value += share * (j + 1) * course[i, j + 1]
             speeds[i] = max(speeds[i], abs(value))
-        for k in range(TERMS - 2):
+        for k in range(COURSE_TERM_COUNT - 2):
             value, share = 2.0 * course[i, 2], 1.0
             for j in range(1, k + 1):
-                share *= (k - j + 1) / (TERMS - 2 - j)
+                share *= (k - j + 1) / (COURSE_TERM_COUNT - 2 - j)
                 value += share * (j + 1) * (j + 2) * course[i, j + 2]
             accelerations[i] = max(accelerations[i], abs(value))
         speeds[i] /= h
@@ -73,7 +75,7 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
 
 
 @lean
-def path_speed(pairs: Pairs, p: int, back: int, speeds: Reals, panels: Whole) -> float:
+def path_speed(pairs: PrismPairs, p: int, back: int, speeds: Reals, panels: WholeNumbers) -> float:
     """What speed (m/s) of points of the second prism of a pair is not exceeded, as seen from the panel of the first.
 
     back : 1 for points of the first, seen from the second. panels : of the prisms. Each hinge on the way turns all that
@@ -92,7 +94,7 @@ def path_speed(pairs: Pairs, p: int, back: int, speeds: Reals, panels: Whole) ->
 
 
 @lean
-def path_bend(pairs: Pairs, p: int, back: int, speeds: Reals, accelerations: Reals, panels: Whole) -> float:
+def path_bend(pairs: PrismPairs, p: int, back: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
     """What acceleration (m/s^2) of points of the second prism is not exceeded, as seen from the panel of the first.
 
     back, panels : as of `path_speed`. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k

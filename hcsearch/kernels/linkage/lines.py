@@ -10,20 +10,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-Words = NDArray[np.int8]
+DirectionWords = NDArray[np.int8]
 
 
 @lean
-def _put_line(line: Whole, px: int, py: int, qx: int, qy: int, z: int, sign: int) -> None:
+def _put_line(line: WholeNumbers, px: int, py: int, qx: int, qy: int, z: int, sign: int) -> None:
     dx, dy = sign * (qx - px), sign * (qy - py)
     line[0], line[1], line[2], line[3], line[4] = dx, dy, -z * dy, z * dx, px * dy - py * dx
 
 
 @lean
-def flat_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int, lines: Whole) -> None:
+def write_flat_lines(
+    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
+) -> None:
     """Write the lines that hinges fold about in the flat state, from crease + 1 on around the circuit.
 
     edges : shape (directions, 4), start and end of the edge that faces a direction, counterclockwise about a cell's
@@ -47,8 +49,10 @@ def flat_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int,
 
 
 @lean
-def folded_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int, lines: Whole) -> None:
-    """Write the lines that hinges open about in the folded state, in the order of `flat_lines`.
+def write_folded_lines(
+    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
+) -> None:
+    """Write the lines that hinges open about in the folded state, in the order of `write_flat_lines`.
 
     The lowest panels are those at the crease; layer t lies between the heights t and t + 1. A hinge that opens turns
     what lies above it upwards, about the edge with the panel on its left; on the way down the second stack that is
@@ -90,7 +94,7 @@ def folded_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: in
 
 
 @compiled
-def whole_rank(lines: Whole) -> int:
+def whole_rank(lines: WholeNumbers) -> int:
     """Rank of the whole lines of a loop, shape (n, 5): the greater of two ranks modulo primes near 2^31.
 
     It is exact: a determinant that is not 0 is a multiple of both primes only from 4.6e18 on, and those of lines of n
@@ -104,7 +108,7 @@ def whole_rank(lines: Whole) -> int:
 
 
 @compiled
-def _rank_modulo(lines: Whole, prime: int) -> int:
+def _rank_modulo(lines: WholeNumbers, prime: int) -> int:
     """Rank modulo a prime below 2^31, by elimination without division: no product leaves 63 bits."""
     rows = lines % prime
     n, width = rows.shape
@@ -130,7 +134,7 @@ def _rank_modulo(lines: Whole, prime: int) -> int:
 
 
 @lean
-def true_screws(lines: Whole, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
+def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
     """Write the unit screws of whole lines: direction, and moment divided by `size`.
 
     basis : shape (2, 2), what lattice coordinates are multiplied with to give metres. screws : shape (n, 6).
@@ -150,7 +154,7 @@ def true_screws(lines: Whole, basis: Reals, thickness: float, size: float, screw
 
 
 @lean
-def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
+def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int, int]:
     """How many pairs of panels meet on a mirror axis, flat and folded, and how often two pairs follow each other."""
     n, m = len(word), len(steps)
     across = np.int64(word[crease])
@@ -178,32 +182,32 @@ def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
 
 
 @compiled
-def survey(
-    words: Words,
+def survey_ends(
+    words: DirectionWords,
     rows: NDArray[np.int32],
     creases: NDArray[np.int16],
-    steps: Whole,
-    edges: Whole,
+    steps: WholeNumbers,
+    edges: WholeNumbers,
     scale: int,
     basis: Reals,
     thickness: float,
     size: float,
-    ranks: Whole,
-    mirrors: Whole,
-    lines: Whole,
+    ranks: WholeNumbers,
+    mirrors: WholeNumbers,
+    lines: WholeNumbers,
     screws: Reals,
 ) -> None:
     """Look at the two ends, folded and flat, of many foldings (of circuits `rows`, at `creases`).
 
-    steps, edges, scale, basis : of the grid, as in `flat_lines` and `true_screws`.
+    steps, edges, scale, basis : of the grid, as in `write_flat_lines` and `true_screws`.
     ranks : shape (n_foldings, 2), of all n hinges, folded and flat. mirrors : shape (n_foldings, 2), pairs of panels
     on a mirror axis, and how often two follow each other. lines, screws : shape (n_foldings, 2, n, 5 and 6).
     """
     for i in range(len(rows)):
         word, crease = words[rows[i]], int(creases[i])
         mirrors[i, 0], mirrors[i, 1] = _mirror(word, crease, steps)
-        folded_lines(word, crease, steps, edges, scale, lines[i, 0])
-        flat_lines(word, crease, steps, edges, scale, lines[i, 1])
+        write_folded_lines(word, crease, steps, edges, scale, lines[i, 0])
+        write_flat_lines(word, crease, steps, edges, scale, lines[i, 1])
         for end in range(2):
             ranks[i, end] = whole_rank(lines[i, end])
             true_screws(lines[i, end], basis, thickness, size, screws[i, end])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.algebra.rows import row_product
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -73,9 +73,9 @@ def _rotation_vector(pose: Reals, vector: Reals) -> None:
 def close_loops(
     directions: Reals,
     points: Reals,
-    starts: Whole,
-    hinges: Whole,
-    signs: Whole,
+    starts: WholeNumbers,
+    hinges: WholeNumbers,
+    signs: WholeNumbers,
     angles: Reals,
     size: float,
     residual: Reals,
@@ -119,7 +119,7 @@ def close_loops(
 
 
 @compiled
-def bend_loops(starts: Whole, hinges: Whole, jacobian: Reals, velocity: Reals, bend: Reals) -> None:
+def bend_loops(starts: WholeNumbers, hinges: WholeNumbers, jacobian: Reals, velocity: Reals, bend: Reals) -> None:
     """Write the second-order closure error of moving with a velocity: the sum over i < j of v_i v_j [S_i, S_j].
 
     S_i are the columns of the Jacobian in the order of the loop. With accelerations w of the fold angles, a loop
@@ -148,10 +148,10 @@ class Chain(NamedTuple):
 
     directions: Reals
     points: Reals
-    order: Whole
-    parents: Whole
-    hinges: Whole
-    signs: Whole
+    order: WholeNumbers
+    parents: WholeNumbers
+    hinges: WholeNumbers
+    signs: WholeNumbers
 
 
 @lean
@@ -207,7 +207,7 @@ def weigh_rows(jacobian: Reals, residual: Reals, damping: float, gram: Reals, we
 def _close_one(
     directions: Reals,
     points: Reals,
-    walk: tuple[Whole, Whole, Whole],
+    walk: tuple[WholeNumbers, WholeNumbers, WholeNumbers],
     angles: Reals,
     size: float,
     residual: Reals,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 
 
@@ -19,8 +19,8 @@ class Prisms(NamedTuple):
         both.
     """
 
-    panels: Whole
-    counts: Whole
+    panels: WholeNumbers
+    counts: WholeNumbers
     vertices: Reals
     middles: Reals
     reaches: Reals
@@ -29,7 +29,7 @@ class Prisms(NamedTuple):
 
 
 @compiled
-def copy_of(prisms: Prisms) -> Prisms:
+def copy_prisms(prisms: Prisms) -> Prisms:
     """The same prisms with tables of their own for what moves."""
     return Prisms(
         prisms.panels,
@@ -62,7 +62,7 @@ def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
 
 
 @inlined
-def apart(prisms: Prisms, one: int, two: int) -> float:
+def sphere_distance(prisms: Prisms, one: int, two: int) -> float:
     """The distance of the spheres about two prisms, below 0 where they overlap."""
     x = prisms.middles[one, 0] - prisms.middles[two, 0]
     y = prisms.middles[one, 1] - prisms.middles[two, 1]

@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
 
 
-class Pairs(NamedTuple):
+class PrismPairs(NamedTuple):
     """Pairs of prisms, and the ways between their panels through the tree of the chain.
 
     A way is walked by its next hinge, so that tables grow with the square of the panels: written out, ways of all
@@ -27,14 +27,14 @@ class Pairs(NamedTuple):
         of the tree, however it folds; 0 of hinges that it leaves out.
     """
 
-    prisms: Whole
+    prisms: WholeNumbers
     hinges: NDArray[np.int32]
     nexts: NDArray[np.int32]
     reaches: Reals
 
 
 @compiled
-def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
+def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPairs:
     """The ways between the panels of some pairs of prisms, shape (p, 2)."""
     n, parents = len(chain.order), chain.parents.copy()
     for panel in chain.order[1:]:
@@ -56,14 +56,14 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
     lengths = np.zeros(n)
     for f in range(len(prisms.panels)):
         _reach(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
-    return Pairs(wanted, hinges, nexts, reaches)
+    return PrismPairs(wanted, hinges, nexts, reaches)
 
 
 @lean
 def _reach(
     chain: Chain,
     prisms: Prisms,
-    parents: Whole,
+    parents: WholeNumbers,
     hinges: NDArray[np.int32],
     nexts: NDArray[np.int32],
     f: int,
@@ -99,18 +99,18 @@ def _pass(
     """Write the reach of a prism beyond the hinge that leads from a panel to it, by that of the hinge after."""
     own = prisms.panels[f]
     hinge, after = hinges[own, panel], nexts[own, panel]
-    point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else at(chain.directions, hinge, 0)
+    point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
     if after == own:
         length = 0.0
         for c in range(prisms.counts[f, 0]):
-            arm = minus(at(prisms.vertices[f], c, 0), point)
+            arm = vector_difference(vector_at(prisms.vertices[f], c, 0), point)
             across = cross(arm, line)
             if hinge >= 0:
                 reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
             length = max(length, math.sqrt(dot(arm, arm)))
         lengths[panel] = length
     else:
-        arm = minus(_point(chain, hinges[own, after]), point)
+        arm = vector_difference(_point(chain, hinges[own, after]), point)
         across = cross(arm, line)
         if hinge >= 0:
             reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
@@ -118,6 +118,6 @@ def _pass(
 
 
 @lean
-def _point(chain: Chain, hinge: int) -> Vector:
+def _point(chain: Chain, hinge: int) -> Vector3:
     """A point of the line of a hinge; the origin, which is at rest in both, between panels that stand still."""
-    return (0.0, 0.0, 0.0) if hinge < 0 else at(chain.points, hinge, 0)
+    return (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.points, hinge, 0)

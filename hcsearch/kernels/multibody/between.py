@@ -6,75 +6,75 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.linkage.courses import TERMS, follow, rates_at, write_course
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
-from hcsearch.kernels.multibody.sweeps import place
-from hcsearch.kernels.multibody.tree import Tree, Work
+from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles, write_course_rates
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism, accelerate, largest_pivot, project_state
+from hcsearch.kernels.multibody.sweeps import place_bodies
+from hcsearch.kernels.multibody.tree import BodyTree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
 
-States = tuple[Reals, Reals, Reals, Reals]
+StateSeries = tuple[Reals, Reals, Reals, Reals]
 """Times (k,), coordinates, velocities and accelerations (k, n)."""
 
-OPEN = 1e-6
+INTERPOLATED_STATE_RESIDUAL = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
-PLACES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+RESIDUAL_SAMPLE_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 """Where the openings of loops are computed between states, as shares of a step."""
-PASSES = 4
+MAX_REFINEMENT_PASSES = 4
 """A step is halved no more often than this."""
-STILL = 1e-9
+HELD_JOINT_TOLERANCE = 1e-9
 """A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
-TIGHT = 1e-10
+SIMULATED_STATE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
 @compiled
-def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion's states, and at `PLACES` between each.
+def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work) -> float:
+    """Greatest closure residual (rad, or gap over size) of a motion, also at `RESIDUAL_SAMPLE_SHARES` of each step.
 
     A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
     the other.
     """
     times, q, v, a = states
-    course, angles = np.empty((q.shape[1], TERMS)), np.empty(q.shape[1])
+    course, angles = np.empty((q.shape[1], COURSE_TERM_COUNT)), np.empty(q.shape[1])
     worst = 0.0
     for k in range(len(times)):
-        place(tree, q[k], work)
+        place_bodies(tree, q[k], work)
         worst = max(worst, weld_errors(tree, work, work.errors))
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
-            for share in PLACES:
-                follow(course, share, angles)
-                place(tree, angles, work)
+            for share in RESIDUAL_SAMPLE_SHARES:
+                write_course_angles(course, share, angles)
+                place_bodies(tree, angles, work)
                 worst = max(worst, weld_errors(tree, work, work.errors))
     return worst
 
 
 @compiled
-def loose_share(tree: Tree, q: Reals, work: Work) -> float:
-    """Share of some states, (k, n), at which loops are open by more than `TIGHT`, though states are projected.
+def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
+    """Share of projected states, (k, n), at which loops are open by more than `SIMULATED_STATE_RESIDUAL`.
 
     Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
     only seemed to, as on a branch of singular states.
     """
     loose = 0
     for k in range(len(q)):
-        place(tree, q[k], work)
-        if weld_errors(tree, work, work.errors) > TIGHT:
+        place_bodies(tree, q[k], work)
+        if weld_errors(tree, work, work.errors) > SIMULATED_STATE_RESIDUAL:
             loose += 1
     return loose / max(1, len(q))
 
 
 @compiled
-def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> States:
+def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
     """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
 
     They are those nearest to the polynomials, where Newton finds them, and so again in the halves.
     """
     tree, n = mechanism.tree, states[1].shape[1]
-    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
-    course, scale = np.empty((n, TERMS)), largest_pivot(mechanism, states[1][0], work)
-    for _ in range(PASSES):
+    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    course, scale = np.empty((n, COURSE_TERM_COUNT)), largest_pivot(mechanism, states[1][0], work)
+    for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
         count = len(times)
         wide = np.zeros(count, np.bool_)
@@ -84,13 +84,16 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
             if h <= 0.0:
                 continue
             write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
-            follow(course, 0.5, middles[0, k])
-            place(tree, middles[0, k], work)
+            write_course_angles(course, 0.5, middles[0, k])
+            place_bodies(tree, middles[0, k], work)
             gap = weld_errors(tree, work, work.errors)
             if gap > closed:
-                rates_at(course, 0.5, h, middles[1, k])
+                write_course_rates(course, 0.5, h, middles[1, k])
                 for i in range(n):
-                    still = abs(q[k + 1, i] - q[k, i]) <= STILL and max(abs(v[k, i]), abs(v[k + 1, i])) <= STILL
+                    still = (
+                        abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE
+                        and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
+                    )
                     hold.held[i] = 1 if still else 0
                 work.clock[0] = 0.5 * (times[k] + times[k + 1])
                 wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
@@ -111,7 +114,7 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
 
 
 @compiled
-def _close(mechanism: Mechanism, hold: Hold, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
+def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
     """Move a state onto closure, and write its accelerations; its closure residual then.
 
     Near singular states Newton may go astray: then the residual is no less than it was.
@@ -119,7 +122,7 @@ def _close(mechanism: Mechanism, hold: Hold, scale: float, q: Reals, v: Reals, a
     gap = 0.0
     for _ in range(2):
         accelerate(mechanism, hold, q, v, scale, True, work, a)
-        gap, _ = project(mechanism.tree, hold.held, q, v, 1e-14, work)
+        gap, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     for i in range(len(hold.held)):
         if hold.held[i]:

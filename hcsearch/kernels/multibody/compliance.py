@@ -8,12 +8,12 @@ rows that yield a little.
 from __future__ import annotations
 
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.tree import Tree, Work
-from hcsearch.kernels.multibody.welds import close_rows, factorise, weld_errors, weld_rates
+from hcsearch.kernels.multibody.tree import BodyTree, Work
+from hcsearch.kernels.multibody.welds import close_rows, factor_chosen_rows, weld_errors, weld_rates
 
 
 @lean
-def spring_forces(tree: Tree, stiffness: float, damping: float, work: Work) -> None:
+def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) -> None:
     """Write the forces of the rows: -k g - c g'; after `place` and `move`."""
     weld_errors(tree, work, work.errors)
     weld_rates(tree, work, work.opening)
@@ -22,7 +22,7 @@ def spring_forces(tree: Tree, stiffness: float, damping: float, work: Work) -> N
 
 
 @lean
-def forces_ahead(tree: Tree, stiffness: float, damping: float, h: float, work: Work) -> None:
+def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, work: Work) -> None:
     """Write the forces of the rows as they will be after a time h; after `gather` and `load`.
 
     Then the gap is g + h g' + h^2 g'', its rate g' + h g'': with g'' linear in the forces, a row yields by
@@ -37,7 +37,7 @@ def forces_ahead(tree: Tree, stiffness: float, damping: float, h: float, work: W
         work.delassus[r, r] += 1.0 / stiff
         work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.opening[r]) / stiff
     work.chosen_count[0] = m
-    factorise(work, 0.0)
+    factor_chosen_rows(work, 0.0)
     close_rows(work, work.rates)
 
 
@@ -51,7 +51,7 @@ def spring_loss(damping: float, work: Work) -> float:
 
 
 @lean
-def spring_energy(tree: Tree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
+def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
     """Energy in the springs, and power lost in their dampers; after `place` and `move`."""
     stored = lost = 0.0
     if stiffness > 0.0:

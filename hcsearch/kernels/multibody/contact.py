@@ -14,40 +14,42 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals, Signs
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
-from hcsearch.kernels.algebra.vectors import at, cross, dot, plus
+from hcsearch.kernels.algebra.vectors import cross, dot, vector_at, vector_sum
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.linkage.cones import nonnegative
-from hcsearch.kernels.multibody.sweeps import carry, load
+from hcsearch.kernels.linkage.cones import nonnegative_least_squares
+from hcsearch.kernels.multibody.sweeps import carry_body, load_joints
 from hcsearch.kernels.multibody.tree import (
-    ALONG,
-    ARM,
-    DRIVE,
-    FIRST,
-    HEAD_COUPLE,
-    HEAD_FORCE,
-    LAST,
-    PARENT,
-    POWER,
-    ROW,
-    SHIFTING,
-    TURNING,
-    Tree,
+    LINK_FIRST_SLOT,
+    LINK_LAST_SLOT,
+    LINK_PARENT,
+    SLOT_ROW,
+    WORK_ALONG,
+    WORK_ARM,
+    WORK_DRIVE,
+    WORK_HEAD_COUPLE,
+    WORK_HEAD_FORCE,
+    WORK_SHIFTING,
+    WORK_SLOT_POWER,
+    WORK_TURNING,
+    BodyTree,
     Work,
 )
-from hcsearch.kernels.multibody.welds import INDEPENDENT
+from hcsearch.kernels.multibody.welds import MIN_ROW_PIVOT_SHARE
 
-SOFT = 1e-4
+MIN_STOP_MOBILITY = 1e-4
 """A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops
 give way that much, so that nearly immobile joints do not ask for impossible forces."""
 
 
 @lean
-def _closure_basis(tree: Tree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
+def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
     """Write an orthonormal basis of the closure rows in the space of innovations, by rows; how many; after `gather`."""
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
-        for slot in range(tree.links[i, FIRST], tree.links[i, LAST]):
-            rows[tree.slots[slot, ROW], i] = work.slots[slot, POWER] / math.sqrt(work.bodies[i, ALONG])
+        for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
+            rows[tree.slots[slot, SLOT_ROW], i] = work.slots[slot, WORK_SLOT_POWER] / math.sqrt(
+                work.bodies[i, WORK_ALONG]
+            )
     for r in range(m):
         left[r] = row_product(rows, r, rows, r, n)
     for count in range(m):
@@ -55,7 +57,7 @@ def _closure_basis(tree: Tree, scale: float, work: Work, rows: Reals, left: Real
         for r in range(count, m):
             if left[r] > left[best]:
                 best = r
-        if left[best] <= INDEPENDENT * scale:
+        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
             return count
         for k in range(n):
             rows[count, k], rows[best, k] = rows[best, k], rows[count, k]
@@ -72,7 +74,7 @@ def _closure_basis(tree: Tree, scale: float, work: Work, rows: Reals, left: Real
 
 @compiled
 def push_apart(
-    tree: Tree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
+    tree: BodyTree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
 ) -> bool:
     """The least change of velocities (or accelerations) that gives touching joints what they want at least.
 
@@ -95,16 +97,16 @@ def push_apart(
     for k in range(len(which)):
         i = which[k]
         impulse[i] = -1.0 if touching[i] > 0 else 1.0
-        load(tree, free, impulse, False, work)
+        load_joints(tree, free, impulse, False, work)
         impulse[i] = 0.0
         for j in range(n):
-            columns[k, j] = work.bodies[j, DRIVE] / math.sqrt(work.bodies[j, ALONG])
+            columns[k, j] = work.bodies[j, WORK_DRIVE] / math.sqrt(work.bodies[j, WORK_ALONG])
         wholes[k] = math.sqrt(row_product(columns, k, columns, k, n))
         for _ in range(2):
             for b in range(count):
                 subtract_row(columns, k, row_product(basis, b, columns, k, n), basis, b, n)
         divide_row(columns, k, wholes[k], n)
-        columns[k, n + k] = SOFT
+        columns[k, n + k] = MIN_STOP_MOBILITY
         greatest = max(greatest, abs(wanted[i]) / wholes[k])
     if greatest == 0.0:
         return True
@@ -117,7 +119,7 @@ def push_apart(
     target = np.zeros(height)
     target[height - 1] = 1.0
     weights, left = np.zeros(len(which)), np.empty(height)
-    nonnegative(columns, target, weights, left)
+    nonnegative_least_squares(columns, target, weights, left)
     if left[height - 1] <= 1e-12:
         return False
     innovations = np.empty(n)
@@ -128,23 +130,23 @@ def push_apart(
         mobile = 0.0
         for j in range(n):
             mobile += (columns[k, j] * sizes[k]) ** 2
-        if weights[k] > 0.0 and mobile > SOFT**2:
+        if weights[k] > 0.0 and mobile > MIN_STOP_MOBILITY**2:
             pushed[which[k]] = weights[k]
     _release(tree, innovations, work, change)
     return True
 
 
 @lean
-def _release(tree: Tree, innovations: Reals, work: Work, rates: Reals) -> None:
+def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
     """Write the velocities of joints from their innovations, as `sweeps.release` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
-        p = tree.links[i, PARENT]
+        p = tree.links[i, LINK_PARENT]
         turn, shift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         if p >= 0:
-            turn, shift = at(b, p, TURNING), at(b, p, SHIFTING)
-        shift = plus(shift, cross(turn, at(b, i, ARM)))
-        root = math.sqrt(b[i, ALONG])
-        carried = (dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)) / root
+            turn, shift = vector_at(b, p, WORK_TURNING), vector_at(b, p, WORK_SHIFTING)
+        shift = vector_sum(shift, cross(turn, vector_at(b, i, WORK_ARM)))
+        root = math.sqrt(b[i, WORK_ALONG])
+        carried = (dot(vector_at(b, i, WORK_HEAD_COUPLE), turn) + dot(vector_at(b, i, WORK_HEAD_FORCE), shift)) / root
         rates[i] = (innovations[i] - carried) / root
-        carry(tree, i, rates[i], turn, shift, work)
+        carry_body(tree, i, rates[i], turn, shift, work)

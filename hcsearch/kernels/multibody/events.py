@@ -9,16 +9,16 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.motion import Hold, Mechanism
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism
 
-NEAR, BEYOND = 1e-9, 1e-6
+NEAR_STOP_ANGLE, PASSED_STOP_ANGLE = 1e-9, 1e-6
 """A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""
 
-AT_LOWER, AT_UPPER, DOWN, UP = 0, 1, 2, 3
+EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP = 0, 1, 2, 3
 """What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
 
 
-class Span(NamedTuple):
+class IntegrationStep(NamedTuple):
     """A step of length h (s): coordinates, velocities and accelerations at its start and its end, (n,)."""
 
     h: float
@@ -40,7 +40,7 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
 
 
 @lean
-def _coordinate(span: Span, i: int, x: float) -> float:
+def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
     """The coordinate of a joint at a share x of a step."""
     if x == 1.0:
         return float(span.q1[i])
@@ -48,33 +48,33 @@ def _coordinate(span: Span, i: int, x: float) -> float:
 
 
 @lean
-def threshold(mechanism: Mechanism, hold: Hold, i: int, kind: int) -> float:
+def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int) -> float:
     """The coordinate at which a joint has an event of a kind; infinite where it has none."""
     hinges = mechanism.hinges
     hard = hinges.stop_stiffness == 0.0 and not hold.held[i]
-    if kind == AT_LOWER:
+    if kind == EVENT_LOWER_STOP:
         return hinges.lower[i] if hard else -np.inf
-    if kind == AT_UPPER:
+    if kind == EVENT_UPPER_STOP:
         return hinges.upper[i] if hard else np.inf
-    if kind == DOWN:
+    if kind == EVENT_SNAP_DOWN:
         return hinges.snaps_down[i] if hold.branches[i] else -np.inf
     return np.inf if hold.branches[i] else hinges.snaps_up[i]
 
 
 @lean
-def first_event(mechanism: Mechanism, hold: Hold, span: Span) -> tuple[float, int, int]:
+def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep) -> tuple[float, int, int]:
     """Share of the step at which the first joint passes a stop or snap, the joint and the kind; 2 if none does."""
     best, joint, what = 2.0, -1, -1
     for i in range(len(span.q0)):
         for kind in range(4):
-            limit = threshold(mechanism, hold, i, kind)
+            limit = event_threshold(mechanism, hold, i, kind)
             if math.isinf(limit):
                 continue
             sign = 1.0 if kind % 2 else -1.0
             before = 0.0
             for k in range(1, 5):
                 x = 0.25 * k
-                if sign * (_coordinate(span, i, x) - limit) > BEYOND:
+                if sign * (_coordinate(span, i, x) - limit) > PASSED_STOP_ANGLE:
                     after = x
                     for _ in range(50):
                         x = 0.5 * (before + after)
@@ -90,7 +90,7 @@ def first_event(mechanism: Mechanism, hold: Hold, span: Span) -> tuple[float, in
 
 
 @lean
-def first_near(span: Span, place: Reals, near: float) -> float:
+def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
     """Share of the step at which all coordinates are first within `near` of a place; 2 if at none of its quarters.
 
     place : (n,), NaN where a coordinate does not count.
@@ -111,7 +111,7 @@ def first_near(span: Span, place: Reals, near: float) -> float:
 
 
 @lean
-def _within(x: float, span: Span, place: Reals, near: float) -> bool:
+def _within(x: float, span: IntegrationStep, place: Reals, near: float) -> bool:
     within = True
     for i in range(len(span.q0)):
         within = within and not abs(_coordinate(span, i, x) - place[i]) > near
@@ -119,7 +119,7 @@ def _within(x: float, span: Span, place: Reals, near: float) -> bool:
 
 
 @lean
-def greatest_pull(hold: Hold, forces: Reals) -> float:
+def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
     """By how much a stop would have to pull at most to go on holding; negative where all push."""
     most = -np.inf
     for i in range(len(forces)):

@@ -9,12 +9,12 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, closure_energy, evaluate
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism, Stepper, accelerate_inlined, closure_energy
 from hcsearch.kernels.multibody.targets import driving_power
 from hcsearch.kernels.multibody.tree import Work
 
 
-class Method(NamedTuple):
+class IntegrationMethod(NamedTuple):
     """An explicit Runge-Kutta method of s stages whose last derivative is taken at the end of the step.
 
     a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of a second that DOP853 joins to it
@@ -30,7 +30,7 @@ class Method(NamedTuple):
 
 
 @lean
-def step(method: Method, stepper: Stepper, h: float) -> float:
+def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """One step of length h, whose first stage is given. Its error."""
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
     n = len(hold.held)
@@ -39,7 +39,7 @@ def step(method: Method, stepper: Stepper, h: float) -> float:
     for k in range(1, s + 1):
         _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
         work.clock[0] = end[2 * n + 1]
-        evaluate(mechanism, hold, q, v, stepper.scale, False, work, a)
+        accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
     return h * _error(method.errors, stepper)
 
@@ -77,7 +77,7 @@ def _error(weights: Reals, stepper: Stepper) -> float:
 
 
 @inlined
-def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
+def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
     """Derivative of a state (q, v, energy lost, time), with the accelerations given; after `evaluate`."""
     n = len(a)
     for i in range(n):

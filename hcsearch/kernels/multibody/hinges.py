@@ -11,38 +11,38 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Signs, Whole
+from hcsearch.basics.arrays import Reals, Signs, WholeNumbers
 from hcsearch.kernels.algebra.vectors import (
-    Vector,
-    add,
-    applied,
-    at,
+    Vector3,
+    add_vector,
+    apply_symmetric,
     cross,
     dot,
-    minus,
-    plus,
-    put,
-    symmetric,
-    times,
-    turned,
-    turned_back,
+    put_vector,
+    rotated,
+    rotated_back,
+    scaled_vector,
+    symmetric_at,
+    vector_at,
+    vector_difference,
+    vector_sum,
 )
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import (
-    ARM,
-    CENTRE,
-    INERTIA,
-    LINE,
-    MASS,
-    PARENT,
-    PLACE,
-    PULL_COUPLE,
-    PULL_FORCE,
-    SLIDES,
-    SPEED,
-    SPIN,
-    TURN,
-    Tree,
+    BODY_CENTRE,
+    BODY_INERTIA,
+    BODY_MASS,
+    LINK_PARENT,
+    LINK_SLIDES,
+    WORK_ARM,
+    WORK_LINE,
+    WORK_PLACE,
+    WORK_PULL_COUPLE,
+    WORK_PULL_FORCE,
+    WORK_ROTATION,
+    WORK_SPEED,
+    WORK_SPIN,
+    BodyTree,
     Work,
 )
 
@@ -58,7 +58,7 @@ class Hinges(NamedTuple):
     stop_stiffness, stop_damping : of compliant stops; 0 where they are hard.
     """
 
-    pieces: Whole
+    pieces: WholeNumbers
     breaks: Reals
     cubics: Reals
     energies: Reals
@@ -78,7 +78,7 @@ class Struts(NamedTuple):
     stiffness, damping, rests : (s,).
     """
 
-    bodies: Whole
+    bodies: WholeNumbers
     points: Reals
     stiffness: Reals
     damping: Reals
@@ -86,7 +86,7 @@ class Struts(NamedTuple):
 
 
 @lean
-def moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
+def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
     """Resisting moment of the law of a joint at one coordinate, and the energy that it stores."""
     first, last = hinges.pieces[i, branch]
     k = first
@@ -100,7 +100,7 @@ def moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]
 
 
 @lean
-def steepness(hinges: Hinges, i: int, branch: int, q: float) -> float:
+def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
     """Slope of the law of a joint, of its compliant stop too."""
     first, last = hinges.pieces[i, branch]
     k = first
@@ -118,7 +118,7 @@ def steepness(hinges: Hinges, i: int, branch: int, q: float) -> float:
 def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: Reals) -> None:
     """Forces of laws, dampers and compliant stops along the joints (thesis eqs. 4.20 to 4.22)."""
     for i in range(len(q)):
-        value, _ = moment(hinges, i, branches[i], q[i])
+        value, _ = law_moment(hinges, i, branches[i], q[i])
         value += hinges.damping[i] * v[i]
         if hinges.stop_stiffness > 0.0:
             beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
@@ -137,81 +137,88 @@ def pull_struts(struts: Struts, work: Work) -> None:
         for side in range(2):
             body = struts.bodies[s, side]
             if body >= 0:
-                arm = turned(b, body, TURN, at(struts.points, s, 3 * side))
-                pull = times(-force if side else force, line)
-                add(b, body, PULL_COUPLE, cross(arm, pull))
-                add(b, body, PULL_FORCE, pull)
+                arm = rotated(b, body, WORK_ROTATION, vector_at(struts.points, s, 3 * side))
+                pull = scaled_vector(-force if side else force, line)
+                add_vector(b, body, WORK_PULL_COUPLE, cross(arm, pull))
+                add_vector(b, body, WORK_PULL_FORCE, pull)
 
 
 @lean
-def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector, float, float]:
+def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector3, float, float]:
     """Direction from the first point of a strut to the second, speed at which it grows, and length."""
     b = work.bodies
     way, growth = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for side in range(2):
         body = struts.bodies[s, side]
-        here, flow = at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
+        here, flow = vector_at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
         if body >= 0:
-            arm = turned(b, body, TURN, here)
-            here = plus(at(b, body, PLACE), arm)
-            flow = plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
-        way, growth = minus(here, way), minus(flow, growth)
+            arm = rotated(b, body, WORK_ROTATION, here)
+            here = vector_sum(vector_at(b, body, WORK_PLACE), arm)
+            flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
+        way, growth = vector_difference(here, way), vector_difference(flow, growth)
     length = math.sqrt(dot(way, way))
-    line = times(1.0 / length, way) if length > 0.0 else way
+    line = scaled_vector(1.0 / length, way) if length > 0.0 else way
     return line, dot(line, growth), length
 
 
 @lean
-def kinetic(tree: Tree, work: Work) -> float:
+def kinetic_energy(tree: BodyTree, work: Work) -> float:
     """Energy of motion, J; after `move`."""
     energy = 0.0
     b = work.bodies
     for i in range(len(tree.links)):
-        spin = at(b, i, SPIN)
-        speed = plus(at(b, i, SPEED), cross(spin, turned(b, i, TURN, at(tree.bodies, i, CENTRE))))
-        own = turned_back(b, i, TURN, spin)
-        turning = dot(own, applied(symmetric(tree.bodies, i, INERTIA), own))
-        energy += 0.5 * (tree.bodies[i, MASS] * dot(speed, speed) + turning)
+        spin = vector_at(b, i, WORK_SPIN)
+        speed = vector_sum(
+            vector_at(b, i, WORK_SPEED),
+            cross(spin, rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))),
+        )
+        own = rotated_back(b, i, WORK_ROTATION, spin)
+        turning = dot(own, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), own))
+        energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + turning)
     return energy
 
 
 @compiled
-def joint_momenta(tree: Tree, work: Work, momenta: Reals) -> None:
+def joint_momenta(tree: BodyTree, work: Work, momenta: Reals) -> None:
     """Momenta along the joints: the mass matrix times the joint velocities; after `move`."""
     n = len(tree.links)
     b = work.bodies
     carried = np.zeros((n, 6))  # angular momentum about the joint, momentum
     for i in range(n):
-        spin = at(b, i, SPIN)
-        arm = turned(b, i, TURN, at(tree.bodies, i, CENTRE))
-        momentum = times(tree.bodies[i, MASS], plus(at(b, i, SPEED), cross(spin, arm)))
-        own = applied(symmetric(tree.bodies, i, INERTIA), turned_back(b, i, TURN, spin))
-        put(carried, i, 0, plus(turned(b, i, TURN, own), cross(arm, momentum)))
-        put(carried, i, 3, momentum)
+        spin = vector_at(b, i, WORK_SPIN)
+        arm = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
+        momentum = scaled_vector(tree.bodies[i, BODY_MASS], vector_sum(vector_at(b, i, WORK_SPEED), cross(spin, arm)))
+        own = apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), rotated_back(b, i, WORK_ROTATION, spin))
+        put_vector(carried, i, 0, vector_sum(rotated(b, i, WORK_ROTATION, own), cross(arm, momentum)))
+        put_vector(carried, i, 3, momentum)
     for i in range(n - 1, -1, -1):
-        turning, momentum = at(carried, i, 0), at(carried, i, 3)
-        momenta[i] = dot(at(b, i, LINE), momentum if tree.links[i, SLIDES] else turning)
-        p = tree.links[i, PARENT]
+        turning, momentum = vector_at(carried, i, 0), vector_at(carried, i, 3)
+        momenta[i] = dot(vector_at(b, i, WORK_LINE), momentum if tree.links[i, LINK_SLIDES] else turning)
+        p = tree.links[i, LINK_PARENT]
         if p >= 0:
-            add(carried, p, 0, plus(turning, cross(at(b, i, ARM), momentum)))
-            add(carried, p, 3, momentum)
+            add_vector(carried, p, 0, vector_sum(turning, cross(vector_at(b, i, WORK_ARM), momentum)))
+            add_vector(carried, p, 3, momentum)
 
 
 @lean
-def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, parts: Reals) -> None:
+def write_energies(
+    tree: BodyTree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, parts: Reals
+) -> None:
     """Write kinetic energy, energy of laws and struts, of gravity, and of compliant stops; (4,).
 
     After `move`. Their sum falls by what `lost_power` says, and by what snaps and impacts take.
     """
     parts[:] = 0.0
-    parts[0] = kinetic(tree, work)
+    parts[0] = kinetic_energy(tree, work)
     b = work.bodies
     for i in range(len(tree.links)):
-        _, stored = moment(hinges, i, branches[i], q[i])
+        _, stored = law_moment(hinges, i, branches[i], q[i])
         parts[1] += stored
-        x, y, z = plus(at(b, i, PLACE), turned(b, i, TURN, at(tree.bodies, i, CENTRE)))
+        x, y, z = vector_sum(
+            vector_at(b, i, WORK_PLACE), rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
+        )
         height = tree.gravity[0] * x + tree.gravity[1] * y + tree.gravity[2] * z
-        parts[2] -= tree.bodies[i, MASS] * height
+        parts[2] -= tree.bodies[i, BODY_MASS] * height
         if hinges.stop_stiffness > 0.0:
             beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
             if beyond != 0.0:

@@ -13,21 +13,30 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
-from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, solve, solve_ahead, view
-from hcsearch.kernels.multibody.targets import ask, drive_ahead, driving_power
+from hcsearch.kernels.multibody.hinges import joint_torques, law_slope, lost_power
+from hcsearch.kernels.multibody.motion import (
+    DiscreteState,
+    Mechanism,
+    Stepper,
+    solve_accelerations,
+    solve_accelerations_ahead,
+    update_bodies,
+)
+from hcsearch.kernels.multibody.targets import add_drive_torques_ahead, driving_power, write_drive_targets
 from hcsearch.kernels.multibody.tree import Work
 
 
 @lean
-def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, a: Reals, state: Reals) -> None:
+def _part(
+    mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
+) -> None:
     """One linearly implicit Euler step of a state (q, v, energy lost, time)."""
     n = len(a)
     q, v = state[:n], state[n : 2 * n]
-    view(mechanism, hold, q, v, work)
+    update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     for i in range(n):
-        slope = max(steepness(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
+        slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
         drag = mechanism.hinges.damping[i]
         if mechanism.hinges.stop_stiffness > 0.0 and (
             q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
@@ -36,12 +45,12 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
         work.soft[i] = h * drag + h * h * slope
         work.torques[i] -= h * slope * v[i]
     state[2 * n + 1] += h
-    ask(mechanism.targets, state[2 * n + 1], work)
-    drive_ahead(mechanism.targets, h, q, v, work)
+    write_drive_targets(mechanism.targets, state[2 * n + 1], work)
+    add_drive_torques_ahead(mechanism.targets, h, q, v, work)
     if mechanism.closure_stiffness > 0.0:
-        solve_ahead(mechanism, hold, h, work, a)
+        solve_accelerations_ahead(mechanism, hold, h, work, a)
     else:
-        solve(mechanism, hold, scale, False, work, a)
+        solve_accelerations(mechanism, hold, scale, False, work, a)
     for i in range(n):
         if not hold.held[i]:
             v[i] += h * a[i]

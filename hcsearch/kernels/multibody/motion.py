@@ -6,16 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Signs, Whole
-from hcsearch.kernels.algebra.vectors import at, cross, put, turned
+from hcsearch.basics.arrays import Reals, Signs, WholeNumbers
+from hcsearch.kernels.algebra.vectors import cross, put_vector, rotated, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces
-from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
+from hcsearch.kernels.multibody.cuts import CutHinges, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
-from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
-from hcsearch.kernels.multibody.targets import Targets, ask, drive
-from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
-from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
+from hcsearch.kernels.multibody.sweeps import gather_inertias, load_joints, move_bodies, place_bodies, release_joints
+from hcsearch.kernels.multibody.targets import Targets, add_drive_torques, write_drive_targets
+from hcsearch.kernels.multibody.tree import (
+    BODY_CENTRE,
+    WORK_PULL_COUPLE,
+    WORK_PULL_FORCE,
+    WORK_ROTATION,
+    BodyTree,
+    Work,
+)
+from hcsearch.kernels.multibody.welds import choose_rows, close_rows, factor_chosen_rows, weld_errors, weld_rates
 
 
 class Mechanism(NamedTuple):
@@ -28,10 +35,10 @@ class Mechanism(NamedTuple):
     targets : of drives, which depend on time.
     """
 
-    tree: Tree
+    tree: BodyTree
     hinges: Hinges
     struts: Struts
-    cuts: Cuts
+    cuts: CutHinges
     loads: Reals
     closure_stiffness: float
     closure_damping: float
@@ -39,7 +46,7 @@ class Mechanism(NamedTuple):
     targets: Targets
 
 
-class Hold(NamedTuple):
+class DiscreteState(NamedTuple):
     """The discrete part of a state.
 
     held : (n,), -1 at the lower stop, 1 at the upper, 0 free. branches : (n,), 0 straight, 1 bent, of laws that snap;
@@ -60,7 +67,7 @@ class Stepper(NamedTuple):
     """
 
     mechanism: Mechanism
-    hold: Hold
+    hold: DiscreteState
     scale: float
     tolerance: float
     floor: float
@@ -68,13 +75,13 @@ class Stepper(NamedTuple):
     stages: Reals
     start: Reals
     end: Reals
-    counts: Whole
+    counts: WholeNumbers
 
 
-def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
+def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
     """The discrete state at some coordinates: nothing held, laws bent where they have snapped."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
-    return Hold(
+    return DiscreteState(
         np.zeros(n, np.int8),
         (q > hinges.snaps_up).astype(np.int8),
         np.zeros(len(mechanism.cuts.bodies), np.int8),
@@ -82,49 +89,56 @@ def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
 
 
 @inlined
-def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> None:
+def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, work: Work) -> None:
     """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
     tree = mechanism.tree
-    place(tree, q, work)
-    move(tree, v, work)
+    place_bodies(tree, q, work)
+    move_bodies(tree, v, work)
     if len(mechanism.struts.stiffness) or len(mechanism.cuts.bodies) or len(mechanism.loads):
         for i in range(len(q)):
-            put(work.bodies, i, PULL_COUPLE, (0.0, 0.0, 0.0))
-            put(work.bodies, i, PULL_FORCE, (0.0, 0.0, 0.0))
+            put_vector(work.bodies, i, WORK_PULL_COUPLE, (0.0, 0.0, 0.0))
+            put_vector(work.bodies, i, WORK_PULL_FORCE, (0.0, 0.0, 0.0))
         for i in range(len(mechanism.loads)):
-            force = at(mechanism.loads, i, 0)
-            put(work.bodies, i, PULL_COUPLE, cross(turned(work.bodies, i, TURN, at(tree.bodies, i, CENTRE)), force))
-            put(work.bodies, i, PULL_FORCE, force)
+            force = vector_at(mechanism.loads, i, 0)
+            put_vector(
+                work.bodies,
+                i,
+                WORK_PULL_COUPLE,
+                cross(rotated(work.bodies, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE)), force),
+            )
+            put_vector(work.bodies, i, WORK_PULL_FORCE, force)
         pull_struts(mechanism.struts, work)
         pull_cuts(mechanism.cuts, hold.cut_branches, work)
 
 
 @inlined
-def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, a: Reals) -> bool:
-    """Write the joint accelerations for the joint forces in `work.torques`; after `view`. As `accelerate`."""
+def solve_accelerations(
+    mechanism: Mechanism, hold: DiscreteState, scale: float, fresh: bool, work: Work, a: Reals
+) -> bool:
+    """Write the joint accelerations for the joint forces in `work.torques`; after `update_bodies`. As `accelerate`."""
     tree = mechanism.tree
-    gather(tree, hold.held, work)
-    load(tree, hold.held, work.torques, True, work)
+    gather_inertias(tree, hold.held, work)
+    load_joints(tree, hold.held, work.torques, True, work)
     good = True
     if mechanism.closure_stiffness > 0.0:
         spring_forces(tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
     else:
         if fresh:
-            choose(work, scale)
-        good = factorise(work, scale)
+            choose_rows(work, scale)
+        good = factor_chosen_rows(work, scale)
         close_rows(work, work.rates)
-    release(tree, hold.held, True, work, a)
+    release_joints(tree, hold.held, True, work, a)
     return good
 
 
 @lean
-def solve_ahead(mechanism: Mechanism, hold: Hold, h: float, work: Work, a: Reals) -> None:
-    """Write the joint accelerations with closure springs as they will be after a time h; after `view`, as `solve`."""
+def solve_accelerations_ahead(mechanism: Mechanism, hold: DiscreteState, h: float, work: Work, a: Reals) -> None:
+    """Write joint accelerations with closure springs as they will be after a time h; call `update_bodies` first."""
     tree = mechanism.tree
-    gather(tree, hold.held, work)
-    load(tree, hold.held, work.torques, True, work)
+    gather_inertias(tree, hold.held, work)
+    load_joints(tree, hold.held, work.torques, True, work)
     forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, h, work)
-    release(tree, hold.held, True, work, a)
+    release_joints(tree, hold.held, True, work, a)
 
 
 @lean
@@ -134,30 +148,30 @@ def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
 
 
 @inlined
-def evaluate(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
+def accelerate_inlined(
+    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
     """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
-    view(mechanism, hold, q, v, work)
+    update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    ask(mechanism.targets, work.clock[0], work)
-    drive(mechanism.targets, q, v, work, work.torques)
+    write_drive_targets(mechanism.targets, work.clock[0], work)
+    add_drive_torques(mechanism.targets, q, v, work, work.torques)
     if mechanism.overdamped:
         for i in range(len(work.soft)):
             work.soft[i] = mechanism.hinges.damping[i]
-    return solve(mechanism, hold, scale, fresh, work, a)
+    return solve_accelerations(mechanism, hold, scale, fresh, work, a)
 
 
 @lean
 def accelerate(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
+    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
     """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
 
     Where motion is overdamped these are velocities, and `v` is 0. Drives are asked at the time of `work.clock`.
     scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
     """
-    return evaluate(mechanism, hold, q, v, scale, fresh, work, a)
+    return accelerate_inlined(mechanism, hold, q, v, scale, fresh, work, a)
 
 
 @compiled
@@ -167,9 +181,9 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     if mechanism.overdamped:
         for i in range(len(work.soft)):
             work.soft[i] = mechanism.hinges.damping[i]
-    place(tree, q, work)
-    move(tree, np.zeros(n), work)
-    gather(tree, np.zeros(n, np.int8), work)
+    place_bodies(tree, q, work)
+    move_bodies(tree, np.zeros(n), work)
+    gather_inertias(tree, np.zeros(n, np.int8), work)
     largest = 0.0
     for r in range(len(tree.rows)):
         largest = max(largest, work.delassus[r, r])
@@ -177,7 +191,7 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
 
 
 @lean
-def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
+def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
     """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
 
     Newton with the factor that `work` holds, so near to the state it was made at. It is another iteration than those
@@ -186,13 +200,13 @@ def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Wo
     """
     worst = rate = 0.0
     for k in range(4):
-        place(tree, q, work)
+        place_bodies(tree, q, work)
         worst = weld_errors(tree, work, work.errors)
         if worst <= closed or k == 3:
             break
         _correct(tree, held, q, work)
     for k in range(3):
-        move(tree, v, work)
+        move_bodies(tree, v, work)
         rate = weld_rates(tree, work, work.errors)
         if rate <= closed or k == 2:
             break
@@ -201,11 +215,11 @@ def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Wo
 
 
 @lean
-def _correct(tree: Tree, held: Signs, state: Reals, work: Work) -> None:
+def _correct(tree: BodyTree, held: Signs, state: Reals, work: Work) -> None:
     """Take the errors away from joint coordinates, or velocities."""
-    load(tree, held, work.still, False, work)
+    load_joints(tree, held, work.still, False, work)
     close_rows(work, work.errors)
-    release(tree, held, False, work, work.change)
+    release_joints(tree, held, False, work, work.change)
     for i in range(len(state)):
         if not held[i]:
             state[i] += work.change[i]

@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
-from hcsearch.kernels.multibody.events import NEAR
-from hcsearch.kernels.multibody.motion import Hold, Mechanism
-from hcsearch.kernels.multibody.sweeps import move, place
+from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism
+from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import Work
 
-HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
+RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 4
 """What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""
 
 
-class Record(NamedTuple):
+class SimulationRecord(NamedTuple):
     """What a simulation leaves: up to `steps` states and `events` events.
 
     times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
@@ -33,15 +33,17 @@ class Record(NamedTuple):
     a: Reals
     books: Reals
     gaps: Reals
-    counts: Whole
+    counts: WholeNumbers
     event_times: Reals
-    event_joints: Whole
-    event_kinds: Whole
+    event_joints: WholeNumbers
+    event_kinds: WholeNumbers
     event_speeds: Reals
 
 
 @lean
-def save(record: Record, hold: Hold, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float) -> None:
+def record_state(
+    record: SimulationRecord, hold: DiscreteState, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float
+) -> None:
     """Add a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
@@ -56,7 +58,7 @@ def save(record: Record, hold: Hold, time: float, q: Reals, v: Reals, a: Reals, 
 
 
 @lean
-def note(record: Record, time: float, joint: int, kind: int, speed: float) -> None:
+def record_event(record: SimulationRecord, time: float, joint: int, kind: int, speed: float) -> None:
     """Add an event, and count it where there is no room."""
     k = record.counts[1]
     if k < len(record.event_times):
@@ -68,14 +70,19 @@ def note(record: Record, time: float, joint: int, kind: int, speed: float) -> No
 
 
 @lean
-def note_hits(mechanism: Mechanism, hold: Hold, time: float, joint: int, q: Reals, v: Reals, record: Record) -> None:
+def record_hits(
+    mechanism: Mechanism, hold: DiscreteState, time: float, joint: int, q: Reals, v: Reals, record: SimulationRecord
+) -> None:
     """Add the joint that has come to its hard stop, and those that come to theirs with it."""
-    note(record, time, joint, HIT, v[joint])
+    record_event(record, time, joint, RECORDED_HIT, v[joint])
     hinges = mechanism.hinges
     for i in range(len(q)):
-        low, high = q[i] <= hinges.lower[i] + NEAR and v[i] < 0.0, q[i] >= hinges.upper[i] - NEAR and v[i] > 0.0
+        low, high = (
+            q[i] <= hinges.lower[i] + NEAR_STOP_ANGLE and v[i] < 0.0,
+            q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE and v[i] > 0.0,
+        )
         if i != joint and not hold.held[i] and (low or high):
-            note(record, time, i, HIT, v[i])
+            record_event(record, time, i, RECORDED_HIT, v[i])
 
 
 @compiled
@@ -84,14 +91,14 @@ def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals
     n = len(q)
     turns[:n], rates[:n] = q, v
     if len(turns) > n:
-        place(mechanism.tree, q, work)
-        move(mechanism.tree, v, work)
+        place_bodies(mechanism.tree, q, work)
+        move_bodies(mechanism.tree, v, work)
         cut_angles(mechanism.cuts, work, turns[n:], rates[n:])
 
 
 @compiled
-def note_stops(
-    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: Record
+def record_compliant_stops(
+    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: SimulationRecord
 ) -> None:
     """Add the compliant stops that were hit or left in the step h before `time`.
 
@@ -108,5 +115,5 @@ def note_stops(
             before, after = sign * (turns[i] - limit), sign * (now[i] - limit)
             if (before > 0.0) != (after > 0.0):
                 moment = time - h * after / (after - before)
-                note(record, moment, i, HIT if after > 0.0 else LET_GO, rates[i])
+                record_event(record, moment, i, RECORDED_HIT if after > 0.0 else RECORDED_RELEASE, rates[i])
     turns[:] = now

@@ -7,24 +7,24 @@ from typing import NamedTuple
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.events import greatest_pull, threshold
-from hcsearch.kernels.multibody.explicit import Method, step, write_stage
+from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
+from hcsearch.kernels.multibody.explicit import IntegrationMethod, explicit_step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
-from hcsearch.kernels.multibody.motion import Stepper, accelerate, project
+from hcsearch.kernels.multibody.motion import Stepper, accelerate, project_state
 
-REACHED = 1e-11
+REACHED_STOP_ANGLE = 1e-11
 """A joint is at a stop within this (rad)."""
-AT_ONCE = 1e-9
+IMMEDIATE_EVENT_SHARE = 1e-9
 """An event within this share of a step is at its start."""
-JUMP = 1e-4
+PULL_JUMP_SHARE = 1e-4
 """A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
-SECANTS = 6
+MAX_SECANT_STEPS = 6
 """After so many secants the interval is halved: they creep towards a jump."""
-LEAST = 1e-4
+MIN_JUMP_STEP_SHARE = 1e-4
 """Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
-NOTHING = 1e-9
-"""A pull within this share of a step is rounding where the step begins, and `LEAST` of the step is taken, too."""
-SURE = 0.01
+ROUNDING_PULL_SHARE = 1e-9
+"""A pull within this share of a step is rounding at its start; `MIN_JUMP_STEP_SHARE` of the step is taken, too."""
+PARABOLA_TOLERANCE_SHARE = 0.01
 """Share of the tolerance that the last bit of a step to an event may be off."""
 
 
@@ -53,11 +53,11 @@ class StepPlan(NamedTuple):
 
 
 @lean
-def take_step(method: Method, stepper: Stepper, h: float) -> float:
+def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """One step by the method; its error. The last stage holds the derivative at its end."""
     if not method.columns:
         stepper.counts[2] += len(method.b)
-        return step(method, stepper, h)
+        return explicit_step(method, stepper, h)
     columns, work = method.columns, stepper.work
     stepper.counts[2] += columns * (columns + 1) // 2 + 1
     error = implicit_step(columns, stepper, h)
@@ -93,7 +93,9 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
 
 
 @lean
-def land(method: Method, stepper: Stepper, guess: float, longest: float, joint: int, kind: int) -> float:
+def land_on_event(
+    method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int, kind: int
+) -> float:
     """Repeat the step so that it ends where the joint has its event; its length, 0 where the joint is there already.
 
     The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then
@@ -101,9 +103,9 @@ def land(method: Method, stepper: Stepper, guess: float, longest: float, joint: 
     """
     mechanism, stages, start, end = stepper.mechanism, stepper.stages, stepper.start, stepper.end
     n = len(stepper.hold.held)
-    limit = threshold(mechanism, stepper.hold, joint, kind)
+    limit = event_threshold(mechanism, stepper.hold, joint, kind)
     sign = 1.0 if kind % 2 else -1.0
-    if guess <= AT_ONCE * longest and sign * (start[joint] - limit) >= 0.0:
+    if guess <= IMMEDIATE_EVENT_SHARE * longest and sign * (start[joint] - limit) >= 0.0:
         for i in range(len(end)):
             end[i] = start[i]
         return 0.0
@@ -113,13 +115,13 @@ def land(method: Method, stepper: Stepper, guess: float, longest: float, joint: 
     for _ in range(12):
         take_step(method, stepper, h)
         miss, speed = end[joint] - limit, last[joint]
-        if abs(miss) <= REACHED:
+        if abs(miss) <= REACHED_STOP_ANGLE:
             break
         if speed != 0.0 and not mechanism.overdamped:
             more = -miss / speed
             more = -(miss + 0.5 * more * more * last[n + joint]) / speed
             left = miss + more * (speed + 0.5 * more * last[n + joint])
-            straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED
+            straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED_STOP_ANGLE
             if straight and _parabolic(stepper, h, more, last):
                 for j in range(n):
                     end[j] += more * (last[j] + 0.5 * more * last[n + j])
@@ -145,14 +147,16 @@ def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
     first, end = stepper.stages[0], stepper.end
     n = len(end) // 2 - 1
     for j in range(n, 2 * n):
-        allowed = SURE * (stepper.floor + stepper.tolerance * abs(end[j]))
+        allowed = PARABOLA_TOLERANCE_SHARE * (stepper.floor + stepper.tolerance * abs(end[j]))
         if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
             return False
     return True
 
 
 @lean
-def loosen(method: Method, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float) -> float:
+def step_to_release(
+    method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float
+) -> float:
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
@@ -174,11 +178,11 @@ def loosen(method: Method, stepper: Stepper, closed: float, grip: float, firm: b
     for k in range(40):
         if firm or below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
-        if high - low <= JUMP * longest and above > 1e3 * JUMP * most:
-            high = max(high, LEAST * longest)
+        if high - low <= PULL_JUMP_SHARE * longest and above > 1e3 * PULL_JUMP_SHARE * most:
+            high = max(high, MIN_JUMP_STEP_SHARE * longest)
             break
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
-        share = min(max(-under / (over - under), 0.01), 0.99) if k < SECANTS else 0.5
+        share = min(max(-under / (over - under), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
         h = low + (high - low) * share
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, h)
@@ -192,8 +196,8 @@ def loosen(method: Method, stepper: Stepper, closed: float, grip: float, firm: b
             less = 1.0 - value / under
             over *= (less if less > 0.0 else 0.5) if side < 0 else 1.0
             low, below, under, side = h, pull, value, -1
-    if high <= NOTHING * longest:
-        high = LEAST * longest
+    if high <= ROUNDING_PULL_SHARE * longest:
+        high = MIN_JUMP_STEP_SHARE * longest
     if h < high:
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, high)
@@ -213,7 +217,7 @@ def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
     q, v = work.trial[0], work.trial[1]
     for i in range(n):
         q[i], v[i] = state[i], state[n + i]
-    project(mechanism.tree, hold.held, q, v, closed, work)
+    project_state(mechanism.tree, hold.held, q, v, closed, work)
     work.clock[0] = state[2 * n + 1]
     accelerate(mechanism, hold, q, v, stepper.scale, True, work, work.accelerations)
     return greatest_pull(hold, work.accelerations)

@@ -7,12 +7,12 @@ import numpy as np
 from hcsearch.basics.arrays import Reals, Signs
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
-from hcsearch.kernels.multibody.events import NEAR
-from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
-from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
+from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
+from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic_energy
+from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism, accelerate, project_state
+from hcsearch.kernels.multibody.sweeps import gather_inertias, load_joints, move_bodies, place_bodies, release_joints
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.kernels.multibody.welds import choose, close_rows, factorise
+from hcsearch.kernels.multibody.welds import choose_rows, close_rows, factor_chosen_rows
 
 
 @lean
@@ -23,17 +23,17 @@ def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
     for i in range(len(q)):
         touching[i] = 0
         if hinges.stop_stiffness == 0.0:
-            if q[i] <= hinges.lower[i] + NEAR:
+            if q[i] <= hinges.lower[i] + NEAR_STOP_ANGLE:
                 touching[i] = -1
-            elif q[i] >= hinges.upper[i] - NEAR:
+            elif q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE:
                 touching[i] = 1
         some = some or touching[i] != 0
     return some
 
 
 @compiled
-def regrip(
-    mechanism: Mechanism, hold: Hold, slow: float, q: Reals, v: Reals, scale: float, work: Work, a: Reals
+def update_held_joints(
+    mechanism: Mechanism, hold: DiscreteState, slow: float, q: Reals, v: Reals, scale: float, work: Work, a: Reals
 ) -> bool:
     """Find which of the joints at rest at their stops are held there; whether that has changed. Writes accelerations.
 
@@ -66,16 +66,16 @@ def regrip(
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
         changed = changed or hold.held[i] != before[i]
     if creeping and not mechanism.overdamped:
-        place(mechanism.tree, q, work)
-        arrest(mechanism, hold, v, scale, work)
+        place_bodies(mechanism.tree, q, work)
+        arrest_joints(mechanism, hold, v, scale, work)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     return changed
 
 
 @compiled
-def collide(
+def collide_joints(
     mechanism: Mechanism,
-    hold: Hold,
+    hold: DiscreteState,
     restitution: float,
     slow: float,
     q: Reals,
@@ -102,10 +102,10 @@ def collide(
             fastest = max(fastest, speed)
             wanted[i] = (1.0 + restitution) * speed if speed > slow else speed
     hold.held[:] = 0
-    place(mechanism.tree, q, work)
+    place_bodies(mechanism.tree, q, work)
     if fastest > slow:
         pushed, change = np.empty(n), np.empty(n)
-        gather(mechanism.tree, hold.held, work)
+        gather_inertias(mechanism.tree, hold.held, work)
         solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
@@ -118,24 +118,24 @@ def collide(
     for i in range(n):
         if touching[i] and touching[i] * v[i] >= -slow:
             hold.held[i] = touching[i]
-    arrest(mechanism, hold, v, scale, work)
-    project(mechanism.tree, hold.held, q, v, closed, work)
+    arrest_joints(mechanism, hold, v, scale, work)
+    project_state(mechanism.tree, hold.held, q, v, closed, work)
 
 
 @compiled
-def arrest(mechanism: Mechanism, hold: Hold, v: Reals, scale: float, work: Work) -> None:
+def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: float, work: Work) -> None:
     """The velocities nearest to some, by kinetic energy, with held joints at rest and loops closed; after `place`."""
     n = len(v)
     tree, held = mechanism.tree, hold.held
     momenta = np.empty(n)
-    move(tree, v, work)
+    move_bodies(tree, v, work)
     joint_momenta(tree, work, momenta)
-    gather(tree, held, work)
-    choose(work, scale)
-    factorise(work, scale)
-    load(tree, held, momenta, False, work)
+    gather_inertias(tree, held, work)
+    choose_rows(work, scale)
+    factor_chosen_rows(work, scale)
+    load_joints(tree, held, momenta, False, work)
     close_rows(work, work.rates)
-    release(tree, held, False, work, v)
+    release_joints(tree, held, False, work, v)
     for i in range(n):
         if held[i]:
             v[i] = 0.0
@@ -144,5 +144,5 @@ def arrest(mechanism: Mechanism, hold: Hold, v: Reals, scale: float, work: Work)
 @lean
 def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
     """Twice the kinetic energy of joint velocities; after `place`."""
-    move(mechanism.tree, v, work)
-    return 2.0 * kinetic(mechanism.tree, work)
+    move_bodies(mechanism.tree, v, work)
+    return 2.0 * kinetic_energy(mechanism.tree, work)

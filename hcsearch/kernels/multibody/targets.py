@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import Work
 
-ANGLE, RATE, TORQUE = 0, 1, 2
+TARGET_ANGLE, TARGET_RATE, TARGET_TORQUE = 0, 1, 2
 """Columns of `Work.asked`, a row a drive: rad, rad/s, N m."""
 
 
@@ -27,7 +27,7 @@ class Targets(NamedTuple):
     two times, coefficients of 1, x, x^2, x^3. torques : (k, d), N m, straight lines between the times.
     """
 
-    joints: Whole
+    joints: WholeNumbers
     stiffness: Reals
     damping: Reals
     period: float
@@ -76,7 +76,7 @@ def _planned(targets: Targets, piece: int, drive: int, time: float) -> tuple[flo
 
 
 @lean
-def ask(targets: Targets, time: float, work: Work) -> None:
+def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
     """Write what drives are asked for at a time: interpolated between the targets of two periods."""
     if not len(targets.joints):
         return
@@ -89,21 +89,21 @@ def ask(targets: Targets, time: float, work: Work) -> None:
         q1, v1, t1 = _planned(targets, last, d, begun + h)
         rise = q1 - q0
         b, c = 3.0 * rise - h * (2.0 * v0 + v1), h * (v0 + v1) - 2.0 * rise
-        work.asked[d, ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
-        work.asked[d, RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
-        work.asked[d, TORQUE] = t0 + x * (t1 - t0)
+        work.asked[d, TARGET_ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
+        work.asked[d, TARGET_RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
+        work.asked[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
 
 
 @lean
-def drive(targets: Targets, q: Reals, v: Reals, work: Work, torques: Reals) -> None:
-    """Add the torques of drives to joint forces; after `ask`."""
+def add_drive_torques(targets: Targets, q: Reals, v: Reals, work: Work, torques: Reals) -> None:
+    """Add the torques of drives to joint forces; after `write_drive_targets`."""
     for d in range(len(targets.joints)):
         torques[targets.joints[d]] += _torque(targets, d, q, v, work)
 
 
 @lean
-def drive_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> None:
-    """As `drive`, with the torques as they will be after a time h, for which drives were asked."""
+def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> None:
+    """As `add_drive_torques`, with the torques as they will be after a time h, for which drives were asked."""
     for d in range(len(targets.joints)):
         i = targets.joints[d]
         work.soft[i] += h * targets.damping[d] + h * h * targets.stiffness[d]
@@ -112,7 +112,7 @@ def drive_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> N
 
 @lean
 def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
-    """Power of all drives, W; after `ask`."""
+    """Power of all drives, W; after `write_drive_targets`."""
     power = 0.0
     for d in range(len(targets.joints)):
         power += _torque(targets, d, q, v, work) * v[targets.joints[d]]
@@ -122,5 +122,5 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
 @lean
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
     i, asked = targets.joints[d], work.asked[d]
-    pull: float = targets.stiffness[d] * (asked[ANGLE] - q[i]) + targets.damping[d] * (asked[RATE] - v[i])
-    return pull + float(asked[TORQUE])
+    pull: float = targets.stiffness[d] * (asked[TARGET_ANGLE] - q[i]) + targets.damping[d] * (asked[TARGET_RATE] - v[i])
+    return pull + float(asked[TARGET_TORQUE])

@@ -12,54 +12,63 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
 
-AXIS, OFFSET, CENTRE, INERTIA, MASS = 0, 3, 6, 9, 15
+BODY_AXIS, BODY_OFFSET, BODY_CENTRE, BODY_INERTIA, BODY_MASS = 0, 3, 6, 9, 15
 """Columns of `Tree.bodies`: unit vector of the joint, from the parent's joint (of the ground: from the origin) to this
 one, from the joint to the centre of mass, inertia about that (xx, yy, zz, xy, xz, yz), mass."""
 
-PARENT, SLIDES, FIRST, LAST = 0, 1, 2, 3
+LINK_PARENT, LINK_SLIDES, LINK_FIRST_SLOT, LINK_LAST_SLOT = 0, 1, 2, 3
 """Columns of `Tree.links`: parent or -1, whether the joint slides, its slots (the last exclusive)."""
 
-BODY_A, BODY_B = 0, 1
-POINT_A, POINT_B, FRAME = 0, 3, 6
+WELD_BODY_A, WELD_BODY_B = 0, 1
+WELD_POINT_A, WELD_POINT_B, WELD_FRAME = 0, 3, 6
 """Columns of `Tree.welds` (-1 the ground) and of `Tree.weld_places`: the common point, from the joints of both bodies,
 and three directions fixed to body a, by rows."""
 
-WELD, KIND, SLOT_A, SLOT_B, FREE = 0, 1, 2, 3, 4
+ROW_WELD, ROW_KIND, ROW_SLOT_A, ROW_SLOT_B, ROW_FREE_TURN = 0, 1, 2, 3, 4
 """Columns of `Tree.rows`: kinds 0 to 2 are turns about, 3 to 5 gaps along a direction of the weld's frame; the slots
 where the row acts on bodies a and b, -1 on the ground; of a turn, the direction about which the weld leaves b free to
 turn, or -1."""
 
-ROW, ABOVE = 0, 1
+SLOT_ROW, SLOT_ABOVE = 0, 1
 """Columns of `Tree.slots`: the row, and the slot of the same row at the parent or -1."""
 
-TURN, PLACE, LINE, ARM, SPIN, SPEED, SPIN_DRIFT, DRIFT = 0, 9, 12, 15, 18, 21, 24, 27
+WORK_ROTATION, WORK_PLACE, WORK_LINE, WORK_ARM, WORK_SPIN, WORK_SPEED, WORK_SPIN_DRIFT, WORK_DRIFT = (
+    0,
+    9,
+    12,
+    15,
+    18,
+    21,
+    24,
+    27,
+)
 """Columns of `Work.bodies`: rotation from the reference state, joint, joint axis, way from the parent's joint, angular
 velocity, velocity at the joint, and what these alone add to the angular acceleration and the acceleration there."""
 
-COUPLES, CROSSED, FORCES = 30, 36, 45
+WORK_COUPLES, WORK_CROSSED, WORK_FORCES = 30, 36, 45
 """Articulated inertia about the joint: couples by angular acceleration (symmetric), couples by acceleration (3 x 3, by
 rows; transposed, forces by angular acceleration), forces by acceleration (symmetric)."""
 
-BIAS_COUPLE, BIAS_FORCE, PULL_COUPLE, PULL_FORCE = 51, 54, 57, 60
+WORK_BIAS_COUPLE, WORK_BIAS_FORCE, WORK_PULL_COUPLE, WORK_PULL_FORCE = 51, 54, 57, 60
 """Couple and force that the body needs when nothing accelerates, and those applied to it at its joint."""
 
-HEAD_COUPLE, HEAD_FORCE, ALONG, DRIVE, TURNING, SHIFTING = 63, 66, 69, 70, 71, 74
+WORK_HEAD_COUPLE, WORK_HEAD_FORCE, WORK_ALONG, WORK_DRIVE, WORK_TURNING, WORK_SHIFTING = 63, 66, 69, 70, 71, 74
 """Couple and force that a unit acceleration of the joint asks for, their part along the joint, the joint force left
 over for acceleration, angular acceleration, acceleration at the joint."""
 
-BODY_COLUMNS = 77
+WORK_BODY_COLUMNS = 77
 
-WAY, ARM_A, ARM_B = 0, 3, 6
+WAY_DIRECTION, WAY_ARM_A, WAY_ARM_B = 0, 3, 6
 """Columns of `Work.ways`: direction of the row, and the point of body b from the joints of both bodies."""
 
-ROW_COUPLE, ROW_FORCE, POWER = 0, 3, 6
+WORK_SLOT_COUPLE, WORK_SLOT_FORCE, WORK_SLOT_POWER = 0, 3, 6
 """Columns of `Work.slots`: the row's unit force carried to this body, and its part along the joint."""
 
 
-class Tree(NamedTuple):
+class BodyTree(NamedTuple):
     """Bodies, joints and welds; n bodies, w welds, m rows, s slots. Lengths in m, masses in kg.
 
     bodies : (n, 16). links : (n, 4). welds : (w, 2). weld_places : (w, 15). rows : (m, 5). slots : (s, 2), those of a
@@ -67,11 +76,11 @@ class Tree(NamedTuple):
     """
 
     bodies: Reals
-    links: Whole
-    welds: Whole
+    links: WholeNumbers
+    welds: WholeNumbers
     weld_places: Reals
-    rows: Whole
-    slots: Whole
+    rows: WholeNumbers
+    slots: WholeNumbers
     gravity: Reals
     size: float
 
@@ -100,8 +109,8 @@ class Work(NamedTuple):
     opening: Reals
     delassus: Reals
     factor: Reals
-    chosen: Whole
-    chosen_count: Whole
+    chosen: WholeNumbers
+    chosen_count: WholeNumbers
     pivots: Reals
     torques: Reals
     soft: Reals
@@ -114,11 +123,11 @@ class Work(NamedTuple):
 
 
 @compiled
-def work_for(tree: Tree) -> Work:
+def work_for(tree: BodyTree) -> Work:
     """Tables for the recursions on a tree."""
     n, m, slots = len(tree.links), len(tree.rows), len(tree.slots)
     return Work(
-        bodies=np.zeros((n, BODY_COLUMNS)),
+        bodies=np.zeros((n, WORK_BODY_COLUMNS)),
         slots=np.zeros((slots, 7)),
         ways=np.zeros((m, 9)),
         errors=np.zeros(m),

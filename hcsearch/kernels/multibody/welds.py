@@ -12,58 +12,60 @@ import math
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.vectors import at, cross, dot, minus, plus, turned
+from hcsearch.kernels.algebra.vectors import cross, dot, rotated, vector_at, vector_difference, vector_sum
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import (
-    ARM_A,
-    ARM_B,
-    BODY_A,
-    BODY_B,
-    FRAME,
-    FREE,
-    KIND,
-    PLACE,
-    POINT_A,
-    SPEED,
-    SPIN,
-    TURN,
-    WAY,
-    WELD,
-    Tree,
+    ROW_FREE_TURN,
+    ROW_KIND,
+    ROW_WELD,
+    WAY_ARM_A,
+    WAY_ARM_B,
+    WAY_DIRECTION,
+    WELD_BODY_A,
+    WELD_BODY_B,
+    WELD_FRAME,
+    WELD_POINT_A,
+    WORK_PLACE,
+    WORK_ROTATION,
+    WORK_SPEED,
+    WORK_SPIN,
+    BodyTree,
     Work,
 )
 
-INDEPENDENT = 1e-11
+MIN_ROW_PIVOT_SHARE = 1e-11
 """A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""
 
 
 @lean
-def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
+def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
     """Write the closure residual: turns (rad) and gaps over the size; return the largest; after `place`."""
     worst = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
-        weld, kind = tree.rows[r, WELD], tree.rows[r, KIND]
-        first, second = tree.welds[weld, BODY_A], tree.welds[weld, BODY_B]
-        way = at(work.ways, r, WAY)
+        weld, kind = tree.rows[r, ROW_WELD], tree.rows[r, ROW_KIND]
+        first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
+        way = vector_at(work.ways, r, WAY_DIRECTION)
         if kind < 3:
             # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
             # where b may turn about one axis, that axis alone says how it tilts, however far b has turned
-            free = tree.rows[r, FREE]
+            free = tree.rows[r, ROW_FREE_TURN]
             turn = (0.0, 0.0, 0.0)
             for k in range(3):
                 if free < 0 or free == k:
-                    own = at(tree.weld_places, weld, FRAME + 3 * k)
-                    here = turned(b, first, TURN, own) if first >= 0 else own
-                    turn = plus(turn, cross(here, turned(b, second, TURN, own)))
+                    own = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * k)
+                    here = rotated(b, first, WORK_ROTATION, own) if first >= 0 else own
+                    turn = vector_sum(turn, cross(here, rotated(b, second, WORK_ROTATION, own)))
             value = (0.5 if free < 0 else 1.0) * dot(way, turn)
         else:
-            own = at(tree.weld_places, weld, POINT_A)
+            own = vector_at(tree.weld_places, weld, WELD_POINT_A)
             # from the joint of body a to the point of body b, less to its own
             gap = (
-                minus(at(work.ways, r, ARM_A), turned(b, first, TURN, own))
+                vector_difference(vector_at(work.ways, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, own))
                 if first >= 0
-                else minus(plus(at(b, second, PLACE), at(work.ways, r, ARM_B)), own)
+                else vector_difference(
+                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.ways, r, WAY_ARM_B)), own
+                )
             )
             value = dot(way, gap) / tree.size
         errors[r] = value
@@ -72,22 +74,22 @@ def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
 
 
 @lean
-def weld_rates(tree: Tree, work: Work, rates: Reals) -> float:
+def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
     """Write the relative velocities of the welded bodies along the rows; return the largest; after `move`."""
     worst = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
-        weld = tree.rows[r, WELD]
-        way = at(work.ways, r, WAY)
+        weld = tree.rows[r, ROW_WELD]
+        way = vector_at(work.ways, r, WAY_DIRECTION)
         value = 0.0
         for side in range(2):
             body = tree.welds[weld, side]
             if body < 0:
                 continue
-            part = dot(way, at(b, body, SPIN))
-            if tree.rows[r, KIND] >= 3:
-                arm = at(work.ways, r, ARM_B if side else ARM_A)
-                flow = plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
+            part = dot(way, vector_at(b, body, WORK_SPIN))
+            if tree.rows[r, ROW_KIND] >= 3:
+                arm = vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A)
+                flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
                 part = dot(way, flow) / tree.size
             value += part if side else -part
         rates[r] = value
@@ -96,7 +98,7 @@ def weld_rates(tree: Tree, work: Work, rates: Reals) -> float:
 
 
 @lean
-def choose(work: Work, scale: float) -> None:
+def choose_rows(work: Work, scale: float) -> None:
     """Choose independent rows by pivoted Cholesky of the Delassus matrix, the largest pivots first.
 
     scale : largest diagonal entry of the Delassus matrix with all joints free.
@@ -112,7 +114,7 @@ def choose(work: Work, scale: float) -> None:
         for r in range(m):
             if left[r] > -np.inf and (best < 0 or left[r] > left[best]):
                 best = r
-        if left[best] <= INDEPENDENT * scale:
+        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
             break
         work.chosen[k] = best
         count += 1
@@ -130,11 +132,11 @@ def choose(work: Work, scale: float) -> None:
 
 
 @lean
-def factorise(work: Work, scale: float) -> bool:
+def factor_chosen_rows(work: Work, scale: float) -> bool:
     """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
     count = work.chosen_count[0]
     factor, chosen = work.factor, work.chosen
-    least = 1e-3 * INDEPENDENT * scale
+    least = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
     good = True
     for k in range(count):
         r = chosen[k]
@@ -153,7 +155,7 @@ def factorise(work: Work, scale: float) -> bool:
 
 @lean
 def close_rows(work: Work, unwanted: Reals) -> None:
-    """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factorise`."""
+    """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factor_chosen_rows`."""
     count = work.chosen_count[0]
     factor, chosen, forces = work.factor, work.chosen, work.forces
     forces[:] = 0.0

@@ -5,22 +5,32 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.vectors import Vector, at, dot, times
+from hcsearch.kernels.algebra.vectors import Vector3, dot, scaled_vector, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.planning.closing import CLOSED, close
-from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
+from hcsearch.kernels.planning.closing import PLANNING_CLOSURE_RESIDUAL, close_state
+from hcsearch.kernels.planning.space import (
+    PlacedState,
+    Space,
+    SpaceWork,
+    StateStack,
+    copy_state,
+    greatest_angle_change,
+    pick_state,
+    place_state,
+    squared_distance,
+)
 
-OFF = 0.5
+MAX_CHORD_DEVIATION = 0.5
 """The closed state half-way along a chord may be off by this share of half its length."""
 
 
 @lean
-def separated(space: Space, one: State, two: State) -> bool:
+def separated(space: Space, one: PlacedState, two: PlacedState) -> bool:
     """Whether every pair has a direction, fixed to one of its panels, that separates it at both states.
 
     What lies between is left to the proof: this screens.
     """
-    moved = space.lever * farthest(one.angles, two.angles)
+    moved = space.lever * greatest_angle_change(one.angles, two.angles)
     for p in range(len(space.pairs)):
         if one.gaps[p] + two.gaps[p] > moved:
             continue
@@ -30,10 +40,10 @@ def separated(space: Space, one: State, two: State) -> bool:
 
 
 @lean
-def _separates(space: Space, one: State, two: State, p: int) -> bool:
+def _separates(space: Space, one: PlacedState, two: PlacedState, p: int) -> bool:
     """Whether the direction of a pair's gap at a state, fixed to either panel, has a gap at another state, too."""
     f, g = space.pairs[p, 0], space.pairs[p, 1]
-    way = at(one.ways, p, 0)
+    way = vector_at(one.ways, p, 0)
     for _ in range(2):
         a, b = one.poses[space.prisms.panels[f]], two.poses[space.prisms.panels[f]]
         x = dot((a[0, 0], a[1, 0], a[2, 0]), way)
@@ -46,45 +56,45 @@ def _separates(space: Space, one: State, two: State, p: int) -> bool:
         )
         if _gap(space, two, f, g, turned) >= space.parted:
             return True
-        f, g, way = g, f, times(-1.0, way)
+        f, g, way = g, f, scaled_vector(-1.0, way)
     return False
 
 
 @lean
-def _gap(space: Space, state: State, f: int, g: int, way: Vector) -> float:
+def _gap(space: Space, state: PlacedState, f: int, g: int, way: Vector3) -> float:
     """The gap of two prisms along a direction from the first to the second."""
     top, low = -math.inf, math.inf
     for j in range(space.prisms.counts[f, 0]):
-        top = max(top, dot(way, at(state.placed.vertices[f], j, 0)))
+        top = max(top, dot(way, vector_at(state.placed.vertices[f], j, 0)))
     for j in range(space.prisms.counts[g, 0]):
-        low = min(low, dot(way, at(state.placed.vertices[g], j, 0)))
+        low = min(low, dot(way, vector_at(state.placed.vertices[g], j, 0)))
     return low - top
 
 
 @compiled
-def link(
-    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: SpaceWork, between: Reals
+def link_states(
+    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, between: Reals
 ) -> int:
     """Write closed states between two beside the straight piece, in order, without the ends; how many, -1 where not.
 
     longest : rad, pieces that turn a hinge by more are halved. depth : how often a piece may be halved; the stack has
     two states more. The state half-way must be closed near its place, and panels keep apart at all states.
     """
-    left, right = pick(stack, 0), pick(stack, 1)
-    if not (place(space, one, space.least, left) and place(space, two, space.least, right)):
+    left, right = pick_state(stack, 0), pick_state(stack, 1)
+    if not (place_state(space, one, space.least, left) and place_state(space, two, space.least, right)):
         return -1
     top, count = 1, 0
     while top > 0:
-        right = pick(stack, top)
-        if farthest(left.angles, right.angles) <= longest and separated(space, left, right):
+        right = pick_state(stack, top)
+        if greatest_angle_change(left.angles, right.angles) <= longest and separated(space, left, right):
             if top > 1:
                 if count == len(between):
                     return -1
                 between[count] = right.angles
                 count += 1
-                copy(right, left)
+                copy_state(right, left)
             top -= 1
-        elif top > depth or not _half_way(space, left, right, work, pick(stack, top + 1)):
+        elif top > depth or not _half_way(space, left, right, work, pick_state(stack, top + 1)):
             return -1
         else:
             top += 1
@@ -92,15 +102,15 @@ def link(
 
 
 @compiled
-def _half_way(space: Space, left: State, right: State, work: SpaceWork, middle: State) -> bool:
+def _half_way(space: Space, left: PlacedState, right: PlacedState, work: SpaceWork, middle: PlacedState) -> bool:
     """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
-    if not close(space.loops, work.trial, CLOSED, 0.0, 12, work.closing):
+    if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 12, work.closing):
         return False
     off = 0.0
     for h in range(len(work.trial)):
         off += (work.trial[h] - 0.5 * (left.angles[h] + right.angles[h])) ** 2
-    if off > OFF * OFF * 0.25 * square(left.angles, right.angles):
+    if off > MAX_CHORD_DEVIATION * MAX_CHORD_DEVIATION * 0.25 * squared_distance(left.angles, right.angles):
         return False
-    return place(space, work.trial, space.least, middle)
+    return place_state(space, work.trial, space.least, middle)

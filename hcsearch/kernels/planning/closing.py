@@ -8,18 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
 
-CLOSED = 1e-10
+PLANNING_CLOSURE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""
-STOPPED = 1e-9
+STOPPED_HINGE_ANGLE = 1e-9
 """A hinge that is not further than this from a stop (rad) is at it."""
-REDUNDANT = 1e-9
+REDUNDANT_SINGULAR_VALUE = 1e-9
 """Singular directions of closure up to this count as free."""
-SMALL = 1e-13
+CLOSING_DAMPING = 1e-13
 """Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
 
 
@@ -27,9 +27,9 @@ class Loops(NamedTuple):
     """Loops of a linkage, see `kernels.linkage.loops`; size : m, of the pattern."""
 
     chain: Chain
-    starts: Whole
-    hinges: Whole
-    signs: Whole
+    starts: WholeNumbers
+    hinges: WholeNumbers
+    signs: WholeNumbers
     size: float
 
 
@@ -77,7 +77,7 @@ def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals,
 
 
 @lean
-def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
+def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> float:
     """The greatest closure residual; also writes all of them, and the Jacobian."""
     write_closure(loops, angles, work.residual, work.jacobian, work.pose)
     worst = 0.0
@@ -87,7 +87,7 @@ def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
 
 
 @lean
-def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
+def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; whether that is closed.
 
     give : what hinges may be beyond a stop (rad). Damped Gauss-Newton steps of least length. Hinges that a step takes
@@ -100,7 +100,7 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
             continue
         angles[h] = min(max(angles[h], -give), math.pi + give)
     for _ in range(steps):
-        worst = open_by(loops, angles, work)
+        worst = largest_closure_residual(loops, angles, work)
         if worst < tolerance:
             return True
         if not worst < 1.0:
@@ -108,7 +108,7 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
         for h in range(m):
             for i in range(len(work.residual) if work.held[h] else 0):
                 work.jacobian[i, h] = 0.0
-        if not weigh_rows(work.jacobian, work.residual, SMALL, work.gram, work.right):
+        if not weigh_rows(work.jacobian, work.residual, CLOSING_DAMPING, work.gram, work.right):
             return False
         for h in range(m):
             if work.held[h]:
@@ -118,11 +118,11 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
             if not -give <= angles[h] <= math.pi + give:
                 angles[h] = min(max(angles[h], -give), math.pi + give)
                 work.held[h] = True
-    return open_by(loops, angles, work) < tolerance
+    return largest_closure_residual(loops, angles, work) < tolerance
 
 
 @lean
-def span(work: Closing, least: float) -> int:
+def write_closure_basis(work: Closing, least: float) -> int:
     """Write orthonormal rows that span those of the Jacobian, and return how many.
 
     Gram and Schmidt's, twice, the longest first; what is shorter than `least` counts as none.
@@ -152,7 +152,7 @@ def span(work: Closing, least: float) -> int:
 
 
 @lean
-def take_off(basis: Reals, rank: int, table: Reals, row: int) -> None:
+def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
     """Take off a row of a table what lies in the span of a basis."""
     m = basis.shape[1]
     for j in range(rank):
@@ -162,12 +162,12 @@ def take_off(basis: Reals, rank: int, table: Reals, row: int) -> None:
 @lean
 def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closing) -> None:
     """Take off a rate, a row of a table, what opens loops, and what turns hinges that are at a stop."""
-    open_by(loops, angles, work)
+    largest_closure_residual(loops, angles, work)
     for h in range(len(angles)):
-        if work.fixed[h] or angles[h] < STOPPED or angles[h] > math.pi - STOPPED:
+        if work.fixed[h] or angles[h] < STOPPED_HINGE_ANGLE or angles[h] > math.pi - STOPPED_HINGE_ANGLE:
             table[row, h] = 0.0
             for i in range(len(work.residual)):
                 work.jacobian[i, h] = 0.0
-    rank = span(work, REDUNDANT)
+    rank = write_closure_basis(work, REDUNDANT_SINGULAR_VALUE)
     for _ in range(2):
-        take_off(work.basis, rank, table, row)
+        remove_span(work.basis, rank, table, row)

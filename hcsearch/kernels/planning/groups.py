@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 
 
 class Group(NamedTuple):
@@ -23,5 +23,5 @@ class Group(NamedTuple):
 
     rows: Reals
     moving: NDArray[np.bool_]
-    starts: Whole
-    hinges: Whole
+    starts: WholeNumbers
+    hinges: WholeNumbers

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import Vector, cross
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, cross
 from hcsearch.kernels.compiling.compiled import lean
 
-CENTRED = 6
+CENTRING_ROUNDS = 6
 """How often the middle of a loop is brought nearer to its lines: one that is far off them makes bounds loose."""
 
 
 @lean
-def centre(jacobian: Reals, row: int, hinges: Whole, middle: Reals, moments: Reals) -> float:
+def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals, moments: Reals) -> float:
     """Write the screws of a loop, six rows from one on, about its middle and in its own unit of length, returned.
 
     That is the root of their mean square moment. hinges : those that are counted. middle : (3,), and moments : (m,), of
@@ -21,7 +21,7 @@ def centre(jacobian: Reals, row: int, hinges: Whole, middle: Reals, moments: Rea
     """
     count = len(hinges)
     middle[:] = 0.0
-    for _ in range(CENTRED):
+    for _ in range(CENTRING_ROUNDS):
         _move_middle(jacobian, row, hinges, middle)
     total = 0.0
     for h in hinges:
@@ -38,7 +38,7 @@ def centre(jacobian: Reals, row: int, hinges: Whole, middle: Reals, moments: Rea
 
 
 @lean
-def _move_middle(jacobian: Reals, row: int, hinges: Whole, middle: Reals) -> None:
+def _move_middle(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals) -> None:
     """Move the middle of a loop to the mean of the points of its lines that are nearest to it."""
     count = len(hinges)
     x = y = z = 0.0
@@ -55,6 +55,6 @@ def _move_middle(jacobian: Reals, row: int, hinges: Whole, middle: Reals) -> Non
 
 
 @lean
-def _part(jacobian: Reals, row: int, h: int) -> Vector:
+def _part(jacobian: Reals, row: int, h: int) -> Vector3:
     """Three entries of a column from a row on."""
     return jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h]

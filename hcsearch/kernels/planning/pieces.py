@@ -22,26 +22,26 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
 from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.middles import centre
+from hcsearch.kernels.planning.middles import centre_screws
 
-CONTRACTION = 0.5
+MAX_CONTRACTION_FACTOR = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""
-NODES = 9
+CHEBYSHEV_NODE_COUNT = 9
 """Places of a piece at which its loops are computed (Chebyshev's); odd, so that its middle is one."""
-LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
+LEBESGUE_CONSTANT = 2.0 / math.pi * math.log(CHEBYSHEV_NODE_COUNT) + 1.0
 """What an interpolation through them may exceed their values by."""
-ROUNDING = 4e-15
+LOOP_POSE_ROUNDING = 4e-15
 """Error of T of a loop for each of its hinges, over 1 and the distance of hinges: a product of rotations is a sum of
 three products of two entries, each known to a few units in the last place, as the hinges' places are."""
-TURNED = 1.0
+MAX_TURN_NORM = 1.0
 """Norms of screws, times what their hinges turn by in half a piece, sum to no more (so that they grow by e at most)."""
-APART = 0.05
+MAX_LOOP_DEVIATION = 0.05
 """T of a loop differs from 1 by no more at the states of a tube: a half turn, whose twist is 0 as well, by more."""
-OWN = 0.9
+PIECE_WANDER_SHARE = 0.9
 """Share of what closed states may wander by that is a piece's own: the rest is for joining it to the one before."""
 
 
-class Tables(NamedTuple):
+class PieceTables(NamedTuple):
     """Tables of one piece; k equations, r = 6 n_loops.
 
     jacobian : (r, m), screws about the middle of each loop. basis : (k, m), orthonormal rows V of the span of those of
@@ -76,11 +76,11 @@ class Tables(NamedTuple):
 
 
 @compiled
-def tables_for(loops: Loops, group: Group) -> Tables:
+def new_piece_tables(loops: Loops, group: Group) -> PieceTables:
     """Empty tables."""
     m, count = len(loops.chain.points), len(loops.starts) - 1
     r, k = 6 * count, len(group.rows)
-    return Tables(
+    return PieceTables(
         np.zeros((r, m)),
         np.zeros((k, m)),
         np.zeros((k, r)),
@@ -93,9 +93,9 @@ def tables_for(loops: Loops, group: Group) -> Tables:
         np.zeros((max(count, 1), 3, 4)),  # the first also serves the walks of `close_loops`
         np.zeros(m),
         np.zeros(m),
-        np.zeros((NODES, len(group.hinges), 6)),
+        np.zeros((CHEBYSHEV_NODE_COUNT, len(group.hinges), 6)),
         np.zeros((r, k)),
-        np.zeros((NODES, k, k)),
+        np.zeros((CHEBYSHEV_NODE_COUNT, k, k)),
         np.zeros(count),
         np.zeros(count),
         np.zeros(count),
@@ -111,7 +111,7 @@ def prove_piece(
     shares: tuple[float, float],
     joined: Reals,
     limit: float,
-    tables: Tables,
+    tables: PieceTables,
 ) -> tuple[float, float]:
     """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
 
@@ -126,7 +126,7 @@ def prove_piece(
         tables.angles[h] = tables.about[h, 0]
     most = _screws(loops, group, tables)
     tables.near[:] = 0.0
-    if _turns(group, 1.0, tables) > TURNED:
+    if _turns(group, 1.0, tables) > MAX_TURN_NORM:
         return math.inf, math.inf
     strength = _scale(group, tables)
     if not math.isfinite(strength):
@@ -137,14 +137,14 @@ def prove_piece(
             column += tables.basis[i, h] ** 2
         tables.columns[h] = math.sqrt(column)
     newton, off, rounding = _opening(loops, group, strength, most, tables)
-    radius = newton / (1.0 - CONTRACTION)
+    radius = newton / (1.0 - MAX_CONTRACTION_FACTOR)
     wander = other = 0.0
     for h in range(len(joined)):
         tables.beside[h] = tables.columns[h] * radius
         tables.near[h] = tables.beside[h] + joined[h]
         wander += tables.beside[h]
         other += joined[h]
-    if not wander <= OWN * limit:
+    if not wander <= PIECE_WANDER_SHARE * limit:
         return math.inf, max(wander, 1.01 * limit)
     _wanders(group, tables)
     total = 0.0
@@ -158,7 +158,7 @@ def prove_piece(
             tables.near[h] += tables.columns[h] * bow
             wander += tables.columns[h] * bow
     _wanders(group, tables)
-    if _turns(group, 1.0, tables) > TURNED:
+    if _turns(group, 1.0, tables) > MAX_TURN_NORM:
         return math.inf, math.inf
     return _contraction(group, strength, off, rounding, tables), wander
 
@@ -175,7 +175,7 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
 
 
 @lean
-def _screws(loops: Loops, group: Group, tables: Tables) -> float:
+def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
     """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm.
 
     Those of hinges that do not move are left in other axes.
@@ -186,7 +186,7 @@ def _screws(loops: Loops, group: Group, tables: Tables) -> float:
     for loop in range(len(loops.starts) - 1):
         hinges = group.hinges[group.starts[loop] : group.starts[loop + 1]]
         norms = tables.norms[loop]
-        tables.lengths[loop] = centre(tables.jacobian, 6 * loop, hinges, tables.middles[loop], norms)
+        tables.lengths[loop] = centre_screws(tables.jacobian, 6 * loop, hinges, tables.middles[loop], norms)
         for h in hinges:
             # norms of the matrix, (1 + moment^2)^(1/2), and of ad: of [[1, 0], [moment, 1]], which is the greater
             moment = norms[h]
@@ -196,7 +196,7 @@ def _screws(loops: Loops, group: Group, tables: Tables) -> float:
 
 
 @lean
-def _scale(group: Group, tables: Tables) -> float:
+def _scale(group: Group, tables: PieceTables) -> float:
     """Write S and V with S J = V, orthonormal rows, by Gram and Schmidt's; the norm of S, infinite without one."""
     basis, scaling, rows = tables.basis, tables.scaling, group.rows
     k, m = basis.shape
@@ -229,7 +229,7 @@ def _scale(group: Group, tables: Tables) -> float:
 
 
 @lean
-def _turns(group: Group, wide: float, tables: Tables) -> float:
+def _turns(group: Group, wide: float, tables: PieceTables) -> float:
     """Write sums of norms times what hinges turn by at most, at |x| up to `wide`; the greatest.
 
     That is the exponent of all bounds: of the matrices, and of the screws of later hinges.
@@ -248,7 +248,7 @@ def _turns(group: Group, wide: float, tables: Tables) -> float:
 
 
 @lean
-def _wanders(group: Group, tables: Tables) -> None:
+def _wanders(group: Group, tables: PieceTables) -> None:
     """Write sums of norms times what states of the tube are off the course by."""
     for loop in range(len(tables.wanders)):
         total = 0.0
@@ -258,7 +258,9 @@ def _wanders(group: Group, tables: Tables) -> None:
 
 
 @lean
-def _opening(loops: Loops, group: Group, strength: float, most: float, tables: Tables) -> tuple[float, float, float]:
+def _opening(
+    loops: Loops, group: Group, strength: float, most: float, tables: PieceTables
+) -> tuple[float, float, float]:
     """What a Newton step is not longer than in the piece (rad), what loops are open by (rad), and rounding of T.
 
     T - 1 is entire in the share of the piece, so that its interpolation at Chebyshev's nodes is off by no more than
@@ -268,8 +270,8 @@ def _opening(loops: Loops, group: Group, strength: float, most: float, tables: T
     newton = off = 0.0
     r, m = tables.jacobian.shape
     k = len(tables.basis)
-    for node in range(NODES):
-        x = math.cos(math.pi * (node + 0.5) / NODES)
+    for node in range(CHEBYSHEV_NODE_COUNT):
+        x = math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT)
         for h in range(m):
             c = tables.about[h]
             tables.angles[h] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
@@ -288,21 +290,25 @@ def _opening(loops: Loops, group: Group, strength: float, most: float, tables: T
             for loop in range(len(tables.turns)):
                 bound += (math.exp(tables.turns[loop]) * (1.0 + off) - 1.0) ** 2
             # the 3: entries of T - 1 are at most those of three rows of its norm
-            least = min(least, 4.0 * math.sqrt(3.0 * bound) * g ** (1 - NODES) / (g - 1.0))
+            least = min(least, 4.0 * math.sqrt(3.0 * bound) * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
     reach = 0.0
     for h in range(m):
         point = loops.chain.points[h]
         reach = max(reach, math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2))
-    rounding = math.sqrt(len(tables.lengths)) * ROUNDING * m
+    rounding = math.sqrt(len(tables.lengths)) * LOOP_POSE_ROUNDING * m
     shortest = math.inf
     for loop in range(len(tables.lengths)):
         shortest = min(shortest, tables.lengths[loop])
     rounding *= 1.0 + most + reach / (loops.size * shortest)
-    return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding, rounding
+    return (
+        LEBESGUE_CONSTANT * newton + strength * (least + rounding),
+        LEBESGUE_CONSTANT * off + least + rounding,
+        rounding,
+    )
 
 
 @lean
-def _twists(loops: Loops, group: Group, node: int, tables: Tables) -> float:
+def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float:
     """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1.
 
     Also writes the screws of the hinges that move, as they lie there.
@@ -345,7 +351,7 @@ def _twists(loops: Loops, group: Group, node: int, tables: Tables) -> float:
 
 
 @lean
-def _contraction(group: Group, strength: float, off: float, rounding: float, tables: Tables) -> float:
+def _contraction(group: Group, strength: float, off: float, rounding: float, tables: PieceTables) -> float:
     """What the map shrinks distances by, at all states that are off the course by no more than `near`.
 
     Its derivative is 1 - S (1 + E) J V^T. On the course D = S J V^T - 1 is entire, and interpolated at the nodes as T
@@ -359,25 +365,28 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
             total += tables.norms[loop, group.hinges[j]] * tables.columns[group.hinges[j]]
         tables.felts[loop] = total
     spread = 0.0
-    for node in range(NODES):
+    for node in range(CHEBYSHEV_NODE_COUNT):
         length = _feel(group, node, tables)
-        if node == NODES // 2:
+        if node == CHEBYSHEV_NODE_COUNT // 2:
             spread = length
-    first, last = math.cos(math.pi * 0.5 / NODES), math.cos(math.pi * (NODES - 0.5) / NODES)
+    first, last = (
+        math.cos(math.pi * 0.5 / CHEBYSHEV_NODE_COUNT),
+        math.cos(math.pi * (CHEBYSHEV_NODE_COUNT - 0.5) / CHEBYSHEV_NODE_COUNT),
+    )
     linear = worst = 0.0
     for i in range(k):
         for j in range(k):
-            slope = (tables.turned[0, i, j] - tables.turned[NODES - 1, i, j]) / (first - last)
+            slope = (tables.turned[0, i, j] - tables.turned[CHEBYSHEV_NODE_COUNT - 1, i, j]) / (first - last)
             linear += slope * slope
             tables.felt[i, j] = slope
-    for node in range(NODES):
-        x = math.cos(math.pi * (node + 0.5) / NODES)
+    for node in range(CHEBYSHEV_NODE_COUNT):
+        x = math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT)
         total = 0.0
         for i in range(k):
             for j in range(k):
                 total += (tables.turned[node, i, j] - x * tables.felt[i, j]) ** 2
         worst = max(worst, total)
-    factor = math.sqrt(linear) + LEBESGUE * math.sqrt(worst)
+    factor = math.sqrt(linear) + LEBESGUE_CONSTANT * math.sqrt(worst)
     beside = near = 0.0
     for loop in range(len(tables.felts)):
         grown, wander = math.exp(tables.turns[loop]) * tables.felts[loop], tables.wanders[loop]
@@ -385,7 +394,7 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
         near += 25.0 * wander * wander
         tables.felts[loop] = grown
     off += math.sqrt(near)
-    if off > APART:
+    if off > MAX_LOOP_DEVIATION:
         return math.inf
     # J V^T is S^-1 (1 + D), no more than 1.5 of what it is in the middle where the factor is 1/2; the rest is rounding
     factor += strength * (math.sqrt(beside) + 2.0 * spread * off)
@@ -400,12 +409,12 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
             for loop in range(len(tables.turns)):
                 total += (math.exp(tables.turns[loop]) * tables.felts[loop]) ** 2
             bound = math.sqrt(1.0 * k) + strength * math.sqrt(total)
-            least = min(least, 4.0 * bound * g ** (1 - NODES) / (g - 1.0))
+            least = min(least, 4.0 * bound * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
     return factor + least
 
 
 @lean
-def _feel(group: Group, node: int, tables: Tables) -> float:
+def _feel(group: Group, node: int, tables: PieceTables) -> float:
     """Write S J V^T - 1 at a node; the norm of J V^T."""
     k, r = tables.scaling.shape
     felt = tables.felt

@@ -7,24 +7,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.planning.chords import link
-from hcsearch.kernels.planning.closing import CLOSED, close
-from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, farthest, pick, place
-from hcsearch.kernels.planning.trees import StateTree, add, grow, keep_new, nearest
+from hcsearch.kernels.planning.chords import link_states
+from hcsearch.kernels.planning.closing import PLANNING_CLOSURE_RESIDUAL, close_state
+from hcsearch.kernels.planning.space import Space, SpaceWork, StateStack, greatest_angle_change, pick_state, place_state
+from hcsearch.kernels.planning.trees import StateTree, add_state, grow_towards, keep_new_states, nearest_state
 
-LONGEST = 0.12
+MAX_TREE_STEP = 0.12
 """Longest step (rad)."""
-PIECE = 0.1
+MAX_SEARCH_PIECE = 0.1
 """Longest straight piece (rad)."""
-LEAST = 1e-7
+SEARCH_ZERO_SINGULAR_VALUE = 1e-7
 """Singular values of the closure Jacobian up to this count as zeros."""
-DEPTH = 12
+MAX_SEARCH_HALVINGS = 12
 """Pieces are halved no more often than this."""
-ROOM = 200
+MIN_TREE_ROOM = 200
 """States for which a tree must have room before it grows."""
-MET, GOING, FULL = 0, 1, 2
+TREES_MET, TREES_GOING, TREES_FULL = 0, 1, 2
 """The trees have met; may meet; have no room to grow."""
 
 
@@ -34,13 +34,15 @@ class Meeting(NamedTuple):
     nodes : (2,), a state of each. bridge : closed states from the first to the second. filled : (1,), how many.
     """
 
-    nodes: Whole
+    nodes: WholeNumbers
     bridge: Reals
-    filled: Whole
+    filled: WholeNumbers
 
 
 @compiled
-def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: Stack, work: SpaceWork) -> int:
+def fan_out(
+    space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: StateStack, work: SpaceWork
+) -> int:
     """Add states near the root, with the states that lead to them; how many were reached.
 
     Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
@@ -48,11 +50,11 @@ def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, s
     """
     np.random.seed(seed)
     m = len(space.folded)
-    angles, between = np.empty(m), np.empty((ROOM, m))
+    angles, between = np.empty(m), np.empty((MIN_TREE_ROOM, m))
     reached = 0
     root = tree.angles[0].copy()
     for k in range(tries):
-        if reached == wanted or tree.size[0] + ROOM >= len(tree.parents):
+        if reached == wanted or tree.size[0] + MIN_TREE_ROOM >= len(tree.parents):
             break
         off = (0.01, 0.03, 0.06, 0.12, 0.25)[np.random.randint(5)]
         power = (0.5, 1.0, 2.0, 4.0)[np.random.randint(4)]
@@ -63,29 +65,32 @@ def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, s
         widest = angles.max()
         for h in range(m):
             angles[h] = abs(root[h] - off * angles[h] / widest)
-        if not close(space.loops, angles, CLOSED, 0.0, 30, work.closing) or farthest(angles, root) < 0.3 * off:
+        if (
+            not close_state(space.loops, angles, PLANNING_CLOSURE_RESIDUAL, 0.0, 30, work.closing)
+            or greatest_angle_change(angles, root) < 0.3 * off
+        ):
             continue
-        if not place(space, angles, space.least, pick(stack, 0)):
+        if not place_state(space, angles, space.least, pick_state(stack, 0)):
             continue
-        count = link(space, root, angles, PIECE, DEPTH, stack, work, between)
+        count = link_states(space, root, angles, MAX_SEARCH_PIECE, MAX_SEARCH_HALVINGS, stack, work, between)
         if count < 0:
             continue
         node = 0
         for i in range(count):
-            node = add(tree, node, between[i])
-        add(tree, node, angles)
+            node = add_state(tree, node, between[i])
+        add_state(tree, node, angles)
         reached += 1
     return reached
 
 
 @compiled
-def search(
+def search_trees(
     space: Space,
     one: StateTree,
     two: StateTree,
     rounds: int,
     seed: int,
-    stack: Stack,
+    stack: StateStack,
     work: SpaceWork,
     meeting: Meeting,
 ) -> int:
@@ -101,22 +106,22 @@ def search(
     for _ in range(rounds):
         swapped = np.random.random() < 0.5
         tree, other = (two, one) if swapped else (one, two)
-        full = tree.size[0] + ROOM >= len(tree.parents)
-        if full and other.size[0] + ROOM >= len(other.parents):
-            return FULL
+        full = tree.size[0] + MIN_TREE_ROOM >= len(tree.parents)
+        if full and other.size[0] + MIN_TREE_ROOM >= len(other.parents):
+            return TREES_FULL
         if full:
             continue
         goal = other.angles[0]
         springs[:] = 1.0
         node, steps = _choose(space, tree, other, goal, target, springs)
-        longest = LONGEST * (1.0 if np.random.random() < 0.7 else 0.3)
-        least = LEAST if np.random.random() < 0.7 else 0.3 * longest
+        longest = MAX_TREE_STEP * (1.0 if np.random.random() < 0.7 else 0.3)
+        least = SEARCH_ZERO_SINGULAR_VALUE if np.random.random() < 0.7 else 0.3 * longest
         before = tree.size[0]
-        node = grow(space, tree, node, target, springs, (longest, least, steps), stack, work)
+        node = grow_towards(space, tree, node, target, springs, (longest, least, steps), stack, work)
         if tree.size[0] == before:
             continue
         last = tree.size[0]
-        if not keep_new(tree, before):
+        if not keep_new_states(tree, before):
             if np.random.random() > 0.05:
                 continue
             tree.size[0] = last  # a tree without a new state tries to reach the other now and then all the same
@@ -126,8 +131,8 @@ def search(
         ):
             if swapped:
                 _turn_around(meeting)
-            return MET
-    return GOING
+            return TREES_MET
+    return TREES_GOING
 
 
 @compiled
@@ -145,26 +150,30 @@ def _choose(
         return node, 60
     if kind < 0.3:
         target[:] = other.angles[np.random.randint(other.size[0])]
-        return nearest(tree, target, -1.0)[0], 30
+        return nearest_state(tree, target, -1.0)[0], 30
     if kind < 0.5:
         for h in range(m):
             target[h] = tree.angles[node, h] + 2.0 * np.random.normal()
         return node, 12
     for h in range(m):
         target[h] = math.pi * min(max(1.3 * np.random.random() - 0.15, 0.0), 1.0)
-    return nearest(tree, target, -1.0)[0], 12
+    return nearest_state(tree, target, -1.0)[0], 12
 
 
 @compiled
 def _reach_root(
-    space: Space, tree: StateTree, node: int, goal: Reals, stack: Stack, work: SpaceWork, meeting: Meeting
+    space: Space, tree: StateTree, node: int, goal: Reals, stack: StateStack, work: SpaceWork, meeting: Meeting
 ) -> bool:
     """Whether the root of the other tree is near, and a state of this one can be linked with it."""
-    if farthest(tree.angles[node], goal) > 0.5:
+    if greatest_angle_change(tree.angles[node], goal) > 0.5:
         return False
     before = tree.size[0]
-    last = grow(space, tree, node, goal, np.ones(len(goal)), (PIECE, LEAST, 40), stack, work)
-    count = link(space, tree.angles[last], goal, PIECE, DEPTH, stack, work, meeting.bridge)
+    last = grow_towards(
+        space, tree, node, goal, np.ones(len(goal)), (MAX_SEARCH_PIECE, SEARCH_ZERO_SINGULAR_VALUE, 40), stack, work
+    )
+    count = link_states(
+        space, tree.angles[last], goal, MAX_SEARCH_PIECE, MAX_SEARCH_HALVINGS, stack, work, meeting.bridge
+    )
     if count < 0:
         tree.size[0] = before
         return False
@@ -174,25 +183,27 @@ def _reach_root(
 
 @compiled
 def _reach_tree(
-    space: Space, tree: StateTree, other: StateTree, node: int, stack: Stack, work: SpaceWork, meeting: Meeting
+    space: Space, tree: StateTree, other: StateTree, node: int, stack: StateStack, work: SpaceWork, meeting: Meeting
 ) -> bool:
     """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
     beyond = -1.0
     for attempt in range(3):
-        if other.size[0] + ROOM >= len(other.parents):
+        if other.size[0] + MIN_TREE_ROOM >= len(other.parents):
             return False
-        start, off = nearest(other, tree.angles[node], beyond)
+        start, off = nearest_state(other, tree.angles[node], beyond)
         if start < 0 or (attempt > 0 and off > 1.0):
             return False
         beyond, before = off, other.size[0]
-        limits = (LONGEST, LEAST, 40)
-        last = grow(space, other, start, tree.angles[node], np.ones(len(space.folded)), limits, stack, work)
-        if farthest(other.angles[last], tree.angles[node]) < 0.3:
-            count = link(space, tree.angles[node], other.angles[last], PIECE, 8, stack, work, meeting.bridge)
+        limits = (MAX_TREE_STEP, SEARCH_ZERO_SINGULAR_VALUE, 40)
+        last = grow_towards(space, other, start, tree.angles[node], np.ones(len(space.folded)), limits, stack, work)
+        if greatest_angle_change(other.angles[last], tree.angles[node]) < 0.3:
+            count = link_states(
+                space, tree.angles[node], other.angles[last], MAX_SEARCH_PIECE, 8, stack, work, meeting.bridge
+            )
             if count >= 0:
                 meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = node, last, count
                 return True
-        if keep_new(other, before):
+        if keep_new_states(other, before):
             return False
     return False
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-ORDERS = 8
+SERIES_ORDER_COUNT = 8
 """Orders of the series, from 0."""
 
 
 @compiled
-def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, terms: Reals, slopes: Reals) -> None:
+def write_series(
+    screws: Reals, order: WholeNumbers, course: Reals, columns: Reals, terms: Reals, slopes: Reals
+) -> None:
     """Write the terms of the twist of T - 1, and of its derivative, by order.
 
     screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d,
@@ -20,8 +22,12 @@ def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, ter
     terms : (ORDERS, 6) and slopes : (ORDERS, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]
-    product, change = np.zeros((ORDERS, 4, 4)), np.zeros((k, ORDERS, 4, 4))
-    turn, slope, room = np.zeros((ORDERS, 4, 4)), np.zeros((ORDERS, 4, 4)), np.zeros((ORDERS, 4, 4))
+    product, change = np.zeros((SERIES_ORDER_COUNT, 4, 4)), np.zeros((k, SERIES_ORDER_COUNT, 4, 4))
+    turn, slope, room = (
+        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
+        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
+        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
+    )
     for i in range(4):
         product[0, i, i] = 1.0
     for h in order:
@@ -34,7 +40,7 @@ def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, ter
         room[:] = 0.0
         _add_product(product, turn, 1.0, room)
         product[:] = room
-    for n in range(ORDERS):
+    for n in range(SERIES_ORDER_COUNT):
         for i in range(6):
             terms[n, i] = _twist(product[n], i)
             for j in range(k):
@@ -48,21 +54,21 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
     matrix[0, 1], matrix[0, 2], matrix[1, 2] = -screw[2], screw[1], -screw[0]
     matrix[1, 0], matrix[2, 0], matrix[2, 1] = screw[2], -screw[1], screw[0]
     matrix[0, 3], matrix[1, 3], matrix[2, 3] = screw[3], screw[4], screw[5]
-    scalar, before = np.zeros(ORDERS), np.zeros(ORDERS)  # x^n / n!, and x^(n-1) / (n-1)!
+    scalar, before = np.zeros(SERIES_ORDER_COUNT), np.zeros(SERIES_ORDER_COUNT)  # x^n / n!, and x^(n-1) / (n-1)!
     scalar[0] = 1.0
     for i in range(4):
         power[i, i] = 1.0
     turn[:] = 0.0
     slope[:] = 0.0
-    for n in range(ORDERS + 1):
-        for order in range(ORDERS):
+    for n in range(SERIES_ORDER_COUNT + 1):
+        for order in range(SERIES_ORDER_COUNT):
             for i in range(3):
                 for j in range(4):
                     turn[order, i, j] += scalar[order] * power[i, j]
                     slope[order, i, j] += before[order] * power[i, j]
             turn[order, 3, 3] = 1.0 if order == 0 else 0.0
         before[:] = scalar
-        for order in range(ORDERS - 1, -1, -1):
+        for order in range(SERIES_ORDER_COUNT - 1, -1, -1):
             total = 0.0
             for i in range(1, min(order, 3) + 1):
                 total += course[i] * scalar[order - i]
@@ -73,7 +79,7 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
 @lean
 def _add_product(one: Reals, two: Reals, factor: float, total: Reals) -> None:
     """Add the product of two series of matrices, times a factor."""
-    for n in range(ORDERS):
+    for n in range(SERIES_ORDER_COUNT):
         for own in range(n + 1):
             for i in range(4):
                 for j in range(4):

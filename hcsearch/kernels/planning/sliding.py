@@ -7,26 +7,45 @@ import math
 from hcsearch.kernels.algebra.rows import divide_row, row_product
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.chords import separated
-from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
-from hcsearch.kernels.planning.contacts import move_panels, near_contacts, near_stops, opened_by, write_row
-from hcsearch.kernels.planning.space import Space, SpaceWork, State, farthest, greatest, place
+from hcsearch.kernels.planning.closing import (
+    PLANNING_CLOSURE_RESIDUAL,
+    close_state,
+    largest_closure_residual,
+    remove_span,
+    write_closure_basis,
+)
+from hcsearch.kernels.planning.contacts import (
+    condition_change,
+    move_panels,
+    near_contacts,
+    near_stops,
+    write_condition_row,
+)
+from hcsearch.kernels.planning.space import (
+    PlacedState,
+    Space,
+    SpaceWork,
+    greatest_angle_change,
+    greatest_magnitude,
+    place_state,
+)
 
-SWEEPS = 150
+MAX_ASCENT_SWEEPS = 150
 """Rounds over all conditions of a step."""
-ROUNDS = 6
+MAX_CONDITION_ROUNDS = 6
 """How often conditions are taken in."""
-AGREED = 1e-4
+ASCENT_TOLERANCE = 1e-4
 """Rounds end where they change the step by no more than this share."""
-FLATTEST = 1e-7
+MIN_CONDITION_NORM = 1e-7
 """A condition is no condition where the freedoms change it by no more than this."""
-OFF = 0.5
+MAX_CLOSING_DEVIATION = 0.5
 """Closing may move the end of a step by this share of its length."""
-SHORTEST = 2e-5
+MIN_SLIDE_STEP = 2e-5
 """A step that turns no hinge by more than this (rad) is none."""
 
 
 @lean
-def slide(space: Space, state: State, longest: float, least: float, work: SpaceWork, end: State) -> float:
+def slide(space: Space, state: PlacedState, longest: float, least: float, work: SpaceWork, end: PlacedState) -> float:
     """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
 
     least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
@@ -34,12 +53,12 @@ def slide(space: Space, state: State, longest: float, least: float, work: SpaceW
     coordinate ascent).
     """
     m = len(space.folded)
-    open_by(space.loops, state.angles, work.closing)
-    rank = span(work.closing, least)
+    largest_closure_residual(space.loops, state.angles, work.closing)
+    rank = write_closure_basis(work.closing, least)
     for h in range(m):
         work.wanted[0, h] = work.want[h]
-    take_off(work.closing.basis, rank, work.wanted, 0)
-    big = greatest(work.wanted[0])
+    remove_span(work.closing.basis, rank, work.wanted, 0)
+    big = greatest_magnitude(work.wanted[0])
     if big < 1e-12:
         return 0.0
     size = longest
@@ -47,8 +66,8 @@ def slide(space: Space, state: State, longest: float, least: float, work: SpaceW
         for h in range(m):
             work.step[h] = work.wanted[1, h] = work.wanted[0, h] * min(1.0, size / big)
         _allow(space, state, size, rank, work)
-        moved = greatest(work.step)
-        if moved < max(1e-3 * longest, SHORTEST):
+        moved = greatest_magnitude(work.step)
+        if moved < max(1e-3 * longest, MIN_SLIDE_STEP):
             return 0.0
         for _ in range(2):
             far = _take(space, state, work, end)
@@ -61,26 +80,26 @@ def slide(space: Space, state: State, longest: float, least: float, work: SpaceW
 
 
 @lean
-def _take(space: Space, state: State, work: SpaceWork, end: State) -> float:
+def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
-    if not close(space.loops, work.trial, CLOSED, 0.0, 8, work.closing):
+    if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 8, work.closing):
         return 0.0
     off = length = 0.0
     for h in range(len(work.trial)):
         off += (work.trial[h] - state.angles[h] - work.step[h]) ** 2
         length += work.step[h] ** 2
-    far = farthest(work.trial, state.angles)
-    if off > OFF * OFF * length or far < 0.5 * SHORTEST:
+    far = greatest_angle_change(work.trial, state.angles)
+    if off > MAX_CLOSING_DEVIATION * MAX_CLOSING_DEVIATION * length or far < 0.5 * MIN_SLIDE_STEP:
         return 0.0
-    if place(space, work.trial, space.least, end) and separated(space, state, end):
+    if place_state(space, work.trial, space.least, end) and separated(space, state, end):
         return far
     return 0.0
 
 
 @lean
-def _allow(space: Space, state: State, size: float, rank: int, work: SpaceWork) -> None:
+def _allow(space: Space, state: PlacedState, size: float, rank: int, work: SpaceWork) -> None:
     """Replace the step by the nearest that stops and contacts allow.
 
     Few of the conditions push: those that do not hold are taken in, and the step is computed anew, until all hold.
@@ -90,7 +109,7 @@ def _allow(space: Space, state: State, size: float, rank: int, work: SpaceWork) 
         work.conditions.order[k] = k
         work.forces[k] = 0.0
     kept = 0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_CONDITION_ROUNDS):
         more = _take_in(space, rank, kept, count, work)
         if more == kept:
             return
@@ -109,13 +128,13 @@ def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) ->
     move_panels(space, work.step, work)
     for i in range(kept, count):
         k = order[i]
-        if opened_by(work.step, k, work) >= bounds[k]:
+        if condition_change(work.step, k, work) >= bounds[k]:
             continue
         order[i], order[kept] = order[kept], k
-        write_row(space, k, work.rows, kept, work)
-        take_off(work.closing.basis, rank, work.rows, kept)
+        write_condition_row(space, k, work.rows, kept, work)
+        remove_span(work.closing.basis, rank, work.rows, kept)
         long = math.sqrt(row_product(work.rows, kept, work.rows, kept, m))
-        if long > FLATTEST:
+        if long > MIN_CONDITION_NORM:
             divide_row(work.rows, kept, long, m)
             work.bounds[kept] = bounds[k] / long
             kept += 1
@@ -136,7 +155,7 @@ def _ascend(count: int, work: SpaceWork) -> None:
     for row in range(count):
         for h in range(m):
             work.step[h] += work.forces[row] * work.rows[row, h]
-    for _ in range(SWEEPS):
+    for _ in range(MAX_ASCENT_SWEEPS):
         worst = 0.0
         for row in range(count):
             push = work.bounds[row]
@@ -148,5 +167,5 @@ def _ascend(count: int, work: SpaceWork) -> None:
                 for h in range(m):
                     work.step[h] += push * work.rows[row, h]
                 worst = max(worst, abs(push))
-        if worst <= AGREED * size:
+        if worst <= ASCENT_TOLERANCE * size:
             return

@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.kernels.algebra.vectors import at, put, times
-from hcsearch.kernels.collision.distances import closest
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import put_vector, scaled_vector, vector_at
+from hcsearch.kernels.collision.distances import hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import place_panels
-from hcsearch.kernels.linkage.prisms import Prisms, apart, place_prisms
+from hcsearch.kernels.linkage.prisms import Prisms, place_prisms, sphere_distance
 from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
 
-ROWS = 24
+CONDITIONS_PER_HINGE = 24
 """Contact conditions that a step takes into account, for each hinge."""
 
 
@@ -35,7 +35,7 @@ class Space(NamedTuple):
     folded: Reals
     across: Reals
     prisms: Prisms
-    pairs: Whole
+    pairs: WholeNumbers
     lever: float
     near: float
     least: float
@@ -43,7 +43,7 @@ class Space(NamedTuple):
     parted: float
 
 
-class State(NamedTuple):
+class PlacedState(NamedTuple):
     """A state, with what is known of its pairs.
 
     angles : (m,). poses : (n_panels, 3, 4). placed : prisms there. gaps : (p,), m. ways : (p, 3), the direction of each
@@ -55,10 +55,10 @@ class State(NamedTuple):
     placed: Prisms
     gaps: Reals
     ways: Reals
-    corners: Whole
+    corners: WholeNumbers
 
 
-class Stack(NamedTuple):
+class StateStack(NamedTuple):
     """Several states, with what moves in tables that have one row more for each; the rest of the prisms is shared."""
 
     angles: Reals
@@ -68,10 +68,10 @@ class Stack(NamedTuple):
     middles: Reals
     gaps: Reals
     ways: Reals
-    corners: Whole
+    corners: WholeNumbers
 
 
-class Conditions(NamedTuple):
+class StepConditions(NamedTuple):
     """What a step must keep to, see `kernels.planning.contacts`.
 
     panels : (k, 2), one, and the other of which a corner must not come nearer; -1 and the hinge, for a stop.
@@ -80,11 +80,11 @@ class Conditions(NamedTuple):
     (rad). order : (k,), in which they are taken in.
     """
 
-    panels: Whole
+    panels: WholeNumbers
     ways: Reals
     corners: Reals
     bounds: Reals
-    order: Whole
+    order: WholeNumbers
 
 
 class SpaceWork(NamedTuple):
@@ -103,18 +103,18 @@ class SpaceWork(NamedTuple):
     wanted: Reals
     axes: Reals
     twists: Reals
-    conditions: Conditions
+    conditions: StepConditions
     rows: Reals
     bounds: Reals
     forces: Reals
 
 
 @compiled
-def new_stack(space: Space, count: int) -> Stack:
+def new_state_stack(space: Space, count: int) -> StateStack:
     """States that are not placed yet."""
     m, n, p = len(space.folded), len(space.loops.chain.order), len(space.pairs)
     f, v, _ = space.prisms.vertices.shape
-    return Stack(
+    return StateStack(
         np.zeros((count, m)),
         np.zeros((count, n, 3, 4)),
         space.prisms,
@@ -127,15 +127,15 @@ def new_stack(space: Space, count: int) -> Stack:
 
 
 @compiled
-def pick(stack: Stack, i: int) -> State:
+def pick_state(stack: StateStack, i: int) -> PlacedState:
     """One of several states."""
     own = stack.prisms
     placed = Prisms(own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges)
-    return State(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
+    return PlacedState(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
 
 
 @lean
-def copy(state: State, into: State) -> None:
+def copy_state(state: PlacedState, into: PlacedState) -> None:
     """Copy a placed state."""
     for h in range(len(state.angles)):
         into.angles[h] = state.angles[h]
@@ -157,14 +157,14 @@ def copy(state: State, into: State) -> None:
 
 
 @compiled
-def new_work(space: Space) -> SpaceWork:
+def new_space_work(space: Space) -> SpaceWork:
     """Empty tables."""
     m = len(space.folded)
-    k = (2 + ROWS) * m
+    k = (2 + CONDITIONS_PER_HINGE) * m
     closing, wanted, axes = new_closing(space.loops), np.zeros((2, m)), np.zeros((2, m, 3))
     twists = np.zeros((len(space.loops.chain.order), 6))
     whole, directions = np.zeros((k, 2), np.int64), np.zeros((k, 3))
-    conditions = Conditions(whole, directions, np.zeros((k, 3)), np.zeros(k), np.zeros(k, np.int64))
+    conditions = StepConditions(whole, directions, np.zeros((k, 3)), np.zeros(k), np.zeros(k, np.int64))
     # seldom more than a few of these rows are written: memory that nobody writes to is not taken
     rows, bounds, forces = np.empty((k, m)), np.zeros(k), np.zeros(k)
     return SpaceWork(
@@ -173,7 +173,7 @@ def new_work(space: Space) -> SpaceWork:
 
 
 @lean
-def place(space: Space, angles: Reals, enough: float, state: State) -> bool:
+def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) -> bool:
     """Write a state, and whether all gaps are at least enough; where one is not, the rest are not written."""
     for h in range(len(angles)):
         state.angles[h] = angles[h]
@@ -181,17 +181,17 @@ def place(space: Space, angles: Reals, enough: float, state: State) -> bool:
     place_prisms(space.prisms, state.poses, state.placed)
     for p in range(len(space.pairs)):
         f, g = space.pairs[p, 0], space.pairs[p, 1]
-        gap = apart(state.placed, f, g)
+        gap = sphere_distance(state.placed, f, g)
         if gap > space.near:
             way = _between(state.placed, f, g)
         else:
-            guess = at(state.ways, p, 0)
+            guess = vector_at(state.ways, p, 0)
             last = (state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3])
             one, two = state.placed.vertices[f], state.placed.vertices[g]
-            gap, way, last = closest(one, space.prisms.counts[f, 0], two, space.prisms.counts[g, 0], guess, last)
+            gap, way, last = hull_gap(one, space.prisms.counts[f, 0], two, space.prisms.counts[g, 0], guess, last)
             state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3] = last
         state.gaps[p] = gap
-        put(state.ways, p, 0, way)
+        put_vector(state.ways, p, 0, way)
         if gap < enough:
             return False
     return True
@@ -203,11 +203,11 @@ def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
     x = placed.middles[g, 0] - placed.middles[f, 0]
     y = placed.middles[g, 1] - placed.middles[f, 1]
     z = placed.middles[g, 2] - placed.middles[f, 2]
-    return times(1.0 / math.sqrt(x * x + y * y + z * z), (x, y, z))
+    return scaled_vector(1.0 / math.sqrt(x * x + y * y + z * z), (x, y, z))
 
 
 @lean
-def farthest(one: Reals, two: Reals) -> float:
+def greatest_angle_change(one: Reals, two: Reals) -> float:
     """The greatest change of an angle between two states (rad)."""
     far = 0.0
     for h in range(len(one)):
@@ -216,7 +216,7 @@ def farthest(one: Reals, two: Reals) -> float:
 
 
 @lean
-def greatest(values: Reals) -> float:
+def greatest_magnitude(values: Reals) -> float:
     """The greatest absolute value."""
     most = 0.0
     for value in values:
@@ -225,7 +225,7 @@ def greatest(values: Reals) -> float:
 
 
 @lean
-def square(one: Reals, two: Reals) -> float:
+def squared_distance(one: Reals, two: Reals) -> float:
     """The square of the distance of two states (rad^2)."""
     total = 0.0
     for h in range(len(one)):

@@ -7,20 +7,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
-from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, copy, farthest, greatest, pick, place
+from hcsearch.kernels.planning.space import (
+    Space,
+    SpaceWork,
+    StateStack,
+    copy_state,
+    greatest_angle_change,
+    greatest_magnitude,
+    pick_state,
+    place_state,
+)
 
-CELL = 0.15
+STATE_CELL_WIDTH = 0.15
 """Width (rad) of the cells by which states count as alike."""
-MOST = 2
+MAX_STATES_PER_CELL = 2
 """States of a cell that a tree keeps, beside those on the way to others."""
-NEAR_END, SHORT = 0.4, 0.003
+END_STEP_SHARE, MIN_GROWTH_STEP = 0.4, 0.003
 """A step is no longer than this share of the way to the root or to an end, but at least so long (rad)."""
-GAIN = 2e-3
+MIN_GROWTH_GAIN = 2e-3
 """A step that brings the target nearer by less than this share does not help."""
-PATIENCE = 2
+MAX_IDLE_STEPS = 2
 """Steps that may not help before a tree grows elsewhere."""
 
 
@@ -32,10 +41,10 @@ class StateTree(NamedTuple):
     """
 
     angles: Reals
-    parents: Whole
-    size: Whole
-    keys: Whole
-    hits: Whole
+    parents: WholeNumbers
+    size: WholeNumbers
+    keys: WholeNumbers
+    hits: WholeNumbers
 
 
 @compiled
@@ -56,7 +65,7 @@ def new_tree(capacity: int, root: Reals) -> StateTree:
 
 
 @lean
-def add(tree: StateTree, parent: int, angles: Reals) -> int:
+def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
     """Add a state; its number, -1 where the tree is full."""
     n = tree.size[0]
     if n == len(tree.parents):
@@ -69,7 +78,7 @@ def add(tree: StateTree, parent: int, angles: Reals) -> int:
 
 
 @lean
-def nearest(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
+def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
     """The nearest state of a tree beyond some squared distance (rad^2), and the square of its own; -1 without."""
     best, least = -1, math.inf
     for i in range(tree.size[0]):
@@ -84,11 +93,11 @@ def nearest(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
 
 
 @lean
-def cell(tree: StateTree, row: int) -> int:
+def cell_slot(tree: StateTree, row: int) -> int:
     """The slot of the cell of a state in the hash table."""
     key = 1469598103934665603
     for h in range(tree.angles.shape[1]):
-        key = (key ^ math.floor(tree.angles[row, h] / CELL + 0.5)) * 1099511628211
+        key = (key ^ math.floor(tree.angles[row, h] / STATE_CELL_WIDTH + 0.5)) * 1099511628211
     key |= 1  # 0 is an empty slot
     slots = len(tree.keys)
     slot = (key ^ (key >> 29)) & (slots - 1)
@@ -99,12 +108,12 @@ def cell(tree: StateTree, row: int) -> int:
 
 
 @lean
-def keep_new(tree: StateTree, first: int) -> bool:
+def keep_new_states(tree: StateTree, first: int) -> bool:
     """Of the states from `first` on, a line, keep those up to the last whose cell is not full; whether there is one."""
     end = first
     for i in range(first, tree.size[0]):
-        slot = cell(tree, i)
-        if tree.hits[slot] < MOST:
+        slot = cell_slot(tree, i)
+        if tree.hits[slot] < MAX_STATES_PER_CELL:
             end = i + 1
             tree.hits[slot] += 1
     tree.size[0] = end
@@ -112,14 +121,14 @@ def keep_new(tree: StateTree, first: int) -> bool:
 
 
 @compiled
-def grow(
+def grow_towards(
     space: Space,
     tree: StateTree,
     node: int,
     target: Reals,
     springs: Reals,
     limits: tuple[float, float, int],
-    stack: Stack,
+    stack: StateStack,
     work: SpaceWork,
 ) -> int:
     """Grow a tree from a state towards a target by steps along contacts; the last state that was added, or the first.
@@ -128,8 +137,8 @@ def grow(
     free, and steps at most.
     """
     longest, least, steps = limits
-    here, there = pick(stack, 0), pick(stack, 1)
-    place(space, tree.angles[node], -math.inf, here)
+    here, there = pick_state(stack, 0), pick_state(stack, 1)
+    place_state(space, tree.angles[node], -math.inf, here)
     best, idle = math.inf, 0
     for _ in range(steps):
         left = 0.0
@@ -137,18 +146,18 @@ def grow(
             way = target[h] - here.angles[h]
             work.want[h] = springs[h] * way
             left += springs[h] * way * way
-        idle = idle + 1 if left > best * (1.0 - GAIN) else 0
-        if left < 1e-6 or idle > PATIENCE:
+        idle = idle + 1 if left > best * (1.0 - MIN_GROWTH_GAIN) else 0
+        if left < 1e-6 or idle > MAX_IDLE_STEPS:
             break
         best = min(best, left)
-        to_end = min(farthest(here.angles, space.folded), greatest(here.angles))
-        to_end = min(to_end, farthest(here.angles, tree.angles[0]))
-        own = min(longest, max(SHORT, NEAR_END * to_end))
+        to_end = min(greatest_angle_change(here.angles, space.folded), greatest_magnitude(here.angles))
+        to_end = min(to_end, greatest_angle_change(here.angles, tree.angles[0]))
+        own = min(longest, max(MIN_GROWTH_STEP, END_STEP_SHARE * to_end))
         if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
             break
-        added = add(tree, node, there.angles)
+        added = add_state(tree, node, there.angles)
         if added < 0:
             break
         node = added
-        copy(there, here)
+        copy_state(there, here)
     return node

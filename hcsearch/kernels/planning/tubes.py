@@ -11,26 +11,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
+from hcsearch.kernels.planning.closing import Closing, Loops, close_state, keep_closed, new_closing
 from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.pieces import CONTRACTION, Tables, prove_piece, tables_for
+from hcsearch.kernels.planning.pieces import MAX_CONTRACTION_FACTOR, PieceTables, new_piece_tables, prove_piece
 
-PIECES = 20000
+MAX_PROOF_PIECES = 20000
 """A proof that takes more pieces is given up, as where a path runs along singular states; most take a thousand."""
-SHORTEST = 0.5**12
+MIN_PIECE_SHARE = 0.5**12
 """Share of a step below which a piece is not halved."""
-GIVE = 1e-4
+MAX_CUBIC_OVERSHOOT = 1e-4
 """What hinges of states put between others may be beyond their stops (rad), as cubics overshoot."""
-POLISHED = 1e-14
+POLISHED_RESIDUAL = 1e-14
 """Closure residual (rad, or gap over size) to which states are closed."""
 
 
 @compiled
-def polished(loops: Loops) -> float:
+def polishing_residual(loops: Loops) -> float:
     """The residual to which states are closed: rounding of long loops leaves no less."""
-    return max(POLISHED, 2e-15 * len(loops.hinges))
+    return max(POLISHED_RESIDUAL, 2e-15 * len(loops.hinges))
 
 
 class Track(NamedTuple):
@@ -44,11 +44,11 @@ class Track(NamedTuple):
     angles: Reals
     rates: Reals
     wanders: Reals
-    filled: Whole
+    filled: WholeNumbers
 
 
 @compiled
-def enclose(
+def prove_tube(
     loops: Loops,
     group: Group,
     coarse: Track,
@@ -68,7 +68,7 @@ def enclose(
     fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
     number of pieces that were tried.
     """
-    work, tables = new_closing(loops), tables_for(loops, group)
+    work, tables = new_closing(loops), new_piece_tables(loops, group)
     work.fixed[:] = ~group.moving
     m = coarse.angles.shape[1]
     waiting = Track(
@@ -99,7 +99,7 @@ def enclose(
                 waiting.filled[0] = top
                 continue
             before = began
-            over = top == halvings or stop[1] >= PIECES
+            over = top == halvings or stop[1] >= MAX_PROOF_PIECES
             if over or shares != (0.0, 1.0) or not _put_between(loops, course, fine, waiting, work):
                 stop[0] = fine.times[here]
                 return False
@@ -140,7 +140,7 @@ def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work:
         waiting.rates[top + 1, k] = (b + c + 0.75 * d) / h
         wide += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
     before = middle.copy()
-    if not close(loops, middle, polished(loops), GIVE, 20, work):
+    if not close_state(loops, middle, polishing_residual(loops), MAX_CUBIC_OVERSHOOT, 20, work):
         return False
     for k in range(len(course)):
         wide -= 16.0 * (middle[k] - before[k]) ** 2
@@ -161,7 +161,7 @@ def _step(
     before: Reals,
     after: Reals,
     limit: float,
-    tables: Tables,
+    tables: PieceTables,
     stop: Reals,
 ) -> float:
     """What closed states beside a step wander by (rad), infinite where none are proved; it is halved where that helps.
@@ -179,11 +179,11 @@ def _step(
             joined[h] = max(before[h], after[h] if high == shares[1] else 0.0)
         stop[1] += 1.0
         factor, wander = prove_piece(loops, group, course, (low, high), joined, limit, tables)
-        if factor <= CONTRACTION:
+        if factor <= MAX_CONTRACTION_FACTOR:
             worst = max(worst, wander)
             before[:] = tables.beside
             top -= 1
-        elif (wander > limit and wander < math.inf) or high - low <= SHORTEST or stop[1] >= PIECES:
+        elif (wander > limit and wander < math.inf) or high - low <= MIN_PIECE_SHARE or stop[1] >= MAX_PROOF_PIECES:
             return math.inf
         else:
             middle = 0.5 * (low + high)

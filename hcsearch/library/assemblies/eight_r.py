@@ -20,16 +20,16 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.assembly import Assembly, Parameters
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.mesh import Facet, Point
-from hcsearch.shape.pattern import RIGID, Crease, Face, Pair, Pattern
+from hcsearch.shape.mesh import Facet, PlanePoint
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
 
 SLIT = (2, 7)
 """Facets of P3 and P7, on both sides of the slit."""
 
-_JOINTS: tuple[Pair, ...] = ((0, 9), (0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7), (7, 8))
-_FACES: tuple[Face, ...] = ("top", "bottom", "top", "bottom", "bottom", "top", "bottom", "top")
+_JOINTS: tuple[FacetPair, ...] = ((0, 9), (0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7), (7, 8))
+_FACES: tuple[PanelFace, ...] = ("top", "bottom", "top", "bottom", "bottom", "top", "bottom", "top")
 # faces alternate along the ten triangles; the flat creases of P4 and P8 take their turn, so that a_45 = a_81 = 0
-_FLAT: tuple[tuple[Pair, Face], ...] = (((3, 4), "top"), ((8, 9), "bottom"))
+_FLAT: tuple[tuple[FacetPair, PanelFace], ...] = (((3, 4), "top"), ((8, 9), "bottom"))
 
 
 def ten_triangles(parameters: Parameters) -> Pattern:
@@ -46,7 +46,7 @@ def ten_triangles(parameters: Parameters) -> Pattern:
 def eight_r(parameters: Parameters) -> Pattern:
     """The 8R element: the creases in the two outer layers are rigid (thesis Fig. 5.1b). Its loop is joints 1 to 8."""
     creases = {pair: Crease(face) for pair, face in zip(_JOINTS, _FACES, strict=True)}
-    creases |= {pair: RIGID for pair, _ in _FLAT}
+    creases |= {pair: RIGID_CREASE for pair, _ in _FLAT}
     return Pattern.from_polygons(_triangles(parameters), creases, parameters.thickness, (_JOINTS,))
 
 
@@ -61,7 +61,7 @@ def _triangles(parameters: Parameters) -> tuple[Facet, ...]:
         for length, angle in zip(lengths, np.cumsum(sectors).tolist(), strict=True)
     ]
 
-    def turned(point: Point) -> Point:
+    def turned(point: PlanePoint) -> PlanePoint:
         return (side - point[0], -point[1])
 
     half: list[Facet] = [((0.0, 0.0), a, b) for a, b in pairwise(ends)]

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.clashes import clash
 from hcsearch.shape.isometries import Isometry
-from hcsearch.shape.mesh import SAME_POINT, Point
-from hcsearch.shape.pattern import Pair, Pattern, overlay
+from hcsearch.shape.mesh import SAME_POINT_SHARE, PlanePoint
+from hcsearch.shape.pattern import FacetPair, Pattern, overlay
 
-Match = tuple[Pair, Pair]
+Match = tuple[FacetPair, FacetPair]
 """A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
 
 
@@ -65,7 +65,7 @@ def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list
 def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:
     """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
     moved = moving.placed(placement)
-    if clash(still.facets, moved.facets, SAME_POINT * still.size):
+    if clash(still.facets, moved.facets, SAME_POINT_SHARE * still.size):
         return None
     try:
         union = overlay([still, moved])
@@ -74,11 +74,11 @@ def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | No
     return union if len(union.facets) > len(still.facets) else None
 
 
-def _ends(segment: tuple[Point, Point]) -> tuple[complex, complex]:
+def _ends(segment: tuple[PlanePoint, PlanePoint]) -> tuple[complex, complex]:
     return complex(*segment[0]), complex(*segment[1])
 
 
-def _same(one: Isometry, two: Isometry, segment: tuple[Point, Point]) -> bool:
+def _same(one: Isometry, two: Isometry, segment: tuple[PlanePoint, PlanePoint]) -> bool:
     """Whether two isometries are one up to rounding: alike on both faces, and on a segment."""
     tolerance = 1e-4 * math.dist(*segment)
     return one.reflects == two.reflects and all(
@@ -95,7 +95,7 @@ def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match
     a, b = still.segment(on)
     c, d = map(placement.image, moving.segment(of))
     apart = min(max(math.dist(a, c), math.dist(b, d)), max(math.dist(a, d), math.dist(b, c)))
-    return apart < SAME_POINT * still.size
+    return apart < SAME_POINT_SHARE * still.size
 
 
 def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
@@ -105,5 +105,5 @@ def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
         for of, other in moving.creases.items():
             if crease.face is None or other.face is None or crease.closes != other.closes:
                 continue
-            if abs(length - math.dist(*moving.segment(of))) < SAME_POINT * still.size:
+            if abs(length - math.dist(*moving.segment(of))) < SAME_POINT_SHARE * still.size:
                 yield on, of

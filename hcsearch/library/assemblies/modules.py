@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from hcsearch.basics.arrays import Reals
 from hcsearch.library.assemblies.assembly import Assembly, Parameters
 from hcsearch.library.assemblies.sheets import doubled, folded_to, sheet
-from hcsearch.shape.pattern import MOUNTAIN, VALLEY, Pattern, overlay
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern, overlay
 
 ODD = ((1, 3), (1, 3))
 """Grid lines of module III that are creases."""
@@ -31,7 +31,7 @@ def module_ii(parameters: Parameters) -> Pattern:
     side = parameters.side
     vertex = sheet(("\\.", ".\\"), side, parameters.thickness).inverted()
     half = doubled(vertex.moved(shift=(0.0, 2 * side)), "x", 2 * side)
-    return doubled(half, "y", 2 * side, MOUNTAIN)
+    return doubled(half, "y", 2 * side, MOUNTAIN_CREASE)
 
 
 def module_iii(parameters: Parameters) -> Pattern:
@@ -69,7 +69,7 @@ def modules_i_row(parameters: Parameters) -> Pattern:
 def modules_i_ring(parameters: Parameters) -> Pattern:
     """Four modules I around a cut corner, joined along one mirror and hinged along the other (thesis Fig. 6.8d)."""
     side = parameters.side
-    return doubled(doubled(module_i(parameters), "x", 3 * side), "y", 3 * side, VALLEY)
+    return doubled(doubled(module_i(parameters), "x", 3 * side), "y", 3 * side, VALLEY_CREASE)
 
 
 def modules_ii(parameters: Parameters) -> Pattern:

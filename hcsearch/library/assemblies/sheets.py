@@ -14,8 +14,8 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import PatternError
-from hcsearch.shape.mesh import SAME_POINT, Facet
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
+from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, FacetPair, Pattern, overlay
 
 Axis = Literal["x", "y"]
 Lines = tuple[Collection[int], Collection[int]]
@@ -50,14 +50,14 @@ def sheet(rows: Sequence[str], side: float, thickness: float, lines: Lines | Non
             for facet in CELLS[letter]:
                 facets.append(tuple((side * (i + x), side * (j + y)) for x, y in facet))
     pattern = Pattern.from_polygons(facets, {}, thickness)
-    creases: dict[Pair, Crease] = {}
+    creases: dict[FacetPair, Crease] = {}
     for pair in pattern.edges:
         (ax, ay), (bx, by) = pattern.segment(pair)
         if _oblique(bx - ax, by - ay, side):
-            creases[pair] = VALLEY
+            creases[pair] = VALLEY_CREASE
         else:
             k, at = (0, ax) if abs(bx - ax) < 0.5 * side else (1, ay)
-            creases[pair] = MOUNTAIN if lines is None or round(at / side) in lines[k] else RIGID
+            creases[pair] = MOUNTAIN_CREASE if lines is None or round(at / side) in lines[k] else RIGID_CREASE
     return pattern.with_creases(creases)
 
 
@@ -79,13 +79,13 @@ def joined(pattern: Pattern, axis: Axis, at: float, hinge: Crease | None = None)
         their relative rotation is unnecessary between mirror images (thesis 6.2.1).
     """
     k = 0 if axis == "x" else 1
-    near = SAME_POINT * pattern.size
-    creases: dict[Pair, Crease] = {}
+    near = SAME_POINT_SHARE * pattern.size
+    creases: dict[FacetPair, Crease] = {}
     for pair in pattern.edges:
         if pair in pattern.creases or any(abs(end[k] - at) > near for end in pattern.segment(pair)):
             continue
         if hinge is None:
-            creases[pair] = RIGID
+            creases[pair] = RIGID_CREASE
         elif all(len(pattern.faces[facet]) == len(_CORNERS) for facet in pair):
             creases[pair] = hinge
     return pattern.with_creases(creases)
@@ -110,4 +110,4 @@ def folded_to(pattern: Pattern, grid: float) -> Reals:
 
 
 def _oblique(dx: float, dy: float, size: float) -> bool:
-    return min(abs(dx), abs(dy)) > SAME_POINT * size
+    return min(abs(dx), abs(dy)) > SAME_POINT_SHARE * size

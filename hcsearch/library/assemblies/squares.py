@@ -12,7 +12,7 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.library.assemblies.assembly import Assembly, Parameters
-from hcsearch.shape.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
+from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, FacetPair, Pattern, overlay
 
 CIRCUIT, CREASE = "rectangle:1233300011123321", 6
 """Circuit and flat crease of thesis Fig. 4.1(b); lengths run along the rows."""
@@ -23,7 +23,7 @@ NUMBERED = (6, 7, 5, 4, 3, 2, 1, 12, 0, 13, 14, 15, 11, 10, 9, 8)
 RING = (0, 1, 2, 3, 4, 5, 8, 9, 10, 11)
 """Panels of the thesis's closed loop; 6 and 7 are a branch at 5."""
 
-JOINTS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 4), (5, 6), (6, 7), (0, 7))
+JOINTS: tuple[FacetPair, ...] = ((1, 2), (2, 3), (3, 4), (5, 6), (6, 7), (0, 7))
 """Facets that joints a_1 to a_6 of the 6R element lie between."""
 
 
@@ -47,7 +47,7 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
 def _renumbered(pattern: Pattern, order: Sequence[int]) -> Pattern:
     """The pattern with its facets in another order, and hinges by the later of their facets."""
     number = {facet: k for k, facet in enumerate(order)}
-    creases: dict[Pair, Crease] = {}
+    creases: dict[FacetPair, Crease] = {}
     for (i, j), crease in pattern.creases.items():
         creases[min(number[i], number[j]), max(number[i], number[j])] = crease
     ordered = sorted(creases, key=lambda pair: (pair[1], -pair[0]))
@@ -69,8 +69,8 @@ def _unit_element(thickness: float) -> Pattern:
     cells = ((0, 0), (1, 0), (2, 0), (3, 0), (3, -1), (2, -1), (1, -1), (0, -1))
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((float(i + x), float(j + y)) for x, y in corners) for i, j in cells)
-    faces = (VALLEY, MOUNTAIN, VALLEY, VALLEY, MOUNTAIN, VALLEY)
-    creases = dict(zip(JOINTS, faces, strict=True)) | {(0, 1): RIGID, (4, 5): RIGID}
+    faces = (VALLEY_CREASE, MOUNTAIN_CREASE, VALLEY_CREASE, VALLEY_CREASE, MOUNTAIN_CREASE, VALLEY_CREASE)
+    creases = dict(zip(JOINTS, faces, strict=True)) | {(0, 1): RIGID_CREASE, (4, 5): RIGID_CREASE}
     return Pattern.from_polygons(facets, creases, thickness, (JOINTS,))
 
 

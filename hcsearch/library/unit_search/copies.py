@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Whole
+from hcsearch.basics.arrays import WholeNumbers
 from hcsearch.library.assemblies.clashes import clash
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import Facet
@@ -112,7 +112,7 @@ class Sheet:
         return np.array([points.mean() for points in self.corners])
 
     @cached_property
-    def codes(self) -> Whole:
+    def codes(self) -> WholeNumbers:
         """Codes of the creases between facets, shape (n_facets, n_facets)."""
         codes = np.full((len(self.centres),) * 2, SLIT)
         for (i, j), crease in self.pattern.creases.items():

@@ -19,7 +19,7 @@ from hcsearch.library.assemblies.assembly import check_base_angle
 from hcsearch.library.assemblies.packages import flat_overlap
 from hcsearch.library.unit_search.elements import Element, untwisted
 from hcsearch.library.unit_search.proofs import closes
-from hcsearch.shape.mesh import SAME_POINT, polygon_mesh
+from hcsearch.shape.mesh import SAME_POINT_SHARE, polygon_mesh
 from hcsearch.shape.pattern import Pattern
 
 Angles = tuple[float, float, float]
@@ -67,7 +67,7 @@ def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool 
     places: dict[Corner, complex] = {}
     for triangle in triangles:
         for corner, place in triangle.items():
-            if abs(places.setdefault(corner, place) - place) > SAME_POINT:
+            if abs(places.setdefault(corner, place) - place) > SAME_POINT_SHARE:
                 return None
     length, _, thickness = default_panel("triangle")
     vertices, faces = polygon_mesh(

@@ -16,16 +16,16 @@ from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.packages import package
 from hcsearch.motion.collision.penetration import cuts_through
-from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.generic import generic_rank
 from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.kinematics.rank import rank_at
 from hcsearch.motion.locks.layers import contact_rows
 from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.paths.branches import branches
-from hcsearch.motion.paths.descent import find_motion
-from hcsearch.motion.paths.following import Limits, follow
-from hcsearch.motion.paths.motions import Path
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.descent import find_descent
+from hcsearch.motion.paths.following import PathLimits, follow_path
+from hcsearch.motion.paths.motions import MotionPath
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
@@ -104,7 +104,7 @@ def freedom(pattern: Pattern) -> int | None:
 def closes(linkage: Linkage) -> bool:
     """Whether the loops are closed with every hinge folded."""
     residual, _ = linkage.closure(linkage.folded)
-    return float(np.abs(residual).max(initial=0.0)) <= CLOSED
+    return float(np.abs(residual).max(initial=0.0)) <= CLOSED_LOOP_RESIDUAL
 
 
 def crowded(linkage: Linkage) -> bool:
@@ -154,7 +154,7 @@ def _motion(linkage: Linkage) -> _Motion:
     """The motion out of the folded state; where no branch leads to the flat state, one that springs find."""
     if locked(linkage):
         return _Motion(0, "locked")
-    paths = [follow(linkage, linkage.folded, way, limits=Limits(goal="flat")) for way in _ways(linkage)]
+    paths = [follow_path(linkage, linkage.folded, way, limits=PathLimits(goal="flat")) for way in _ways(linkage)]
     for path in paths:
         if path.outcome == "flat":
             return _followed(len(paths), "flat", path)
@@ -172,18 +172,18 @@ def _ways(linkage: Linkage) -> list[Reals]:
         opening = np.where(linkage.folded > 0.0, -only, only)
         senses = ((only, opening), (-only, -opening))
         return [velocity for velocity, opens in senses if opens.min() > -1e-9]
-    finite = branches(linkage, linkage.folded, stops=True).finite
+    finite = find_branches(linkage, linkage.folded, stops=True).finite
     return [way.direction for way in finite if way.within]
 
 
 def _searched(linkage: Linkage, ways: int) -> _Motion:
     """A motion that springs make, and followed both ways from its middle where it is one motion and not several."""
-    springs = find_motion(linkage).path
+    springs = find_descent(linkage).path
     if springs.outcome != "flat":
         return _Motion(ways, "none", _between(springs))
     middle = springs.angles[len(springs.angles) // 2]
-    forth = follow(linkage, middle, linkage.flat - middle, limits=Limits(goal="flat"))
-    back = follow(linkage, middle, linkage.folded - middle, limits=Limits(goal="folded"))
+    forth = follow_path(linkage, middle, linkage.flat - middle, limits=PathLimits(goal="flat"))
+    back = follow_path(linkage, middle, linkage.folded - middle, limits=PathLimits(goal="folded"))
     if (forth.outcome, back.outcome) != ("flat", "folded"):
         return _followed(ways, "stepwise", springs)
     return _followed(ways, "flat", back, forth)
@@ -194,11 +194,11 @@ def _denser(linkage: Linkage, states: Reals) -> Reals:
     denser = [states[-1]]
     for one, two in pairwise(states):
         denser.append(one)
-        denser += [close(linkage, one + share * (two - one)).angles for share in BETWEEN]
+        denser += [close_linkage(linkage, one + share * (two - one)).angles for share in BETWEEN]
     return np.array(denser)
 
 
-def _followed(ways: int, outcome: str, *paths: Path) -> _Motion:
+def _followed(ways: int, outcome: str, *paths: MotionPath) -> _Motion:
     """The motion along one path, or back along the first of two and on along the other."""
     nullities = sorted({nullity for path in paths for nullity in _between(path)})
     residual = max(float(path.residuals.max()) for path in paths)
@@ -206,5 +206,5 @@ def _followed(ways: int, outcome: str, *paths: Path) -> _Motion:
     return _Motion(ways, outcome, tuple(nullities), residual, states)
 
 
-def _between(path: Path) -> tuple[int, ...]:
+def _between(path: MotionPath) -> tuple[int, ...]:
     return tuple(sorted({int(nullity) for nullity in path.nullities[1:-1]}))

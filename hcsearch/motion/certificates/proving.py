@@ -14,42 +14,42 @@ from hcsearch.designs.panel_sizes import PanelSize, panel_text, read_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
 from hcsearch.motion.certificates.writing import (
-    FORMAT,
-    VERSION,
+    CERTIFICATE_FORMAT,
+    CERTIFICATE_VERSION,
     array_data,
     certificate,
     checksum,
     lock_claim,
     path_claim,
 )
-from hcsearch.motion.planning.motions import PlannedMotion, margins_of, motion_of
+from hcsearch.motion.planning.motions import PlannedMotion, plan_motion, proof_margins
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.proofs import Prover
-from hcsearch.motion.planning.schedule import LOOSE
+from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
 from hcsearch.shape.linkage import Linkage
 from hcsearch.system.reading import read_text
 
-EFFORTS = 5
+DEFAULT_PROOF_BUDGET = 5
 """The budget of the search for a proof where none is given."""
-MOST_BYTES = 256 * 2**20
+MAX_CERTIFICATE_BYTES = 256 * 2**20
 """Size of a certificate that is read; those of small lists have up to a megabyte."""
-SEEDS = 12
+MAX_PATH_SEEDS = 12
 """Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
-Checked = tuple[dict[str, Any], str]
+CheckedClaim = tuple[dict[str, Any], str]
 """A claim, and what its checker says is proved."""
-CHECKS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
+CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
 """The checkers, by kinds of claims."""
-REFUSALS = (path_checker.NotProvedError, lock_checker.NotProvedError)
+REFUSAL_ERRORS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
 class CertificateError(HcsearchError):
     """A certificate does not prove what it claims."""
 
 
-def prove(
-    folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = EFFORTS
+def prove_folding(
+    folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
 ) -> tuple[dict[str, Any], list[str]]:
-    """The certificate of a folding, of a path or of a lock, as plain data, and what `verify` says of it.
+    """The certificate of a folding, of a path or of a lock, as plain data, and what `verify_certificate` says of it.
 
     panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `motion_of`.
 
@@ -64,7 +64,7 @@ def prove(
             "needs no certificate; name a folding without twist"
         )
     allowed = [way for way in ways if folding.can_join(way)]
-    motion = motion_of(folding, panel, allowed, margin, budget=budget)
+    motion = plan_motion(folding, panel, allowed, margin, budget=budget)
     if not motion.locked and motion.margin is None:
         raise HcsearchError(
             f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
@@ -74,7 +74,7 @@ def prove(
     return data, [_sentence(data, claim, proved) for claim, proved in checked]
 
 
-def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Checked]:
+def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[CheckedClaim]:
     """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
     known = dict(motion.locks)
     claims = [
@@ -83,18 +83,18 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Ch
         if way == "hinged" or "hinged" not in known
     ]
     try:
-        return [(claim, CHECKS[claim["kind"]](claim)) for claim in claims]
+        return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
     except lock_checker.NotProvedError as refused:
         raise HcsearchError(
             f"the lock of {folding.notation} is not proved by the checker, too: {refused}; give other panels"
         ) from refused
 
 
-def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> Checked:
+def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> CheckedClaim:
     """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
     assert motion.way is not None
     linkage = folding.linkage(panel, flat_pairs=motion.way)
-    prover, margins, refusal = Prover(linkage), margins_of(linkage, margin), ""
+    prover, margins, refusal = Prover(linkage), proof_margins(linkage, margin), ""
     for states in _candidates(linkage, motion, margins[-1]):
         proof = prover.prove(states, margins)
         if proof.margin is None:
@@ -112,25 +112,29 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
     assert motion.states is not None
     yield motion.states
     planner = Planner(linkage, margin)
-    for seed in range(1, SEEDS):
-        states = planner.plan(LOOSE, seed).states
+    for seed in range(1, MAX_PATH_SEEDS):
+        states = planner.plan(LOOSE_SEARCH_ROUNDS, seed).states
         if states is not None:
             yield states
 
 
 def read_certificate(path: str) -> Any:
     """The data of a certificate; InputFileError as of `read_text`, and for what is no JSON."""
-    text = read_text(path, "the certificate", most=MOST_BYTES)
+    text = read_text(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputFileError(f"{path} is no certificate, which is JSON: {error}; write it by hcsearch prove") from None
 
 
-def verify(data: Any) -> list[str]:
+def verify_certificate(data: Any) -> list[str]:
     """What the claims of a certificate prove, in words; CertificateError where they do not, or there are none."""
-    if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != VERSION:
-        raise CertificateError(f"it is no {FORMAT} of version {VERSION}")
+    if (
+        not isinstance(data, dict)
+        or data.get("format") != CERTIFICATE_FORMAT
+        or data.get("version") != CERTIFICATE_VERSION
+    ):
+        raise CertificateError(f"it is no {CERTIFICATE_FORMAT} of version {CERTIFICATE_VERSION}")
     if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
         raise CertificateError("the checksum is another: the file was changed")
     claims = data.get("claims")
@@ -145,14 +149,14 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
         folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
         way = WAYS[WAYS.index(claim["pairs"])]
         named = array_data(folding.linkage(read_panel(panel), flat_pairs=way))
-        check = CHECKS[claim["kind"]]
+        check = CLAIM_CHECKERS[claim["kind"]]
     except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise CertificateError(f"it names no folding, panel or claim ({error})") from error
     if array != named:
         raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
     try:
         return _sentence(data, claim, check(claim))
-    except REFUSALS as refused:
+    except REFUSAL_ERRORS as refused:
         raise CertificateError(str(refused)) from refused
 
 

@@ -14,14 +14,14 @@ from hcsearch.motion.certificates import path_checker
 from hcsearch.motion.certificates.path_checker import Array, NotProvedError
 from hcsearch.motion.planning.stretches import Tube, cubics_of
 
-WANDERS = (0.02, 0.004, 0.0008)
+WANDER_LIMIT_SHARES = (0.02, 0.004, 0.0008)
 """What closed states may differ from a piece by (rad), summed over hinges, over the margin as a share of the array's
 size; the next one where the states of neighbouring pieces are not joined."""
-HALVINGS = 16
+MAX_REFINEMENT_HALVINGS = 16
 """A step is halved no more often than this."""
-BATCH = path_checker.BATCH
+REFINEMENT_BATCH_SIZE = path_checker.BATCH
 
-Span = tuple[int, float, float]
+StepSpan = tuple[int, float, float]
 """A step of a path, and from which share of it to which."""
 
 
@@ -40,11 +40,11 @@ def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> 
         data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
         return data, array.led_by_equal_turns(data, closed)[-1]
     refinement = _Refinement(array, times, angles, rates, closed)
-    for wander in WANDERS[:-1]:
+    for wander in WANDER_LIMIT_SHARES[:-1]:
         data = refinement.data(wander * margin)
         with suppress(NotProvedError):
             return data, array.led_by_cubics(data, closed)[-1]
-    data = refinement.data(WANDERS[-1] * margin)
+    data = refinement.data(WANDER_LIMIT_SHARES[-1] * margin)
     return data, array.led_by_cubics(data, closed)[-1]
 
 
@@ -73,9 +73,9 @@ class _Refinement:
         rows = {name: np.array(own).tolist() for name, own in (("angles", angles), ("rates", rates))}
         return {"kind": "cubics", "times": times, **rows}
 
-    def _spans(self) -> list[Span]:
+    def _spans(self) -> list[StepSpan]:
         """The steps, of which the first and the last are cut where a state with singular closure is left by them."""
-        spans: list[Span] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
+        spans: list[StepSpan] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
         begin, end = self.leaves
         if begin:
             spans[:1] = [(0, 0.0, begin), (0, begin, 1.0)]
@@ -96,7 +96,7 @@ class _Refinement:
         _, b, c, d = np.moveaxis(self.cubics[-side], -1, 0)
         cubic = np.stack([-b - 2 * c - 3 * d, c + 3 * d, -d] if side else [b, c, d], -1)
         proved = False
-        for halving in range(HALVINGS):
+        for halving in range(MAX_REFINEMENT_HALVINGS):
             own = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
             departs = bool(np.isfinite(self.array.tube(rows, self.moving, own[None], wrenches)).all())
             if proved and departs:
@@ -104,19 +104,19 @@ class _Refinement:
             proved = departs
         raise NotProvedError("how a path leaves or reaches a state with singular closure is not proved")
 
-    def _halved(self, spans: list[Span], limit: float) -> list[Span]:
+    def _halved(self, spans: list[StepSpan], limit: float) -> list[StepSpan]:
         """The spans, halved until closed states are proved to lie beside each, but those by which an end is left."""
         inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
         done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
         while waiting:
-            own, waiting = waiting[-BATCH:], waiting[:-BATCH]
+            own, waiting = waiting[-REFINEMENT_BATCH_SIZE:], waiting[:-REFINEMENT_BATCH_SIZE]
             cubics = np.array([self._part(*span) for span in own])
             around = self.array.tube(self.rows, self.moving, cubics, np.zeros((0, len(self.rows)))).sum(1)
             for (step, low, high), wide in zip(own, around, strict=True):
                 if wide < limit:
                     done.append((step, low, high))
                     continue
-                if high - low < 0.5**HALVINGS:
+                if high - low < 0.5**MAX_REFINEMENT_HALVINGS:
                     raise NotProvedError("closed states are not proved to lie beside a path")
                 middle = 0.5 * (low + high)
                 waiting += [(step, low, middle), (step, middle, high)]

@@ -14,19 +14,19 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates.path_checker import Array
 from hcsearch.motion.certificates.refining import stretch_data
 from hcsearch.motion.collision.plates import plates_of
-from hcsearch.motion.locks.boxes import TOP
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 from hcsearch.motion.locks.enclosures import Enclosure
-from hcsearch.motion.locks.lattice import frame_of
+from hcsearch.motion.locks.lattice import lattice_frame_of
 from hcsearch.motion.planning.stretches import Tube
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
-FORMAT, VERSION = "hcsearch certificate", 1
+CERTIFICATE_FORMAT, CERTIFICATE_VERSION = "hcsearch certificate", 1
 
 
 def array_data(linkage: Linkage) -> dict[str, Any]:
     """The panels and hinges of a linkage in whole coordinates of its lattice (`lattice.Frame`)."""
-    frame, pattern = frame_of(linkage), linkage.pattern
+    frame, pattern = lattice_frame_of(linkage), linkage.pattern
     facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
     lattice = [facet.tolist() for facet in facets if facet is not None]
     if frame is None or len(lattice) < len(facets):
@@ -56,12 +56,12 @@ def _facets(pattern: Pattern, hinge: int) -> list[int]:
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
     """The claim that no motion leaves the boxes of a lock, or, with panels, none without a collision."""
-    cuts = [[0.0, TOP] for _ in range(linkage.n_hinges)]
+    cuts = [[0.0, MAX_BOX_ANGLE] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
     for own, hinge in enumerate(linkage.looped.tolist()):
         low, high = enclosure.lows[:, own], enclosure.highs[:, own]
-        values = np.unique(np.concatenate([[0.0, TOP], low, high]))
+        values = np.unique(np.concatenate([[0.0, MAX_BOX_ANGLE], low, high]))
         cuts[hinge] = values.tolist()
         lows[:, hinge], highs[:, hinge] = np.searchsorted(values, low), np.searchsorted(values, high)
     boxes = {"cuts": cuts, "lows": lows.tolist(), "highs": highs.tolist()}
@@ -90,8 +90,8 @@ def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[s
 def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dict[str, Any]:
     """A certificate of a folding, with its checksum."""
     data: dict[str, Any] = {
-        "format": FORMAT,
-        "version": VERSION,
+        "format": CERTIFICATE_FORMAT,
+        "version": CERTIFICATE_VERSION,
         "of": of,
         "panel_mm": panel_mm,
         "claims": list(claims),

@@ -17,14 +17,20 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.collision.approaches import approach
-from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
+from hcsearch.kernels.collision.approaches import approach_speed
+from hcsearch.kernels.collision.clearance import (
+    MOTION_CLEAR,
+    MOTION_COLLIDES,
+    ClearanceReport,
+    ClearanceTolerances,
+    judge_clearance,
+)
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.collision.least_gaps import least_gap as least_of_pairs
-from hcsearch.motion.collision.margins import MARGIN, RESOLUTION, TOUCHING
+from hcsearch.kernels.collision.least_gaps import least_pair_gap
+from hcsearch.motion.collision.margins import DEFAULT_PANEL_MARGIN, GAP_RESOLUTION, TOUCHING_DISTANCE
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import Solids, pairs_of, solids_of
+from hcsearch.motion.collision.solids import Solids, collision_solids, solid_pairs
 from hcsearch.shape.linkage import Linkage
 
 
@@ -51,12 +57,12 @@ class Clearance:
     speed: float = 0.0
 
 
-def certify(
+def certify_clearance(
     linkage: Linkage,
     course: Course,
     *,
-    margin: float = MARGIN,
-    resolution: float = RESOLUTION,
+    margin: float = DEFAULT_PANEL_MARGIN,
+    resolution: float = GAP_RESOLUTION,
     slack: float | Reals = 0.0,
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
@@ -68,14 +74,14 @@ def certify(
     apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
     motion is wanted.
     """
-    solids = solids_of(linkage, margin, apart)
+    solids = collision_solids(linkage, margin, apart)
     if not len(solids.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
     return _Certificate(linkage, solids, resolution).of(course, slack, measured)
 
 
-def least_gap(
-    linkage: Linkage, course: Course, *, resolution: float = TOUCHING, apart: Collection[tuple[int, int]] = ()
+def least_gap_of_motion(
+    linkage: Linkage, course: Course, *, resolution: float = TOUCHING_DISTANCE, apart: Collection[tuple[int, int]] = ()
 ) -> float | None:
     """The least gap (m) of two panels as they are at any time of a motion, below 0 where they overlap.
 
@@ -83,8 +89,8 @@ def least_gap(
     than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a pair.
     """
     prisms = prisms_of(linkage)
-    pairs = pairs_of(linkage, prisms, apart)
-    gap = float(least_of_pairs(linkage.chain, prisms, pairs, course, resolution))
+    pairs = solid_pairs(linkage, prisms, apart)
+    gap = float(least_pair_gap(linkage.chain, prisms, pairs, course, resolution))
     return gap if math.isfinite(gap) else None
 
 
@@ -95,7 +101,7 @@ class _Certificate:
         self.linkage, self.solids, self.resolution = linkage, solids, resolution
 
     def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
-        """As `certify`."""
+        """As `certify_clearance`."""
         if np.ndim(slack) == 0:
             return self._judged(course, float(slack), measured)
         own, looks, undecided = np.asarray(slack), 0, None
@@ -119,15 +125,17 @@ class _Certificate:
         return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
-        answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+        answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
         own = self.solids
-        wanted = Exactness(slack, own.margin, own.deepest, self.resolution)
-        verdict = judge(self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer)
+        wanted = ClearanceTolerances(slack, own.margin, own.deepest, self.resolution)
+        verdict = judge_clearance(
+            self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer
+        )
         looks, gap = int(answer.looks[0]), float(answer.gaps[0])
-        if verdict == CLEAR:
+        if verdict == MOTION_CLEAR:
             return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
         one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
-        kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
+        kind: Literal["collides", "undecided"] = "collides" if verdict == MOTION_COLLIDES else "undecided"
         pair, time = int(answer.pairs[0]), float(answer.times[0])
-        speed = approach(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
+        speed = approach_speed(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
         return Clearance(kind, self.solids.margin, time, (one, two), None, looks, speed)

@@ -9,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
-from hcsearch.motion.collision.penetration import TOUCH
+from hcsearch.motion.collision.penetration import TOUCHING_DEPTH_SHARE
 from hcsearch.motion.collision.prisms import prisms_of
 from hcsearch.shape.linkage import Linkage
 
-CONTACT = 2e-5
+CONTACT_GAP_SHARE = 2e-5
 """Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""
 
 
@@ -29,7 +29,7 @@ class Proximity(ByValue):
     minus how deep they cut into each other where they collide.
     """
 
-    pairs: Whole
+    pairs: WholeNumbers
     gaps: Reals
 
     @property
@@ -65,36 +65,36 @@ def proximal_distances(
         )
     if not reach > 0.0:
         raise HcsearchError(f"a reach of {reach:g} m is out of range: give a positive length")
-    allowed = TOUCH * linkage.pattern.size if allowed is None else allowed
+    allowed = TOUCHING_DEPTH_SHARE * linkage.pattern.size if allowed is None else allowed
     if not 0.0 <= allowed < math.inf:
         raise HcsearchError(f"a depth of {allowed:g} m cannot be allowed: give 0 or more")
-    panels = pairs_of(linkage, apart)
+    panels = panel_pairs(linkage, apart)
     gaps = np.empty((len(states), len(panels)))
     facets = _facets_of(linkage, panels)
     gaps_at(linkage.chain, prisms_of(linkage), facets, states, float(reach), float(allowed), gaps)
     return Proximity(panels, gaps.T)
 
 
-class Nearest(NamedTuple):
+class NearestPanels(NamedTuple):
     """The nearest panels at some states.
 
     pairs : (k, 2), panels, the lower number first: the deepest overlap, else the least gap but those that touch; -1
     without. gaps : (k,), m, of these pairs, below 0 where they overlap; nan without. touching : (k,), pairs that touch.
     """
 
-    pairs: Whole
+    pairs: WholeNumbers
     gaps: Reals
-    touching: Whole
+    touching: WholeNumbers
 
 
-def nearest_panels(linkage: Linkage, states: Reals) -> Nearest:
+def nearest_panels(linkage: Linkage, states: Reals) -> NearestPanels:
     """The nearest panels that no hinge joins, at states of shape (k, n_hinges).
 
-    Pairs that touch, to within `CONTACT`, are counted alone: packed and flat panels do, and some meet in a corner all
-    the time, so that they say nothing of what is near.
+    Pairs that touch, to within `CONTACT_GAP_SHARE`, are counted alone: packed and flat panels do, and some meet in a
+    corner all the time, so that they say nothing of what is near.
     """
     distances = proximal_distances(linkage, states)
-    touching = np.abs(distances.gaps) <= CONTACT * linkage.pattern.size
+    touching = np.abs(distances.gaps) <= CONTACT_GAP_SHARE * linkage.pattern.size
     gaps = np.where(touching, math.inf, distances.gaps)
     pairs, least = np.full((len(states), 2), -1), np.full(len(states), math.nan)
     if len(gaps):
@@ -102,7 +102,7 @@ def nearest_panels(linkage: Linkage, states: Reals) -> Nearest:
         near = np.isfinite(gaps[best, np.arange(len(states))])
         pairs[near] = distances.pairs[best[near]]
         least[near] = gaps[best[near], np.flatnonzero(near)]
-    return Nearest(pairs, least, touching.sum(axis=0))
+    return NearestPanels(pairs, least, touching.sum(axis=0))
 
 
 def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
@@ -123,7 +123,7 @@ def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
     return speeds
 
 
-def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole:
+def panel_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> WholeNumbers:
     """All pairs of panels, shape (p, 2), but those that a hinge joins and those named."""
     out = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
     out |= set(apart)
@@ -132,7 +132,7 @@ def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
-def _facets_of(linkage: Linkage, panels: Whole) -> PanelPairs:
+def _facets_of(linkage: Linkage, panels: WholeNumbers) -> PanelPairs:
     """The pairs of facets of pairs of panels."""
     facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
     for facet, panel in enumerate(linkage.pattern.panel_of):

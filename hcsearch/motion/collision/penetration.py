@@ -16,12 +16,12 @@ from hcsearch.kernels.collision.overlaps import deepest_overlap, first_overlap
 from hcsearch.motion.collision.prisms import facet_pairs, prisms_of
 from hcsearch.shape.linkage import Linkage
 
-TOUCH = 1e-6
+TOUCHING_DEPTH_SHARE = 1e-6
 """Prisms that cut into each other by no more than this share of the pattern's size only touch."""
 
 
 @dataclass(frozen=True)
-class Cut:
+class PanelCut:
     """Two panels that cut into each other at a state, given by its number, and how deep (m)."""
 
     state: int
@@ -29,7 +29,9 @@ class Cut:
     depth: float
 
 
-def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()) -> Cut | None:
+def first_cut(
+    linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()
+) -> PanelCut | None:
     """The first of some states, shape (n_states, n_hinges), at which panels cut deeper than allowed (m): the deepest.
 
     apart : pairs of panels, the lower number first, that are left out, as their stops keep them apart.
@@ -42,7 +44,7 @@ def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection
         return None
     worst = int(depths.argmax())
     one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
-    return Cut(state, (one, two), float(depths[worst]))
+    return PanelCut(state, (one, two), float(depths[worst]))
 
 
 def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
@@ -59,4 +61,4 @@ def penetration(linkage: Linkage, angles: Reals) -> float:
 
 def cuts_through(linkage: Linkage, states: Reals) -> bool:
     """Whether panels cut through each other at any of some states, shape (n_states, n_hinges)."""
-    return first_cut(linkage, states, TOUCH * linkage.pattern.size) is not None
+    return first_cut(linkage, states, TOUCHING_DEPTH_SHARE * linkage.pattern.size) is not None

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.motion.collision.margins import check_margin
-from hcsearch.motion.collision.prisms import facet_pairs, prisms_of, table_of
+from hcsearch.motion.collision.prisms import facet_pairs, padded_table, prisms_of
 from hcsearch.shape.hinge_trees import hinge_tree
 from hcsearch.shape.linkage import Linkage
 
-Steps = list[tuple[int, int]]
+HingeCrossings = list[tuple[int, int]]
 """Hinges, and the sense in which each is crossed."""
 
 
@@ -26,7 +26,7 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     middle = prisms.middles.mean(axis=0)
     joined = [(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in pattern.hinges]
     number = {int(hinge): k for k, hinge in enumerate(linkage.looped)}
-    pairs, starts, steps = [], [0], Steps()
+    pairs, starts, steps = [], [0], HingeCrossings()
     for one, two in facet_pairs(linkage, joined).tolist():
         ways = two_ways(linkage, pattern.panel_of[one], pattern.panel_of[two])
         if any(ways):
@@ -47,9 +47,9 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
         np.array([number[hinge] for hinge in hinges], np.int64),
         signs * linkage.directions[hinges].reshape(-1, 3),
         (linkage.points[hinges].reshape(-1, 3) - middle) / pattern.size,
-        table_of(samples),
-        table_of(segments),
-        table_of(sides),
+        padded_table(samples),
+        padded_table(segments),
+        padded_table(sides),
         np.array(counts, np.int64).reshape(-1, 3),
         np.array([(own[0, 2], own[-1, 2]) for own in outlines]),
         (prisms.middles - middle) / pattern.size,
@@ -58,14 +58,14 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     )
 
 
-def two_ways(linkage: Linkage, one: int, two: int) -> tuple[Steps, Steps]:
+def two_ways(linkage: Linkage, one: int, two: int) -> tuple[HingeCrossings, HingeCrossings]:
     """The shortest way from a panel to another one across hinges in loops, and the shortest across none of these."""
     bridges = set(range(linkage.n_hinges)) - set(linkage.looped.tolist())
     first = _way(linkage, one, two, bridges)
     return first, _way(linkage, one, two, bridges | {hinge for hinge, _ in first})
 
 
-def _way(linkage: Linkage, one: int, two: int, without: set[int]) -> Steps:
+def _way(linkage: Linkage, one: int, two: int, without: set[int]) -> HingeCrossings:
     """The shortest way across hinges but some; none where there is none."""
     tree = hinge_tree(linkage.pattern, one, without)
     return tree.way(two) if tree.roots[two] == one else []

@@ -14,12 +14,12 @@ from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Facet
 
-Corner = tuple[float, float, float]
-Row = TypeVar("Row", bound=np.generic)
+PrismCorner = tuple[float, float, float]
+TableEntry = TypeVar("TableEntry", bound=np.generic)
 
-PARALLEL = 1e-9
+PARALLEL_SIDES_SINE = 1e-9
 """Sine of the angle between directions that count as one."""
-FACETS = 4096
+FACET_CACHE_SIZE = 4096
 """Facets whose sides and insets are kept: arrays of one size share their cells."""
 
 
@@ -27,9 +27,9 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
     """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
     pattern = linkage.pattern
     upright = (0.0, 0.0, 1.0)
-    solids: list[list[Corner]] = []
-    edges: list[list[Corner]] = []
-    normals: list[list[Corner]] = []
+    solids: list[list[PrismCorner]] = []
+    edges: list[list[PrismCorner]] = []
+    normals: list[list[PrismCorner]] = []
     for facet in pattern.facets:
         sides = _classes(facet)
         faces = (margin, pattern.thickness - margin)
@@ -37,7 +37,7 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         edges.append([*((x, y, 0.0) for x, y in sides), upright])
         normals.append([*((-y, x, 0.0) for x, y in sides), upright])
     counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
-    vertices = table_of([np.array(solid) for solid in solids])
+    vertices = padded_table([np.array(solid) for solid in solids])
     real = (np.arange(vertices.shape[1]) < counts[:, :1])[..., None]
     middles = vertices.sum(axis=1) / counts[:, :1]
     return Prisms(
@@ -46,8 +46,8 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         vertices=vertices,
         middles=middles,
         reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
-        normals=table_of([np.array(own) for own in normals]),
-        edges=table_of([np.array(own) for own in edges]),
+        normals=padded_table([np.array(own) for own in normals]),
+        edges=padded_table([np.array(own) for own in edges]),
     )
 
 
@@ -77,7 +77,7 @@ def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> ND
     return np.column_stack([first[wanted], second[wanted]])
 
 
-@lru_cache(FACETS)
+@lru_cache(FACET_CACHE_SIZE)
 def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
     """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
     corners = []
@@ -90,19 +90,19 @@ def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
     return tuple(corners)
 
 
-@lru_cache(FACETS)
+@lru_cache(FACET_CACHE_SIZE)
 def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
     """Unit vectors of the sides of a facet, one of those that are parallel."""
     directions: list[tuple[float, float]] = []
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
         long = math.hypot(to_x - x, to_y - y)
         u, v = (to_x - x) / long, (to_y - y) / long
-        if all(abs(u * b - v * a) > PARALLEL for a, b in directions):
+        if all(abs(u * b - v * a) > PARALLEL_SIDES_SINE for a, b in directions):
             directions.append((u, v))
     return tuple(directions)
 
 
-def table_of(rows: Sequence[NDArray[Row]]) -> NDArray[Row]:
+def padded_table(rows: Sequence[NDArray[TableEntry]]) -> NDArray[TableEntry]:
     """Tables of different lengths as one, filled with zeros."""
     table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
     for row, own in zip(table, rows, strict=True):

@@ -10,11 +10,11 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
+from hcsearch.kernels.linkage.reaches import PrismPairs, pairs_between
 from hcsearch.motion.collision.margins import check_margin
 from hcsearch.motion.collision.prisms import facet_pairs, prisms_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.mesh import SAME_POINT
+from hcsearch.shape.mesh import SAME_POINT_SHARE
 from hcsearch.shape.pattern import Hinge
 
 
@@ -26,19 +26,19 @@ class Solids(NamedTuple):
 
     prisms: Prisms
     shrunk: Prisms
-    pairs: Pairs
+    pairs: PrismPairs
     margin: float
     deepest: float
 
 
-def solids_of(linkage: Linkage, margin: float, apart: Collection[tuple[int, int]] = ()) -> Solids:
+def collision_solids(linkage: Linkage, margin: float, apart: Collection[tuple[int, int]] = ()) -> Solids:
     """The solids of a linkage; apart : pairs of panels, the lower number first, that are left out."""
     deepest = check_margin(linkage, margin)
     prisms = prisms_of(linkage)
-    return Solids(prisms, prisms_of(linkage, margin), pairs_of(linkage, prisms, apart), float(margin), deepest)
+    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), deepest)
 
 
-def pairs_of(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> Pairs:
+def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> PrismPairs:
     """The pairs of facets of different panels but those left out, and the hinges between their panels.
 
     prisms : of all facets, not shrunk.
@@ -54,7 +54,7 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     reach across the line are not among them.
     """
     pattern, pairs = linkage.pattern, set()
-    same = SAME_POINT * pattern.size
+    same = SAME_POINT_SHARE * pattern.size
 
     def beside(panel: int, hinge: Hinge) -> Reals:
         """How far to the left of a hinge's line the corners of a panel are."""

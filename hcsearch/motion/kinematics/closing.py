@@ -10,12 +10,12 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.shape.linkage import Linkage
 
-CLOSED = 1e-12
+CLOSED_LOOP_RESIDUAL = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""
 
 
 @dataclass(frozen=True, eq=False)
-class Closed(ByValue):
+class ClosingResult(ByValue):
     """Outcome of closing: fold angles, greatest residual that is left, steps taken, and whether that is closed."""
 
     angles: Reals
@@ -38,7 +38,9 @@ def correction(jacobian: Reals, residual: Reals) -> Reals:
     return step
 
 
-def close(linkage: Linkage, angles: Reals, *, tolerance: float = CLOSED, max_steps: int = 30) -> Closed:
+def close_linkage(
+    linkage: Linkage, angles: Reals, *, tolerance: float = CLOSED_LOOP_RESIDUAL, max_steps: int = 30
+) -> ClosingResult:
     """Close the loops, moving the fold angles as little as needed (Gauss-Newton)."""
     angles = np.array(angles, float)
     residual, jacobian = linkage.closure(angles)
@@ -48,4 +50,4 @@ def close(linkage: Linkage, angles: Reals, *, tolerance: float = CLOSED, max_ste
             break
         angles += correction(jacobian, residual)
         residual, jacobian = linkage.closure(angles)
-    return Closed(angles, worst, step, worst <= tolerance)
+    return ClosingResult(angles, worst, step, worst <= tolerance)

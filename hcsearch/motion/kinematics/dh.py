@@ -23,7 +23,7 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.shape.linkage import Linkage, Walk
 
-SAME = 1e-9
+SAME_LINE_TOLERANCE = 1e-9
 """Hinges are parallel below this sine, and meet below this distance in metres."""
 
 _TURN = np.zeros((4, 4))
@@ -44,7 +44,7 @@ class DHLoop(ByValue):
     variables: Reals
 
 
-class Lines(NamedTuple):
+class HingeLines(NamedTuple):
     """Hinges of a closed loop as lines in space, in order, shape (n, 3) each.
 
     directions : z_i, unit vectors.
@@ -65,22 +65,22 @@ def dh_loop(linkage: Linkage, walk: Walk, angles: Reals, signs: Sequence[int] | 
     their panel from the face that carries both, as in the thesis; where they are parallel, it meets z_i in the
     hinge's middle. With signs -d theta / d phi of 5.2 and 6.3 the parameters are those of 5.3 and 6.2.
     """
-    flat = dh_of_lines(flat_lines(linkage, walk, signs))
+    flat = dh_of_lines(flat_hinge_lines(linkage, walk, signs))
     turned = np.array([angles[hinge] for hinge, _ in walk]) * _or_ones(signs, len(walk))
     return replace(flat, variables=_wrapped(flat.variables + turned))
 
 
-def flat_lines(linkage: Linkage, walk: Walk, signs: Sequence[int] | None = None) -> Lines:
+def flat_hinge_lines(linkage: Linkage, walk: Walk, signs: Sequence[int] | None = None) -> HingeLines:
     """Hinges of a loop of a linkage in the flat state, directed and with normals as in `dh_loop`."""
     hinges = [hinge for hinge, _ in walk]
     senses = np.array([sense for _, sense in walk]) * _or_ones(signs, len(walk))
     inward = [1.0 if linkage.pattern.hinges[hinge].face == "bottom" else -1.0 for hinge in hinges]
     normals = np.zeros((len(walk), 3))
     normals[:, 2] = inward
-    return Lines(linkage.directions[hinges] * senses[:, None], linkage.points[hinges], normals)
+    return HingeLines(linkage.directions[hinges] * senses[:, None], linkage.points[hinges], normals)
 
 
-def dh_of_lines(lines: Lines) -> DHLoop:
+def dh_of_lines(lines: HingeLines) -> DHLoop:
     """Parameters of a closed loop with its hinges along given lines; lengths from 0 on, angles in (-pi, pi].
 
     Between parallel hinges, the common normal is the one through the point given of the second.
@@ -96,7 +96,7 @@ def dh_of_lines(lines: Lines) -> DHLoop:
     )
 
 
-def first_frame(lines: Lines) -> Reals:
+def first_frame(lines: HingeLines) -> Reals:
     """Pose of frame 1 in the coordinates of the lines, shape (4, 4)."""
     x, origins, _ = _common_normals(lines)
     frame = np.eye(4)
@@ -105,10 +105,10 @@ def first_frame(lines: Lines) -> Reals:
     return frame
 
 
-def hinge_lines(loop: DHLoop) -> Lines:
+def hinge_lines(loop: DHLoop) -> HingeLines:
     """Where the hinges lie, seen from frame 1; each point is the origin of its frame."""
     frames = _before(transforms(loop))[:-1]
-    return Lines(frames[:, :3, 2], frames[:, :3, 3], frames[:, :3, 0])
+    return HingeLines(frames[:, :3, 2], frames[:, :3, 3], frames[:, :3, 0])
 
 
 def transforms(loop: DHLoop) -> Reals:
@@ -188,7 +188,7 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
     return matrix
 
 
-def _common_normals(lines: Lines) -> tuple[Reals, Reals, Reals]:
+def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
     """For each hinge i: x_i, where it meets z_i, and where x_{i+1} meets z_i; shape (n, 3) each."""
     n = len(lines.points)
     x, origins, ends = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
@@ -197,15 +197,15 @@ def _common_normals(lines: Lines) -> tuple[Reals, Reals, Reals]:
         gap = lines.points[i] - lines.points[i - 1]
         normal = np.cross(z, z_next)
         sine = math.sqrt(normal @ normal)
-        if sine < SAME:
+        if sine < SAME_LINE_TOLERANCE:
             along, along_next = float(gap @ z), 0.0  # of all common normals, that through the second point
             normal = gap - along * z
-            if math.sqrt(normal @ normal) <= SAME:
+            if math.sqrt(normal @ normal) <= SAME_LINE_TOLERANCE:
                 normal = lines.normals[i] - (lines.normals[i] @ z) * z
         else:
             along = float(np.cross(gap, z_next) @ normal) / sine**2
             along_next = float(np.cross(gap, z) @ normal) / sine**2
-            meet = abs(gap @ normal) <= SAME * sine
+            meet = abs(gap @ normal) <= SAME_LINE_TOLERANCE * sine
             normal *= math.copysign(1.0, normal @ (lines.normals[i] if meet else gap))
         x[i] = normal / math.sqrt(normal @ normal)
         ends[i - 1] = lines.points[i - 1] + along * z
@@ -233,7 +233,7 @@ def _angles(one: Reals, two: Reals, about: Reals) -> Reals:
 
 def _wrapped(angles: Reals) -> Reals:
     """Angles in (-pi, pi]; what rounding puts next to -pi is pi."""
-    turns = np.ceil((angles - math.pi) / (2 * math.pi) - SAME)
+    turns = np.ceil((angles - math.pi) / (2 * math.pi) - SAME_LINE_TOLERANCE)
     return np.asarray(angles - 2 * math.pi * turns, float)
 
 

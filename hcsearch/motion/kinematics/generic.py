@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.motion.kinematics.closing import CLOSED, close
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.rank import Rank, rank_at
 from hcsearch.shape.linkage import Linkage
 
-STEPS = 6
-TRIES = 3
+GENERIC_STEP_COUNT = 6
+MAX_GENERIC_ATTEMPTS = 3
 
 
-def heading(folded: Reals, attempt: int) -> Reals:
-    """What each of `STEPS` steps away from the folded state adds to the fold angles, all of them into their stops.
+def leaving_step(folded: Reals, attempt: int) -> Reals:
+    """Changes of the fold angles in each of `GENERIC_STEP_COUNT` steps away from the folded state, against the stops.
 
     No two hinges of a linkage open equally, and no two attempts are alike: 0.075 to 0.225 rad, equally spread.
     """
@@ -32,13 +32,13 @@ def generic_rank(linkage: Linkage) -> Rank:
     say) than in others; the rank is that of the way with the least. Undecided where no attempt gets away.
     """
     best = replace(rank_at(linkage, linkage.folded), rank=None, gap=0.0)
-    for attempt in range(TRIES):
+    for attempt in range(MAX_GENERIC_ATTEMPTS):
         angles = linkage.folded
-        for _ in range(STEPS):
-            angles = close(linkage, angles + heading(linkage.folded, attempt), max_steps=3).angles
-        state = close(linkage, angles)
+        for _ in range(GENERIC_STEP_COUNT):
+            angles = close_linkage(linkage, angles + leaving_step(linkage.folded, attempt), max_steps=3).angles
+        state = close_linkage(linkage, angles)
         angles = state.angles
-        if state.residual > CLOSED or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
+        if state.residual > CLOSED_LOOP_RESIDUAL or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
             continue
         rank = rank_at(linkage, angles)
         if rank.rank is not None and (best.rank is None or rank.rank > best.rank):

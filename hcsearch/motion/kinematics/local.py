@@ -11,12 +11,12 @@ from hcsearch.basics.equality import ByValue
 from hcsearch.motion.kinematics.rank import Rank, decide_rank
 from hcsearch.shape.linkage import Linkage
 
-MUCH = 0.618
+MIN_PIVOT_SHARE = 0.618
 """Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
 
 
 @dataclass(frozen=True, eq=False)
-class Local(ByValue):
+class LocalState(ByValue):
     """Fold angles (rad) with the closure Jacobian there, split into row space and null space by its singular values.
 
     jacobian : shape (n_rows, n_hinges).
@@ -77,7 +77,7 @@ class Local(ByValue):
         basis = np.empty((n, n - self.kept))
         for k in range(basis.shape[1]):
             sizes = left.diagonal()
-            column = left[:, int(np.argmax(sizes > MUCH * sizes.max()))]
+            column = left[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
             column = self.tangent(column - basis[:, :k] @ (basis[:, :k].T @ column))
             basis[:, k] = column / np.linalg.norm(column)
             left = left - np.outer(basis[:, k], basis[:, k])
@@ -86,7 +86,7 @@ class Local(ByValue):
 
 def local_at(
     linkage: Linkage, angles: Reals, *, kept: int | None = None, closure: tuple[Reals, Reals] | None = None
-) -> Local:
+) -> LocalState:
     """What a linkage is like at a state.
 
     kept : how many singular values count as non-zero, where that is known better than from the values, as between two
@@ -97,16 +97,16 @@ def local_at(
     if not len(residual):
         empty = np.zeros((0, linkage.n_hinges))
         rank = decide_rank(np.zeros(0), linkage.n_hinges)
-        return Local(linkage, angles, 0.0, jacobian, rank, np.zeros((0, 0)), np.zeros(0), empty)
+        return LocalState(linkage, angles, 0.0, jacobian, rank, np.zeros((0, 0)), np.zeros(0), empty)
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     worst = float(np.abs(residual).max())
     rank = decide_rank(s, linkage.n_hinges, worst)
     if kept is None:
         kept = int(np.count_nonzero(s > rank.noise))
-    return Local(linkage, angles, worst, jacobian, rank, u[:, :kept], s[:kept], vt[:kept])
+    return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept], s[:kept], vt[:kept])
 
 
-def same_orientation(one: Local, two: Local) -> bool:
+def same_orientation(one: LocalState, two: LocalState) -> bool:
     """Whether as many kept singular values go through zero between two near states as come back: none, two, ...
 
     Singular values followed as smooth functions change sign where they vanish, which the singular vectors remember:

@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 
 
-def products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
+def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
     """Values of the form that `bend` is of a vector with itself, for all pairs, shape (n, n, n_rows).
 
     vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).

@@ -10,10 +10,10 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.shape.linkage import Linkage
 
-GAP = 1e3
+DECIDED_RANK_GAP = 1e3
 """A rank is decided when no singular value lies within this factor above the noise."""
 
-MOST_NOISE = 1e-7
+MAX_NOISE_SHARE = 1e-7
 """No rank is decided where more than this share of the greatest singular value is noise."""
 
 
@@ -23,7 +23,7 @@ class Rank(ByValue):
 
     singular_values : all of them, the greatest first.
     noise : what rounding and the closure residual can make of a zero.
-    rank : number of singular values above the noise; None (undecided) where one lies less than `GAP` above it.
+    rank : number of singular values above the noise; None (undecided) where one lies within `DECIDED_RANK_GAP` of it.
     gap : least singular value that counts, over the greater of the noise and the next one.
     """
 
@@ -44,14 +44,14 @@ def decide_rank(singular_values: Reals, n_columns: int, residual: float = 0.0) -
     largest = float(singular_values[0]) if len(singular_values) else 0.0
     shape = max(n_columns, len(singular_values))
     noise = (8 * shape * np.finfo(float).eps + 10 * residual) * max(largest, 1.0)
-    if noise > MOST_NOISE * max(largest, 1.0):  # not a closed state: small values say nothing
+    if noise > MAX_NOISE_SHARE * max(largest, 1.0):  # not a closed state: small values say nothing
         return Rank(singular_values, n_columns, noise, None, 0.0)
     above = int(np.count_nonzero(singular_values > noise))
     if above == 0:
         return Rank(singular_values, n_columns, noise, 0, np.inf)
     below = float(singular_values[above]) if above < len(singular_values) else 0.0
     gap = float(singular_values[above - 1]) / max(noise, below)
-    return Rank(singular_values, n_columns, noise, above if gap >= GAP else None, gap)
+    return Rank(singular_values, n_columns, noise, above if gap >= DECIDED_RANK_GAP else None, gap)
 
 
 def rank_at(linkage: Linkage, angles: Reals) -> Rank:

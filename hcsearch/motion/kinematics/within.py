@@ -7,20 +7,20 @@ import math
 import numpy as np
 
 from hcsearch.basics.arrays import Flags, Reals
-from hcsearch.kernels.linkage.cones import nonnegative
-from hcsearch.motion.kinematics.closing import CLOSED, correction
-from hcsearch.motion.kinematics.local import Local, local_at
+from hcsearch.kernels.linkage.cones import nonnegative_least_squares
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, correction
+from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.shape.linkage import Linkage
 
-UNMOVED = 1e-9
+UNMOVED_HINGE_TURN = 1e-9
 """A hinge stands still in a tangent space whose unit vectors turn it by no more than this."""
-STRAIGHT, BENT = 0.1, 0.5
+STRAIGHT_DEVIATION_SHARE, MAX_DEVIATION_SHARE = 0.1, 0.5
 """Half-way between two states the closed ones may be off by this share of half the way, and if looked into by that."""
 
 
-def close_within(
+def close_within_stops(
     linkage: Linkage, angles: Reals, *, held: Flags | None = None, max_steps: int = 25
-) -> tuple[Local | None, int]:
+) -> tuple[LocalState | None, int]:
     """The closed state nearest to some fold angles that keeps the stops, and how often closure was evaluated.
 
     Hinges that are held stay as they are, and those that corrections would take beyond a stop stay there; None where
@@ -31,7 +31,7 @@ def close_within(
     for count in range(1, max_steps + 1):
         residual, jacobian = linkage.closure(angles)
         worst = float(np.abs(residual).max(initial=0.0))
-        if worst <= CLOSED:
+        if worst <= CLOSED_LOOP_RESIDUAL:
             return local_at(linkage, angles, closure=(residual, jacobian)), count
         if not math.isfinite(worst) or held.all():
             return None, count
@@ -43,22 +43,24 @@ def close_within(
     return None, max_steps
 
 
-def linked(linkage: Linkage, one: Reals, two: Reals, *, held: Flags | None = None, depth: int = 5) -> tuple[bool, int]:
+def states_are_linked(
+    linkage: Linkage, one: Reals, two: Reals, *, held: Flags | None = None, depth: int = 5
+) -> tuple[bool, int]:
     """Whether closed states lead from one to another beside the straight way, and how often closure was evaluated.
 
     The state nearest to half-way must be near it. Where it is off by more than a little, so must those of both halves.
     """
     half = 0.5 * float(np.linalg.norm(two - one))
-    middle, count = close_within(linkage, 0.5 * (one + two), held=held)
+    middle, count = close_within_stops(linkage, 0.5 * (one + two), held=held)
     if middle is None:
         return False, count
     off = float(np.linalg.norm(middle.angles - 0.5 * (one + two)))
-    if off <= STRAIGHT * half:
+    if off <= STRAIGHT_DEVIATION_SHARE * half:
         return True, count
-    if off > BENT * half or not depth:
+    if off > MAX_DEVIATION_SHARE * half or not depth:
         return False, count
     for pair in ((one, middle.angles), (middle.angles, two)):
-        leads, more = linked(linkage, *pair, held=held, depth=depth - 1)
+        leads, more = states_are_linked(linkage, *pair, held=held, depth=depth - 1)
         count += more
         if not leads:
             return False, count
@@ -79,7 +81,7 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     root = np.sqrt(springs)
     q, r = np.linalg.qr(root[:, None] * basis)
     aim = q.T @ (root * angles)  # the energy is that of y = r z + aim, and a constant
-    moved = np.linalg.norm(basis, axis=1) > UNMOVED  # rounding must not make walls of what stands still
+    moved = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # rounding must not make walls of what stands still
     rows = np.linalg.solve(r.T, basis[moved].T).T
     shift = rows @ aim
     walls = np.vstack([rows, -rows])
@@ -89,7 +91,7 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     target = np.zeros(columns.shape[1])
     target[-1] = 1.0
     weights, left = np.empty(len(walls)), np.empty(len(target))
-    nonnegative(columns, target, weights, left)
+    nonnegative_least_squares(columns, target, weights, left)
     if left[-1] < 1e-12:
         return still
     nearest: Reals = basis @ np.linalg.solve(r, -left[:-1] / left[-1] - aim)

@@ -16,17 +16,17 @@ from hcsearch.basics.equality import ByValue
 
 Box = tuple[Reals, Reals]
 
-TOP = float(np.nextafter(math.pi, 4.0))
+MAX_BOX_ANGLE = float(np.nextafter(math.pi, 4.0))
 """The double above pi, at which boxes end that hold states with closed hinges."""
 
 
-def whole(n: int) -> Box:
+def whole_box(n: int) -> Box:
     """The box of all fold angles of n hinges."""
-    return np.zeros(n), np.full(n, TOP)
+    return np.zeros(n), np.full(n, MAX_BOX_ANGLE)
 
 
 @dataclass(frozen=True, eq=False)
-class Face(ByValue):
+class BoxFace(ByValue):
     """A face, or a part of one, across a hinge. Its `low` and `high` are equal there."""
 
     hinge: int
@@ -38,16 +38,16 @@ class Face(ByValue):
         """The angle of its hinge."""
         return float(self.low[self.hinge])
 
-    def halves(self) -> tuple[Face, Face]:
+    def halves(self) -> tuple[BoxFace, BoxFace]:
         """Its halves across its longest side."""
         side = int((self.high - self.low).argmax())
         middle = 0.5 * (self.low[side] + self.high[side])
         most, least = self.high.copy(), self.low.copy()
         most[side] = least[side] = middle
-        return Face(self.hinge, self.low, most), Face(self.hinge, least, self.high)
+        return BoxFace(self.hinge, self.low, most), BoxFace(self.hinge, least, self.high)
 
 
-def outside(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
+def boxes_outside(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
     """Boxes that cover what others do not cover, and share no inner points if these boxes share none."""
     left = list(boxes)
     for other in others:
@@ -77,7 +77,7 @@ def _outside(box: Box, other: Box) -> list[Box]:
     return slabs
 
 
-def faces_of(boxes: Sequence[Box], top: float) -> list[Face]:
+def box_faces(boxes: Sequence[Box], top: float) -> list[BoxFace]:
     """Faces between what boxes cover, which share no inner points, and what they do not, from 0 to a top."""
     lows, highs = np.array([low for low, _ in boxes]), np.array([high for _, high in boxes])
     faces = []
@@ -86,8 +86,8 @@ def faces_of(boxes: Sequence[Box], top: float) -> list[Face]:
             for level, levels in ((low[hinge], highs[:, hinge]), (high[hinge], lows[:, hinge])):
                 if 0.0 < level < top:
                     behind = [_across(lows[k], highs[k], hinge, level) for k in np.flatnonzero(levels == level)]
-                    parts = outside([_across(low, high, hinge, level)], behind)
-                    faces += [Face(hinge, *part) for part in parts]
+                    parts = boxes_outside([_across(low, high, hinge, level)], behind)
+                    faces += [BoxFace(hinge, *part) for part in parts]
     return faces
 
 
@@ -98,7 +98,7 @@ def _across(low: Reals, high: Reals, hinge: int, level: float) -> Box:
     return low, high
 
 
-def beyond(box: Box, states: Reals) -> Reals:
+def excess_over_box(box: Box, states: Reals) -> Reals:
     """By how much angles of states, (m, n), are outside a box, below 0 for those inside."""
     low, high = box
     away: Reals = np.maximum(low - states, states - high)

@@ -16,12 +16,12 @@ from math import gcd, lcm
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.motion.locks.lattice import Exact, WholeEnd, reduced
+from hcsearch.motion.locks.lattice import ExactArray, WholeEnd, reduced_rows
 
 Ray = tuple[int, ...]
 
 
-def first_order(end: WholeEnd, rows: Exact, wrench: Reals, forces: Reals) -> bool:
+def proves_first_order(end: WholeEnd, rows: ExactArray, wrench: Reals, forces: Reals) -> bool:
     """Whether a wrench, with forces f >= 0 at contacts, loads every hinge: y . A_i > sum of f_k C_ki, exactly.
 
     rows : contacts in whole numbers, shape (k, n_hinges). wrench, forces : as `locks.Lock` has them, of these contacts.
@@ -31,7 +31,7 @@ def first_order(end: WholeEnd, rows: Exact, wrench: Reals, forces: Reals) -> boo
     return bool((pushes >= 0).all() and (powers > 0).all())
 
 
-def second_order(end: WholeEnd, rows: Exact, wrench: Reals) -> bool:
+def proves_second_order(end: WholeEnd, rows: ExactArray, wrench: Reals) -> bool:
     """Whether a wrench near this one excludes at second order all that stops, loops and contacts allow at first.
 
     Its powers are not negative, and y . b is positive on K but at 0: sums of rays r have the form sum s_i s_j y . b_ij,
@@ -40,18 +40,18 @@ def second_order(end: WholeEnd, rows: Exact, wrench: Reals) -> bool:
     rays = extreme_rays(_equations(end.columns, rows))
     if not rays:  # nothing turns even at first order
         return True
-    turns: Exact = np.array(rays, object)[:, : len(end.columns)]
+    turns: ExactArray = np.array(rays, object)[:, : len(end.columns)]
     turning = turns.any(axis=0).astype(bool)
     exact = _powerless(end.columns[turning], end.wrench(wrench))
     if not (end.columns @ exact >= 0).all():
         return False
-    return outweighing(turns @ end.bends(exact) @ turns.T, [int(total) for total in turns.sum(axis=1)])
+    return has_dominant_diagonal(turns @ end.bends(exact) @ turns.T, [int(total) for total in turns.sum(axis=1)])
 
 
-def _equations(columns: Exact, rows: Exact) -> list[list[int]]:
+def _equations(columns: ExactArray, rows: ExactArray) -> list[list[int]]:
     """A x = 0, and C x - s = 0 with s >= 0 for how fast contacts part."""
     n, k = len(columns), len(rows)
-    slack: Exact = -np.eye(k, dtype=np.int64).astype(object)
+    slack: ExactArray = -np.eye(k, dtype=np.int64).astype(object)
     closure = np.concatenate([columns.T, np.zeros((columns.shape[1], k), object)], axis=1)
     parting = np.concatenate([rows.reshape(k, n), slack], axis=1)
     equations: list[list[int]] = np.concatenate([closure, parting]).tolist()
@@ -109,12 +109,12 @@ def _spans_face(joint: int, supports: list[int]) -> bool:
     return True
 
 
-def _powerless(columns: Exact, wrench: Exact) -> Exact:
+def _powerless(columns: ExactArray, wrench: ExactArray) -> ExactArray:
     """A wrench near another one that has no power on some screws, shape (k, n_rows), up to a positive factor, whole.
 
     Gauss's elimination; entries without a pivot stay as they are.
     """
-    pivots = reduced(columns)
+    pivots = reduced_rows(columns)
     entries = _whole(wrench)
     least = lcm(*(pivot[column] for column, pivot in pivots.items()))
     powers = {
@@ -127,13 +127,13 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
     return np.array(exact, object)
 
 
-def _whole(fractions: Exact) -> list[int]:
+def _whole(fractions: ExactArray) -> list[int]:
     """A positive multiple of fractions, whole."""
     least = lcm(*(value.denominator for value in fractions))
     return [value.numerator * (least // value.denominator) for value in fractions]
 
 
-def outweighing(form: Exact, sizes: Sequence[int]) -> bool:
+def has_dominant_diagonal(form: ExactArray, sizes: Sequence[int]) -> bool:
     """Whether the diagonal of a whole symmetric form, shape (m, m), is positive and outweighs what is negative beside.
 
     Then it is strictly copositive: with x = t / sizes >= 0 and q_ij = form_ij / (sizes_i sizes_j) its value is at least

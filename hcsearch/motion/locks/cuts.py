@@ -11,35 +11,35 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.locks.boxes import TOP, Box, outside, states_in, whole
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, Box, boxes_outside, states_in, whole_box
 
-BESIDE = 0.1
+CUT_FACE_OFFSET = 0.1
 """How far the outermost faces are from the states of the part (rad)."""
-NEAR = 0.05
+CUT_STOP_DISTANCE = 0.05
 """A part that comes so near to a stop (rad) counts as reaching it."""
-VOID, WORTH = 0.3, 0.15
+MAX_VOID_WIDTH, VOID_WIDTH_WEIGHT = 0.3, 0.15
 """Of cuts that leave states as mixed, one through a wider void is better: its score falls by WORTH for each radian
 of the void's width, up to VOID (rad)."""
-LEAST = 1e-9
+MIN_CUT_WIDTH = 1e-9
 """States are not cut apart along an angle where less than this is between them (rad)."""
-SEEN = 100_000
+MAX_CUT_SAMPLES = 100_000
 """States of each kind by which a cut is chosen, at most."""
-MANY = 1000
+MAX_CUT_BOXES = 1000
 """Boxes in all, at most."""
-ANEW = 8
+MAX_RECUTS = 8
 """How often all are cut anew; then boxes alone are cut further that hold states which they should not."""
 
 
-class Cuts:
+class BoxCuts:
     """How all angles are cut, by states that are more each time."""
 
     def __init__(self) -> None:
-        self._leaves: list[Leaf] = []
-        self._left = ANEW
+        self._leaves: list[CutLeaf] = []
+        self._left = MAX_RECUTS
 
     def lay(self, own: Reals, others: Reals) -> list[Box] | None:
         """Boxes that hold the states of a part, (m, n), and none of the others, (k, n); None as `leaves_around`."""
-        leaves = leaves_around(own, others) if self._left else divided(self._leaves, own, others)
+        leaves = leaves_around(own, others) if self._left else divided_leaves(self._leaves, own, others)
         self._left = max(self._left - 1, 0)
         self._leaves = leaves or []
         return None if leaves is None else [leaf.box for leaf in leaves if leaf.inside]
@@ -50,26 +50,26 @@ class Cuts:
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf(ByValue):
+class CutLeaf(ByValue):
     """A box, and whether it is taken in."""
 
     box: Box
     inside: bool
 
 
-def leaves_around(own: Reals, others: Reals) -> list[Leaf] | None:
+def leaves_around(own: Reals, others: Reals) -> list[CutLeaf] | None:
     """Boxes that cover all angles: those inside hold the states of a part, (m, n), the rest all others, (k, n).
 
     None where it would take too many, or states of both kinds are nearly the same.
     """
     around = _around(own)
-    beside = [Leaf(box, inside=False) for box in outside([whole(own.shape[1])], [around])]
-    return divided([Leaf(around, inside=True), *beside], own, others)
+    beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(own.shape[1])], [around])]
+    return divided_leaves([CutLeaf(around, inside=True), *beside], own, others)
 
 
-def divided(leaves: list[Leaf], own: Reals, others: Reals) -> list[Leaf] | None:
+def divided_leaves(leaves: list[CutLeaf], own: Reals, others: Reals) -> list[CutLeaf] | None:
     """The same leaves, but for those that hold states of both kinds, which are cut; None as `leaves_around`."""
-    parts: list[Leaf] = []
+    parts: list[CutLeaf] = []
     for leaf in leaves:
         mine, rest = states_in(leaf.box, own), states_in(leaf.box, others)
         if len(mine) and len(rest):
@@ -78,23 +78,23 @@ def divided(leaves: list[Leaf], own: Reals, others: Reals) -> list[Leaf] | None:
                 return None
             parts += cut
         else:
-            parts.append(Leaf(leaf.box, bool(len(mine)) or (leaf.inside and not len(rest))))
-        if len(parts) > MANY:
+            parts.append(CutLeaf(leaf.box, bool(len(mine)) or (leaf.inside and not len(rest))))
+        if len(parts) > MAX_CUT_BOXES:
             return None
     return parts
 
 
-def _cut_apart(box: Box, own: Reals, others: Reals) -> list[Leaf] | None:
+def _cut_apart(box: Box, own: Reals, others: Reals) -> list[CutLeaf] | None:
     """Halves of a box, and of these, until each holds states of one kind alone."""
-    leaves: list[Leaf] = []
+    leaves: list[CutLeaf] = []
     left = [(box, own, others)]
     while left:
         box, own, others = left.pop()
         if not (len(own) and len(others)):
-            leaves.append(Leaf(box, bool(len(own))))
+            leaves.append(CutLeaf(box, bool(len(own))))
             continue
         cut = _best_cut(own, others)
-        if cut is None or len(leaves) + len(left) > MANY:
+        if cut is None or len(leaves) + len(left) > MAX_CUT_BOXES:
             return None
         hinge, level = cut
         most, least = box[1].copy(), box[0].copy()
@@ -111,18 +111,18 @@ def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
     How mixed is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
     Trees, 1984).
     """
-    own, others = own[:: len(own) // SEEN + 1], others[:: len(others) // SEEN + 1]
+    own, others = own[:: len(own) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
     best, cut = np.inf, None
     for hinge in range(own.shape[1]):
         angles = np.concatenate([own[:, hinge], others[:, hinge]])
         order = np.argsort(angles, kind="stable")
         angles, mine = angles[order], np.cumsum(order < len(own))
-        last = np.flatnonzero(np.diff(angles) > LEAST)
+        last = np.flatnonzero(np.diff(angles) > MIN_CUT_WIDTH)
         if not len(last):
             continue
         ones, rest = mine[last] / len(own), (last + 1 - mine[last]) / len(others)
         mixed = ones * rest / (ones + rest) + (1.0 - ones) * (1.0 - rest) / (2.0 - ones - rest)
-        score = 2.0 * mixed - WORTH * np.minimum(angles[last + 1] - angles[last], VOID)
+        score = 2.0 * mixed - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
         k = int(score.argmin())
         if score[k] < best:
             best, cut = float(score[k]), (hinge, float(0.5 * (angles[last[k]] + angles[last[k] + 1])))
@@ -132,6 +132,8 @@ def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
 def _around(states: Reals) -> Box:
     """A box around states, with faces beside them."""
     least, most = states.min(axis=0), states.max(axis=0)
-    low = np.where(least < NEAR, 0.0, np.maximum(least - BESIDE, 0.0))
-    high = np.where(most > TOP - NEAR, TOP, np.minimum(most + BESIDE, TOP))
+    low = np.where(least < CUT_STOP_DISTANCE, 0.0, np.maximum(least - CUT_FACE_OFFSET, 0.0))
+    high = np.where(
+        most > MAX_BOX_ANGLE - CUT_STOP_DISTANCE, MAX_BOX_ANGLE, np.minimum(most + CUT_FACE_OFFSET, MAX_BOX_ANGLE)
+    )
     return low, high

@@ -14,21 +14,21 @@ from typing import Protocol
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
-from hcsearch.basics.vocabulary import ENDS, End
-from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.basics.vocabulary import MOTION_ENDS, MotionEnd
+from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
-from hcsearch.kernels.enclosure.wandering import climb, wander
-from hcsearch.motion.locks.boxes import whole
-from hcsearch.motion.locks.floods import cubes_expected, floods_from
+from hcsearch.kernels.enclosure.wandering import climb_angles, random_walk
+from hcsearch.motion.locks.boxes import whole_box
+from hcsearch.motion.locks.floods import expected_cube_counts, floods_from
 from hcsearch.motion.locks.regions import Region
 from hcsearch.shape.linkage import Linkage
 
-FIRST = 2500
+FIRST_TURN_BOXES = 2500
 """Boxes of the first turn of each contender; each turn ends at twice as many."""
-WALKS = (
+WALK_SCHEDULE = (
     (10_000, 10_000),
     (50_000, 100_000),
     (250_000, 500_000),
@@ -39,13 +39,13 @@ WALKS = (
 """Steps of random walks from either end, and after how many boxes these are due: at once, if nothing else goes on. They
 show how many cubes are to be filled, about, and regions are laid around them; the later ones where those around earlier
 ones are given up."""
-BEHIND = 20
+TRAILING_BOX_WEIGHT = 20
 """What boxes of contenders count for that are expected to end later than the first, as turns are given."""
-UNSETTLED = 300_000, 4
+UNSETTLED_BOXES_AND_WEIGHT = 300_000, 4
 """Boxes after which something should be expected of a contender, and what its boxes count for where nothing is."""
-CLIMBS = 1000
+WALK_CLIMB_STEPS = 1000
 """Steps of each climb from a walk."""
-SEED = 1
+FIRST_WALK_SEED = 1
 """Of the first walks."""
 
 
@@ -61,7 +61,7 @@ class Enclosure(ByValue):
     panels have a part in; None where it holds at every margin.
     """
 
-    end: End | None
+    end: MotionEnd | None
     cubes: int
     faces: int
     boxes: int
@@ -95,7 +95,7 @@ class _Contender(Protocol):
     def go_on(self, boxes: int) -> bool: ...
 
 
-def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
+def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
     boxes : how many boxes all contenders may take together, about. These take turns: coarse and fine floods from either
@@ -119,7 +119,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
             lows, highs = proof.taken_in
             margin = None if plates is None else plates.margin
             return Enclosure(
-                ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
+                MOTION_ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
             )
     return contest.summary(open_=True)
 
@@ -127,7 +127,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
 class _Contest:
     """What may enclose one of the ends, and whose turn it is."""
 
-    def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
+    def __init__(self, rings: HingeRings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
         self.aside = self._tables()
         self.floods = floods_from(rings, ends, self._tables)
@@ -155,21 +155,21 @@ class _Contest:
     @property
     def is_due(self) -> bool:
         """Whether walks are due: at once if nothing else goes on, where regions may."""
-        if self._walked == len(WALKS):
+        if self._walked == len(WALK_SCHEDULE):
             return False
-        return self.boxes >= WALKS[self._walked][1] or (self.plates is None and not self.going)
+        return self.boxes >= WALK_SCHEDULE[self._walked][1] or (self.plates is None and not self.going)
 
     def walk(self, boxes: int) -> bool:
         """Make the walks that are due, and use them; whether so many boxes of all allow them."""
         sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
-        steps, seed = WALKS[self._walked][0], SEED + self._walked
+        steps, seed = WALK_SCHEDULE[self._walked][0], FIRST_WALK_SEED + self._walked
         if sides and self.boxes + len(self.ends) * steps > boxes:
             return False
         self._walked += 1
         if sides:
-            walks = [wander(self.rings, end, steps, seed, self.aside) for end in self.ends]
+            walks = [random_walk(self.rings, end, steps, seed, self.aside) for end in self.ends]
             self._steps += len(self.ends) * steps
-            expected = [cubes_expected(walk) for walk in walks]
+            expected = [expected_cube_counts(walk) for walk in walks]
             for flood in self.floods:
                 flood.cubes_expected = expected[flood.side][flood.level]
             if self.plates is None:  # with panels, regions led to no proof
@@ -178,7 +178,10 @@ class _Contest:
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
-        seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.aside) for walk in walks]
+        seen = [
+            climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.aside)
+            for walk in walks
+        ]
         self.regions += [
             Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self._tables()) for side in sides
         ]
@@ -187,8 +190,8 @@ class _Contest:
         """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
         spent, going = self.boxes, self.going
         first = min(going, key=lambda own: own.boxes_expected)
-        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (1 if own is first else _weight(own)))
-        ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
+        chosen = min(going, key=lambda own: max(own.boxes, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
+        ended = chosen.go_on(chosen.boxes + min(max(FIRST_TURN_BOXES, chosen.boxes), boxes - spent))
         return chosen if ended else None
 
     def summary(self, *, open_: bool) -> Enclosure:
@@ -200,11 +203,11 @@ class _Contest:
 def _weight(own: _Contender) -> int:
     """What boxes of a contender that is not the first are multiplied by; 1 at first, where nothing is expected yet."""
     if math.isfinite(own.boxes_expected):
-        return BEHIND
-    return 1 if own.boxes < UNSETTLED[0] else UNSETTLED[1]
+        return TRAILING_BOX_WEIGHT
+    return 1 if own.boxes < UNSETTLED_BOXES_AND_WEIGHT[0] else UNSETTLED_BOXES_AND_WEIGHT[1]
 
 
-def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
+def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:
     """The loops of a linkage as the kernels take them, and the hinges that are in a loop, in whose order those count.
 
     Lengths are in sizes of the pattern, and places about the middle of each loop, so that no bound hangs on where it
@@ -221,4 +224,4 @@ def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
             directions.append(sign * linkage.directions[hinge])
             places.append((points[hinge] - about) / size)
     lines = np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3)
-    return Rings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), own
+    return HingeRings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), own

@@ -10,24 +10,32 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.enclosure import flooding
-from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.flooding import BOXES, FACES, HEAD, TAIL, Flood, new_flood, spread
+from hcsearch.kernels.enclosure.expansion import HingeRings
+from hcsearch.kernels.enclosure.flooding import (
+    COUNT_BOXES,
+    COUNT_HEAD,
+    COUNT_TAIL,
+    COUNT_TESTED_FACES,
+    Flood,
+    new_flood,
+    spread_flood,
+)
 from hcsearch.kernels.enclosure.refutation import Refutation
-from hcsearch.motion.locks.boxes import TOP
+from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 
-CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
+FLOOD_GRID_ANGLES = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 """Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
 leave a stop."""
-MISSED = 3.0
+MISSED_CUBES_RATIO = 3.0
 """A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
-HARDER = 3.0
+WAITING_FACE_COST_RATIO = 3.0
 """Faces that wait take more boxes than those that were tested by now: so many times, about."""
-SETTLED = 300_000
+SETTLED_FLOOD_BOXES = 300_000
 """After so many boxes the number that is expected should grow no more; until then it often does, though the flood ends.
 """
-CAPACITY = 200_000
+FLOOD_CUBE_CAPACITY = 200_000
 """Cubes that a flood holds."""
-SLICE = 10_000
+BOXES_PER_KERNEL_CALL = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
 
@@ -39,7 +47,7 @@ class CubeFlood:
     earlier : its boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
-    rings: Rings
+    rings: HingeRings
     side: int
     level: int
     start: Reals
@@ -54,17 +62,17 @@ class CubeFlood:
     @property
     def boxes(self) -> int:
         """Boxes that it has taken."""
-        return self._count(BOXES)
+        return self._count(COUNT_BOXES)
 
     @property
     def cubes(self) -> int:
         """Cubes that it has taken in."""
-        return self._count(TAIL)
+        return self._count(COUNT_TAIL)
 
     @property
     def faces(self) -> int:
         """Faces that it has tested."""
-        return self._count(FACES)
+        return self._count(COUNT_TESTED_FACES)
 
     def _count(self, entry: int) -> int:
         return 0 if self.flood is None else int(self.flood.counts[entry])
@@ -72,14 +80,19 @@ class CubeFlood:
     def go_on(self, boxes: int) -> bool:
         """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
         if self.flood is None or self.search is None:
-            self.flood, self.search = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY), self.tables()
+            self.flood, self.search = (
+                new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY),
+                self.tables(),
+            )
         if self.boxes >= 2 * self.earlier[0]:
             self.earlier = self._progress
-        state = flooding.GOING
-        while state == flooding.GOING and self.boxes < boxes:
-            state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.search))
-        self.going = state == flooding.GOING
-        return state == flooding.ENCLOSED
+        state = flooding.FLOOD_GOING
+        while state == flooding.FLOOD_GOING and self.boxes < boxes:
+            state = int(
+                spread_flood(self.rings, self.flood, min(self.boxes + BOXES_PER_KERNEL_CALL, boxes), self.search)
+            )
+        self.going = state == flooding.FLOOD_GOING
+        return state == flooding.FLOOD_ENCLOSED
 
     @property
     def boxes_expected(self) -> float:
@@ -92,7 +105,7 @@ class CubeFlood:
         if self.flood is None or self.cubes_expected is None:
             return math.inf
         now, before = self._expected_at(*self._progress), self._expected_at(*self.earlier)
-        if not self.boxes > self.earlier[0] > SETTLED:
+        if not self.boxes > self.earlier[0] > SETTLED_FLOOD_BOXES:
             return now
         doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.earlier[0])
         return now * math.pow(max(now / before, 1.0), doublings)
@@ -100,13 +113,13 @@ class CubeFlood:
     @property
     def _progress(self) -> tuple[int, int, int]:
         """Boxes that it has taken, cubes that it has taken in, and those of which all faces were tested."""
-        return self.boxes, self.cubes, self._count(HEAD)
+        return self.boxes, self.cubes, self._count(COUNT_HEAD)
 
     def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
         """How many boxes it would take, by what it came to at some time, and the cubes that are expected now."""
         assert self.cubes_expected is not None
-        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED * self.cubes_expected))
-        return HARDER * boxes * most / max(tested, 0.5)
+        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED_CUBES_RATIO * self.cubes_expected))
+        return WAITING_FACE_COST_RATIO * boxes * most / max(tested, 0.5)
 
     @property
     def taken_in(self) -> tuple[Reals, Reals]:
@@ -116,26 +129,26 @@ class CubeFlood:
         return grid[cubes], grid[cubes + 1]
 
 
-def floods_from(rings: Rings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
+def floods_from(rings: HingeRings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
     """Coarse and fine floods from either end, packed and flat, none of which has begun."""
-    levels = range(len(CUTS))
+    levels = range(len(FLOOD_GRID_ANGLES))
     return [CubeFlood(rings, side, level, ends[side], ends[1 - side], tables) for side in (0, 1) for level in levels]
 
 
-def grid_at(level: int) -> Reals:
+def flood_grid(level: int) -> Reals:
     """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
-    cuts = np.array(CUTS[level])
-    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [TOP]])
+    cuts = np.array(FLOOD_GRID_ANGLES[level])
+    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [MAX_BOX_ANGLE]])
 
 
-def cubes_expected(states: Reals) -> list[float]:
+def expected_cube_counts(states: Reals) -> list[float]:
     """How many cubes of either grid hold states that can be reached from where a walk, (m, n), leads to these, about.
 
     By those that it comes to once and twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
     """
     expected = []
-    for level in range(len(CUTS)):
-        cubes = np.searchsorted(grid_at(level), states, side="right")
+    for level in range(len(FLOOD_GRID_ANGLES)):
+        cubes = np.searchsorted(flood_grid(level), states, side="right")
         times = np.unique(cubes, axis=0, return_counts=True)[1]
         once, twice = ((times == k).sum() for k in (1, 2))
         expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))

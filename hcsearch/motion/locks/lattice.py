@@ -22,20 +22,20 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.shape.linkage import Linkage, Walk
 
-Exact = NDArray[np.object_]
+ExactArray = NDArray[np.object_]
 """Arrays of Python's integers, which do not overflow."""
 
-Line = tuple[int, int, int, int, int]
+LatticeLine = tuple[int, int, int, int, int]
 """A point of a hinge's line in the flat state, (X, Y, Z), and its direction (X, Y)."""
 
-DIGITS = 12
+EXACT_LENGTH_DIGITS = 12
 """Decimal digits of the lengths that are taken for exact."""
-NEAR = 1e-7
+LATTICE_TOLERANCE = 1e-7
 """Points are on the lattice where they are no further from it than this share of its steps; rounding is 1e-14."""
 
 
 @dataclass(frozen=True, eq=False)
-class Frame(ByValue):
+class LatticeFrame(ByValue):
     """Whole coordinates (X, Y, Z) of a lattice: the point origin + unit (sqrt(q) X e_x + Y e_y + Z e_z), in metres.
 
     q : 1 on squares and rectangles, 3 on triangles and hexagons. steps : lengths of the lattice's steps in X, Y and Z,
@@ -49,24 +49,24 @@ class Frame(ByValue):
     origin: Reals
     axes: Reals
 
-    def points(self, points: Reals) -> Exact | None:
+    def points(self, points: Reals) -> ExactArray | None:
         """Whole coordinates X, Y of points (k, 2) of the plane, in metres; None where some are off the lattice."""
         steps = self.unit * np.array([math.sqrt(self.q) * self.steps[0], self.steps[1]])
         return self._on_lattice((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
 
-    def directions(self, directions: Reals) -> Exact | None:
+    def directions(self, directions: Reals) -> ExactArray | None:
         """Whole directions of unit vectors of the plane, shape (k, 2); None where some lead off the lattice."""
         scaled = self.length * directions @ self.axes / np.array([math.sqrt(self.q), 1.0])
         return self._on_lattice(scaled, np.array([1, 1], object))
 
-    def _on_lattice(self, counts: Reals, steps: Exact) -> Exact | None:
+    def _on_lattice(self, counts: Reals, steps: ExactArray) -> ExactArray | None:
         """Points of so many steps in X and Y; of triangles and hexagons all have an even sum, as half turns need it."""
         multiples = _rounded(counts, steps)
         if multiples is None or (self.q == 3 and (np.rint(counts).sum(axis=1) % 2).any()):
             return None
         return multiples
 
-    def brackets(self, wrench: Sequence[int]) -> Exact:
+    def brackets(self, wrench: Sequence[int]) -> ExactArray:
         """The matrix S, (6, 6), with y . [A, B] = A' S B for whole screws A, B of level lines, up to a positive factor.
 
         In true coordinates the cross product of vectors (sqrt(q) X, Y, Z) is sqrt(q) times the vector with coordinates
@@ -87,15 +87,19 @@ class Frame(ByValue):
         )
 
 
-def frame_of(linkage: Linkage) -> Frame | None:
+def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
     """The lattice of a pattern's first facet: a rectangle, or a regular triangle or hexagon; None where it is none."""
     facet = np.array(linkage.pattern.facets[0])
     sides = np.roll(facet, -1, axis=0) - facet
     lengths = np.hypot(*sides.T)
     turns = np.einsum("ij,ij->i", sides, np.roll(sides, -1, axis=0)) / lengths / np.roll(lengths, -1)
     corners = {3: -0.5, 4: 0.0, 6: 0.5}  # cosines of the angles between sides
-    even = np.abs(lengths - lengths[0]).max() < NEAR * lengths[0]
-    if len(facet) not in corners or np.abs(turns - corners[len(facet)]).max() > NEAR or not (even or len(facet) == 4):
+    even = np.abs(lengths - lengths[0]).max() < LATTICE_TOLERANCE * lengths[0]
+    if (
+        len(facet) not in corners
+        or np.abs(turns - corners[len(facet)]).max() > LATTICE_TOLERANCE
+        or not (even or len(facet) == 4)
+    ):
         return None
     across = sides[0] / lengths[0]
     axes = np.array([[across[1], across[0]], [-across[0], across[1]]])  # Y along the first side
@@ -104,19 +108,19 @@ def frame_of(linkage: Linkage) -> Frame | None:
     least = math.lcm(*(length.denominator for length in exact))
     steps = (int(exact[0] * least), int(exact[1] * least), int(exact[2] * least))
     q, length = (1, 1) if len(facet) == 4 else (3, 2)
-    return Frame(q, length, steps, 1.0 / least, facet[0], axes)
+    return LatticeFrame(q, length, steps, 1.0 / least, facet[0], axes)
 
 
 def _decimal(length: float) -> Fraction:
-    return Fraction(f"{length:.{DIGITS}g}")
+    return Fraction(f"{length:.{EXACT_LENGTH_DIGITS}g}")
 
 
-def _rounded(values: Reals, steps: Exact) -> Exact | None:
+def _rounded(values: Reals, steps: ExactArray) -> ExactArray | None:
     """The nearest whole multiples of steps, from multiples that are whole but for rounding; None where they are not."""
     whole = np.rint(values)
-    if not np.isfinite(values).all() or np.abs(values - whole).max(initial=0.0) > NEAR:
+    if not np.isfinite(values).all() or np.abs(values - whole).max(initial=0.0) > LATTICE_TOLERANCE:
         return None
-    multiples: Exact = whole.astype(np.int64).astype(object) * steps
+    multiples: ExactArray = whole.astype(np.int64).astype(object) * steps
     return multiples
 
 
@@ -128,17 +132,17 @@ class WholeEnd(ByValue):
         (n_hinges, n_rows); where a hinge is in no loop, zeros. order : hinges of each loop, as it is walked.
     """
 
-    frame: Frame
-    columns: Exact
+    frame: LatticeFrame
+    columns: ExactArray
     order: tuple[tuple[int, ...], ...]
     size: float
 
     @property
     def rank(self) -> int:
         """How many of the screws are independent."""
-        return len(reduced(self.columns)) if self.columns.size else 0  # an open chain has no rows
+        return len(reduced_rows(self.columns)) if self.columns.size else 0  # an open chain has no rows
 
-    def wrench(self, wrench: Reals) -> Exact:
+    def wrench(self, wrench: Reals) -> ExactArray:
         """The wrench of `Linkage.closure`'s rows, shape (n_rows,), that has the same powers on whole screws.
 
         The same but for rounding and a positive factor: its entries are fractions, the values of doubles.
@@ -153,7 +157,7 @@ class WholeEnd(ByValue):
         entries = np.stack([parts[:, 0] @ basis + parts[:, 1] @ shift, parts[:, 1] @ moments], axis=1)
         return np.array([Fraction(value) for value in entries.ravel().tolist()], object)
 
-    def contacts(self, rows: Reals) -> Exact | None:
+    def contacts(self, rows: Reals) -> ExactArray | None:
         """Conditions on turns, shape (k, n_hinges), as `layers.contact_rows` has them, in whole numbers.
 
         They are heights of lattice points over lines of the lattice; None where some are not.
@@ -163,27 +167,27 @@ class WholeEnd(ByValue):
         height = frame.unit * math.sqrt(frame.q) / frame.length / self.size
         return _rounded(rows / (height * np.array(steps, float)), np.array(steps, object))
 
-    def force(self, forces: Reals) -> Exact:
+    def force(self, forces: Reals) -> ExactArray:
         """Forces at contacts, on the scale of `wrench`, as fractions."""
         scaled = forces * self.frame.unit * math.sqrt(self.frame.q) / self.size
         return np.array([Fraction(value) for value in scaled.tolist()], object)
 
     @property
-    def _directions(self) -> Exact:
+    def _directions(self) -> ExactArray:
         """A direction of each hinge, which it has in some loop, shape (n_hinges, 2)."""
-        directions: Exact = np.zeros((len(self.columns), 2), object)
+        directions: ExactArray = np.zeros((len(self.columns), 2), object)
         for row in range(0, self.columns.shape[1], 6):
             unknown = ~directions.any(axis=1).astype(bool)
             directions[unknown] = self.columns[unknown, row : row + 2]
         directions[~directions.any(axis=1).astype(bool)] = 1  # in no loop: any row is 0 there
         return directions
 
-    def bends(self, wrench: Exact) -> Exact:
+    def bends(self, wrench: ExactArray) -> ExactArray:
         """The form of y . b on velocities: entries y . [A_i, A_j], shape (n_hinges, n_hinges), symmetric.
 
         Twice y . b(x) is the form's value at x, up to a positive factor.
         """
-        form: Exact = np.zeros((len(self.columns), len(self.columns)), object)
+        form: ExactArray = np.zeros((len(self.columns), len(self.columns)), object)
         for loop, hinges in enumerate(self.order):
             rows = slice(6 * loop, 6 * loop + 6)
             screws = self.columns[list(hinges), rows]
@@ -197,7 +201,7 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
 
     None where the linkage is on no tiling, a hinge is not at a stop, or the loops are not closed exactly.
     """
-    frame = frame_of(linkage)
+    frame = lattice_frame_of(linkage)
     closed = angles == math.pi
     if frame is None or not (closed | (angles == 0.0)).all():
         return None
@@ -209,7 +213,7 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
     lines = [
         (*point, height, *u) for point, height, u in zip(starts.tolist(), heights, directions.tolist(), strict=True)
     ]
-    columns: Exact = np.zeros((linkage.n_hinges, linkage.n_rows), object)
+    columns: ExactArray = np.zeros((linkage.n_hinges, linkage.n_rows), object)
     for loop, walk in enumerate(linkage.loops):
         screws = _walked(frame, lines, closed.tolist(), walk)
         if screws is None:
@@ -225,7 +229,9 @@ def _spans(linkage: Linkage) -> Reals:
     return spans
 
 
-def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: Walk) -> list[list[int]] | None:
+def _walked(
+    frame: LatticeFrame, lines: Sequence[LatticeLine], closed: Sequence[bool], walk: Walk
+) -> list[list[int]] | None:
     """Screws of a loop's hinges in the sense in which they leave their stops, seen from its first panel.
 
     None where the loop is not closed. Panels come to lie by half turns about level lines, which turn directions (X, Y)
@@ -250,7 +256,7 @@ def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: W
     return screws if (a, b, c, d, x, y, z, up) == (2, 0, 0, 2, 0, 0, 0, 1) else None
 
 
-def reduced(rows: Exact) -> dict[int, list[int]]:
+def reduced_rows(rows: ExactArray) -> dict[int, list[int]]:
     """Gauss's elimination of rows of whole numbers: a row for each column with a pivot, 0 in the columns of others."""
     pivots: dict[int, list[int]] = {}
     for own in rows.tolist():

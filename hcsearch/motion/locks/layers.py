@@ -18,19 +18,19 @@ from hcsearch.basics.equality import ByValue
 from hcsearch.shape.hinge_trees import hinge_tree
 from hcsearch.shape.linkage import Linkage
 
-NEAR = 1e-3
+TOUCHING_LAYER_SHARE = 1e-3
 """Layers nearer than this share of the thickness touch; folded states have them at whole multiples of it."""
-GRID = 1e-12
+CONTACT_GRID_SHARE = 1e-12
 """Areas in which facets touch are cut on a grid as fine as this share of a panel's size; without one, triangles that
 lie beside each other but for rounding are taken for one."""
-SLIVER = 1e-8
+MIN_CONTACT_SHARE = 1e-8
 """What is shorter or smaller than this share of a panel is rounding, and facets touch there along an edge at most."""
-STILL = 1e-9
+MIN_PARTING_SHARE = 1e-9
 """A hinge parts two panels where, turned by 1 rad, it changes their height by more than this share of their size."""
 
 
 @dataclass(frozen=True, eq=False)
-class Contact(ByValue):
+class LayerContact(ByValue):
     """A facet that lies on a facet of another panel in the folded state.
 
     corners : of the area in which they touch, seen from above, shape (k, 2), in metres, where the base panel stays.
@@ -41,7 +41,7 @@ class Contact(ByValue):
     corners: Reals
 
 
-def contacts(linkage: Linkage) -> list[Contact]:
+def layer_contacts(linkage: Linkage) -> list[LayerContact]:
     """All facets that lie on facets of other panels in the folded state, but not across a crease.
 
     Across a crease a facet lies on one side of the hinge, and the stop keeps it from what it lies on.
@@ -52,22 +52,24 @@ def contacts(linkage: Linkage) -> list[Contact]:
     solids = linkage.solids(linkage.folded)
     low, high = (np.array([end(solid, axis=(0, 1)) for solid in solids]) for end in (np.min, np.max))
     shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
-    touch = (np.abs(shared[..., 2]) < NEAR * thickness) & (shared[..., :2] > SLIVER * size).all(axis=2)
+    touch = (np.abs(shared[..., 2]) < TOUCHING_LAYER_SHARE * thickness) & (
+        shared[..., :2] > MIN_CONTACT_SHARE * size
+    ).all(axis=2)
     touch &= (panel[:, None] != panel) & (low[:, None, 2] < low[:, 2])
     for i, j in linkage.pattern.creases:
         touch[i, j] = touch[j, i] = False
     below, above = np.nonzero(touch)
     shadows = np.array([shapely.Polygon(solid[0, :, :2] / size) for solid in solids])
     # convex but for rounding, which may leave lines along edges
-    areas = shapely.convex_hull(shapely.intersection(shadows[below], shadows[above], grid_size=GRID))
+    areas = shapely.convex_hull(shapely.intersection(shadows[below], shadows[above], grid_size=CONTACT_GRID_SHARE))
     return [
-        Contact(i, j, shapely.get_coordinates(area.exterior)[:-1] * size)
+        LayerContact(i, j, shapely.get_coordinates(area.exterior)[:-1] * size)
         for i, j, area in zip(below.tolist(), above.tolist(), areas, strict=True)
-        if area.area > SLIVER
+        if area.area > MIN_CONTACT_SHARE
     ]
 
 
-def parting(linkage: Linkage, touching: list[Contact]) -> Reals:
+def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
     """How fast hinges that leave their stops by 1 rad a unit of time part panels, at all corners of some contacts.
 
     Shape (n_corners, n_hinges), as shares of the pattern's size; rows of different corners of one contact follow each
@@ -108,8 +110,8 @@ def contact_rows(linkage: Linkage) -> Reals:
 
     Shape (n_conditions, n_hinges), as shares of the pattern's size; none twice, and none that x >= 0 implies.
     """
-    rows = parting(linkage, contacts(linkage))
-    rows[np.abs(rows) < STILL] = 0.0
+    rows = parting_rates(linkage, layer_contacts(linkage))
+    rows[np.abs(rows) < MIN_PARTING_SHARE] = 0.0
     rows = rows[(rows < 0.0).any(axis=1)]
     _, chosen = np.unique(rows.round(9), axis=0, return_index=True)
     distinct: Reals = rows[np.sort(chosen)]

@@ -9,38 +9,38 @@ from __future__ import annotations
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import Refutation
-from hcsearch.kernels.enclosure.wandering import approach, climb, wander
+from hcsearch.kernels.enclosure.wandering import approach_goal, climb_angles, random_walk
 from hcsearch.motion.locks.boxes import Box, states_in
 
-MORE, FEWER = 2000, 200
+PART_WALK_STEPS, PART_CLIMB_STEPS = 2000, 200
 """Steps of the walk from a state, and of each climb from there."""
-TOWARDS, AGAIN = 1000, 3
+MAX_APPROACH_STEPS, APPROACH_ROUNDS = 1000, 3
 """Steps towards the nearest state of a part, and how often the nearest one is chosen anew."""
-NEAREST = 3
+NEAREST_PART_COUNT = 3
 """Parts towards which steps are tried: those that have the nearest states."""
-ARRIVED = 0.05
+ARRIVED_DISTANCE = 0.05
 """Steps that come so near to a state (rad, the root of the sum of squares) lead to it."""
-STARTS = 3
+APPROACH_START_COUNT = 3
 """States from which steps are tried, the one that was met first, then others of the walk from it."""
 
 
-class Parts:
+class StateParts:
     """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
 
     own, others : (m, n), to which walks from both ends lead. seed : of further walks. work : tables.
     steps : of walks, all together, as boxes of the search are counted.
     """
 
-    def __init__(self, rings: Rings, own: Reals, others: Reals, seed: int, work: Refutation) -> None:
+    def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, work: Refutation) -> None:
         self.rings, self.seed, self.work = rings, seed, work
         self.states = [own, others]
         self.steps = 0
 
     def climbed(self, states: Reals, box: Box, steps: int) -> Reals:
         """States, and those to which climbs from them lead, within a box."""
-        climbed: Reals = climb(self.rings, states, *box, steps, self.seed, self.work)
+        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.work)
         self.steps += len(climbed) - len(states)
         return climbed
 
@@ -49,11 +49,11 @@ class Parts:
 
         It is a part by itself where steps lead to none that is known, STARTS * NEAREST * AGAIN * TOWARDS at most.
         """
-        walked = wander(self.rings, state, MORE, self.seed, self.work)
-        self.steps += MORE
+        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.work)
+        self.steps += PART_WALK_STEPS
         held = states_in(box, walked)
-        passed = [walked, self.climbed(held, box, FEWER)[len(held) :]]
-        for start in (state, *walked[:: len(walked) // STARTS + 1][1:]):
+        passed = [walked, self.climbed(held, box, PART_CLIMB_STEPS)[len(held) :]]
+        for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
             number = self._leads_to(start, passed)
             if number is not None:
                 self.states[number] = np.concatenate([self.states[number], *passed])
@@ -64,15 +64,15 @@ class Parts:
     def _leads_to(self, state: Reals, passed: list[Reals]) -> int | None:
         """The part to which steps lead from a state, if to any; the states that they pass are listed."""
         order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
-        for number in order[:NEAREST].tolist():
+        for number in order[:NEAREST_PART_COUNT].tolist():
             here = state
-            for again in range(AGAIN):
+            for again in range(APPROACH_ROUNDS):
                 goal = self.states[number][_nearest(self.states[number], here)[0]]
-                states, steps = approach(self.rings, here, goal, TOWARDS, self.seed + again, self.work)
+                states, steps = approach_goal(self.rings, here, goal, MAX_APPROACH_STEPS, self.seed + again, self.work)
                 self.steps += steps
                 passed.append(states)
                 here = states[-1]
-                if float(((here - goal) ** 2).sum()) < ARRIVED**2:
+                if float(((here - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
                     return int(number)
         return None
 

@@ -27,28 +27,28 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, nonnegative
-from hcsearch.motion.kinematics.products import products
+from hcsearch.kernels.linkage.cones import MAX_EXTREME_RAYS, cone_rays, nonnegative_least_squares
+from hcsearch.motion.kinematics.products import bilinear_products
 from hcsearch.motion.locks import certificates
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.linkage import Linkage
 
-MARGIN = 1e-7
+WRENCH_MARGIN = 1e-7
 """A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is
 1e-13."""
 
-APART = 1e-7
+CONTACT_VIOLATION_TOLERANCE = 1e-7
 """A contact is left out where no first-order motion of sum 1 violates it by more than this."""
 
-ZERO = 1e-9
+ZERO_SCREW_SHARE = 1e-9
 """Singular values of hinges' screws below this share of the greatest are zeros; rounding is 1e-15."""
 
-MOST_PRODUCTS = 60
+MAX_PROOF_RAYS = 60
 """Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
 
 
 @dataclass(frozen=True, eq=False)
-class Lock(ByValue):
+class LockVerdict(ByValue):
     """What is known about leaving one state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
@@ -93,7 +93,7 @@ class Lock(ByValue):
         )
 
 
-def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> Lock:
+def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> LockVerdict:
     """Look for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
     contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
@@ -115,7 +115,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
         lock, motions = _lock(columns, rows[used], bend)
         apart = (rows @ motions.T).min(axis=1, initial=0.0)
         apart[used] = 0.0
-        if lock.locked or apart.min(initial=0.0) > -APART:
+        if lock.locked or apart.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
             break
         used.append(int(apart.argmin()))
     if not lock.locked:
@@ -129,7 +129,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     return replace(lock, forces=forces, exact=exact is not None)
 
 
-def _exactly(linkage: Linkage, angles: Reals, lock: Lock, contacts: Reals) -> bool | None:
+def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
     """Whether a proof holds in whole numbers; None where the linkage or a contact has none."""
     assert lock.wrench is not None
     end = whole_end(linkage, angles)
@@ -137,12 +137,12 @@ def _exactly(linkage: Linkage, angles: Reals, lock: Lock, contacts: Reals) -> bo
     if end is None or rows is None:
         return None
     if lock.order == 2:
-        return certificates.second_order(end, rows, lock.wrench)
+        return certificates.proves_second_order(end, rows, lock.wrench)
     forces = np.zeros(len(contacts)) if lock.forces is None else lock.forces
-    return certificates.first_order(end, rows, lock.wrench, forces)
+    return certificates.proves_first_order(end, rows, lock.wrench, forces)
 
 
-def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[Lock, Reals]:
+def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
     """What is known with some contacts, and motions that stops, loops and these contacts allow at first order.
 
     columns : shape (n, n_rows), screws in the sense in which hinges turn. motions : shape (n_motions, n), each of
@@ -155,25 +155,25 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
     free = np.flatnonzero(lengths == 0.0)  # hinges in no loop
     if len(free) or not n:
         motions = np.eye(n)[free]
-        return Lock(None, True, None, 0.0, motions.sum(axis=0) / max(len(free), 1), ()), motions
+        return LockVerdict(None, True, None, 0.0, motions.sum(axis=0) / max(len(free), 1), ()), motions
     unit = full / lengths[:, None]
     x, wrench, margin = _first_order(unit)
-    if margin > MARGIN:
-        lock = Lock(1, True, wrench[:height], margin, None, tuple(range(n)), -wrench[height:])
+    if margin > WRENCH_MARGIN:
+        lock = LockVerdict(1, True, wrench[:height], margin, None, tuple(range(n)), -wrench[height:])
         return lock, np.zeros((0, n))
-    rays = np.empty((MOST_RAYS, len(unit)))
+    rays = np.empty((MAX_EXTREME_RAYS, len(unit)))
     count = cone_rays(unit, rays)
     motions = np.r_[x[None], rays[: max(count, 0)]][:, :n] / lengths[:n]
     motions /= motions.sum(axis=1)[:, None]
-    if not 0 < count <= MOST_PRODUCTS:
-        return Lock(None, False, None, 0.0, motions[0], ()), motions
+    if not 0 < count <= MAX_PROOF_RAYS:
+        return LockVerdict(None, False, None, 0.0, motions[0], ()), motions
     motions = motions[1:]
-    proof = excluding_wrench(columns, motions, products(motions, bend))
+    proof = excluding_wrench(columns, motions, bilinear_products(motions, bend))
     stuck = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
     motion = motions.mean(axis=0)
     if proof is None:
-        return Lock(None, True, None, 0.0, motion, stuck), motions
-    return Lock(2, True, proof[0], proof[1], motion, stuck), motions
+        return LockVerdict(None, True, None, 0.0, motion, stuck), motions
+    return LockVerdict(2, True, proof[0], proof[1], motion, stuck), motions
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
@@ -183,7 +183,7 @@ def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
     """
     n, height = columns.shape
     x, left = np.empty(n), np.empty(height + 1)
-    nonnegative(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, left)
+    nonnegative_least_squares(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, left)
     wrench = -left[:height] / max(np.abs(left[:height]).max(), np.finfo(float).tiny)
     return x, wrench, float((columns @ wrench).min())
 
@@ -202,7 +202,7 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
         return None
     turning = rays.max(axis=0) > 1e-9
     held = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
-    basis = null_space(columns[turning], rcond=ZERO)  # shape (n_rows, freedom of y)
+    basis = null_space(columns[turning], rcond=ZERO_SCREW_SHARE)  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
     own = bends.diagonal(axis1=0, axis2=1).T
@@ -215,7 +215,7 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
         wrench = wrench / np.abs(wrench).max()
         margin = float((positive @ wrench).min())
         # products of two rays may be a little below zero by rounding: those of the rays alone outweigh them
-        if margin > MARGIN and margin > -2 * len(rays) * float((crossing @ wrench).min(initial=0.0)):
+        if margin > WRENCH_MARGIN and margin > -2 * len(rays) * float((crossing @ wrench).min(initial=0.0)):
             return wrench, margin
     return None
 
@@ -224,9 +224,9 @@ def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None
     """The wrench in the middle of those with positive powers, by least squares; None where there is none."""
     rows = np.r_[positive, nonnegative_]
     lengths = np.sqrt((rows**2).sum(axis=1))
-    if (lengths[: len(positive)] < ZERO).any():
+    if (lengths[: len(positive)] < ZERO_SCREW_SHARE).any():
         return None
-    some = lengths > ZERO
+    some = lengths > ZERO_SCREW_SHARE
     _, middle, margin = _first_order(np.ascontiguousarray(rows[some] / lengths[some, None]))
     return basis @ middle if margin > 0.0 else None
 

@@ -14,28 +14,45 @@ from functools import partial
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.enclosure.estimates import estimate
-from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, TESTED, UNFINISHED, Refutation, begin, go_on, meets
-from hcsearch.motion.locks.boxes import TOP, Box, Face, beyond, faces_of, outside, whole
-from hcsearch.motion.locks.cuts import Cuts
-from hcsearch.motion.locks.floods import SLICE
+from hcsearch.kernels.enclosure.estimates import estimate_box_count
+from hcsearch.kernels.enclosure.expansion import HingeRings
+from hcsearch.kernels.enclosure.refutation import (
+    BOX_CLOSED,
+    BOX_EMPTY,
+    BOX_UNFINISHED,
+    REFUTATION_TESTED_BOXES,
+    Refutation,
+    continue_refutation,
+    reaches_closed_state,
+    start_refutation,
+)
+from hcsearch.motion.locks.boxes import (
+    MAX_BOX_ANGLE,
+    Box,
+    BoxFace,
+    box_faces,
+    boxes_outside,
+    excess_over_box,
+    whole_box,
+)
+from hcsearch.motion.locks.cuts import BoxCuts
+from hcsearch.motion.locks.floods import BOXES_PER_KERNEL_CALL
 from hcsearch.motion.locks.layouts import region_around
-from hcsearch.motion.locks.parts import Parts
+from hcsearch.motion.locks.parts import StateParts
 
-WITHIN = 300
+REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""
-SEEN, STARTS = 20_000, 40
+MAX_REGION_SAMPLES, FACE_NEWTON_STARTS = 20_000, 40
 """States of each part among which those near a face are looked for, and how many of these Newton's method starts at."""
-PROBES = 60
+FACE_PROBE_COUNT = 60
 """Branches by which the number of boxes is estimated that a face takes."""
-PIECE = 4e6
+MAX_FACE_BOXES = 4e6
 """A face that is expected to take more boxes is searched in halves: what a closed state undoes is less."""
-MANY, MOST = 100, 1000
+MAX_NESTED_MET_STATES, MAX_MET_STATES = 100, 1000
 """Closed states that are met on faces until boxes within boxes are given up for cuts, and at most."""
-AT_ONCE = 60
+MAX_STATES_BEFORE_RECUT = 60
 """Closed states that are met on faces before cuts are laid anew, at most."""
-ASIDE = 0.7
+FACE_CLIMB_DISTANCE = 0.7
 """How far climbs from a state on a face lead away from that (rad)."""
 
 
@@ -43,7 +60,7 @@ ASIDE = 0.7
 class _Part:
     """A part of a face that is to be proved, and how many boxes that is expected to take, still."""
 
-    face: Face
+    face: BoxFace
     expected: float
 
 
@@ -61,16 +78,23 @@ class Region:
     """
 
     def __init__(
-        self, rings: Rings, side: int, states: Reals, others: Reals, seed: int, search: Refutation, aside: Refutation
+        self,
+        rings: HingeRings,
+        side: int,
+        states: Reals,
+        others: Reals,
+        seed: int,
+        search: Refutation,
+        aside: Refutation,
     ) -> None:
         self.rings, self.side, self.seed = rings, side, seed
         self.search, self.aside = search, aside
         self.faces, self.going = 0, True
-        self._parts = Parts(rings, states, others, seed, aside)
+        self._parts = StateParts(rings, states, others, seed, aside)
         self._inside, self._last = {0}, 0
-        self._cuts: Cuts | None = None
+        self._cuts: BoxCuts | None = None
         self._region: list[Box] = []
-        self._unprobed: list[Face] = []
+        self._unprobed: list[BoxFace] = []
         self._waiting: list[_Part] = []
         self._searched: _Part | None = None
         self._proved: dict[tuple[int, float], list[Box]] = defaultdict(list)
@@ -125,29 +149,29 @@ class Region:
         """
         if self._cuts is None:
             return self._new > 0 or not self._region
-        return self._new == AT_ONCE or (self._new > 0 and not self._unprobed)
+        return self._new == MAX_STATES_BEFORE_RECUT or (self._new > 0 and not self._unprobed)
 
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
         self._region = self._boxes() or []
         self._new = 0
-        self.going = bool(self._region) and self._met < MOST
+        self.going = bool(self._region) and self._met < MAX_MET_STATES
         self._unprobed, self._waiting, self._searched = [], [], None
-        for face in faces_of(self._region, TOP):
+        for face in box_faces(self._region, MAX_BOX_ANGLE):
             proved = self._proved[face.hinge, face.level]
-            for part in outside([(face.low, face.high)], proved):
-                self._list(Face(face.hinge, *part))
+            for part in boxes_outside([(face.low, face.high)], proved):
+                self._list(BoxFace(face.hinge, *part))
 
     def _boxes(self) -> list[Box] | None:
         """Boxes within boxes, or by cuts where there are none, or closed states were met on too many of their faces."""
-        if self._cuts is None and self._met < MANY:
+        if self._cuts is None and self._met < MAX_NESTED_MET_STATES:
             region = self._boxes_within_boxes()
             if region is None and self._last > 1:
                 self._inside ^= {self._last}
                 region = self._boxes_within_boxes()
             if region is not None:
                 return region
-        self._cuts = self._cuts or Cuts()
+        self._cuts = self._cuts or BoxCuts()
         own, *others = self._parts.states
         return self._cuts.lay(own, np.concatenate(others))
 
@@ -156,43 +180,45 @@ class Region:
         states = self._parts.states
         own = [states[number] for number in sorted(self._inside)]
         others = [part for number, part in enumerate(states) if number not in self._inside]
-        return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=WITHIN))
+        return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=REGION_CLIMB_STEPS))
 
-    def _list(self, face: Face) -> None:
+    def _list(self, face: BoxFace) -> None:
         """List a face as one to be probed, or to be searched if it was probed before; or its halves, as by then."""
         expected = self._known.get(_key(face))
         if expected is None:
             self._unprobed.append(face)
-        elif expected > PIECE:
+        elif expected > MAX_FACE_BOXES:
             for half in face.halves():
                 self._list(half)
         else:
             self._waiting.append(_Part(face, expected))
 
-    def _probe(self, face: Face) -> None:
+    def _probe(self, face: BoxFace) -> None:
         """Look for a closed state on a face; without one, list it with the boxes that it is to take."""
         if self._meets_at(face):
             self._take_in(self.aside.state.copy(), face)
             return
-        expected, verdict, tested = estimate(self.rings, face.low, face.high, PROBES, self.seed, self.aside)
+        expected, verdict, tested = estimate_box_count(
+            self.rings, face.low, face.high, FACE_PROBE_COUNT, self.seed, self.aside
+        )
         self._taken += tested
-        if verdict == CLOSED:
+        if verdict == BOX_CLOSED:
             self._take_in(self.aside.state.copy(), face)
-        elif verdict == EMPTY:
+        elif verdict == BOX_EMPTY:
             self._known[_key(face)] = expected
             self._list(face)
         else:
             self.going = False
 
-    def _meets_at(self, face: Face) -> bool:
+    def _meets_at(self, face: BoxFace) -> bool:
         """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
         for part in self._parts.states:
-            states = part[:: len(part) // SEEN + 1]
-            away = beyond((face.low, face.high), states).max(axis=1)
-            for number in np.argsort(away, kind="stable")[:STARTS]:
+            states = part[:: len(part) // MAX_REGION_SAMPLES + 1]
+            away = excess_over_box((face.low, face.high), states).max(axis=1)
+            for number in np.argsort(away, kind="stable")[:FACE_NEWTON_STARTS]:
                 self.aside.state[:] = np.clip(states[number], face.low, face.high)
                 self._taken += 1
-                if meets(self.rings, face.low, face.high, self.aside.state, self.aside):
+                if reaches_closed_state(self.rings, face.low, face.high, self.aside.state, self.aside):
                     return True
         return False
 
@@ -205,32 +231,32 @@ class Region:
             self.faces += 1
             if self._cuts is not None:
                 self._cuts.keep()
-            begin(self.rings, face.low, face.high, self.search)
-        before = int(self.search.counts[TESTED])
-        verdict = go_on(self.rings, before + min(SLICE, boxes - self.boxes), self.search)
-        taken = int(self.search.counts[TESTED]) - before
+            start_refutation(self.rings, face.low, face.high, self.search)
+        before = int(self.search.counts[REFUTATION_TESTED_BOXES])
+        verdict = continue_refutation(self.rings, before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search)
+        taken = int(self.search.counts[REFUTATION_TESTED_BOXES]) - before
         self._taken += taken
         part.expected = max(part.expected - taken, 0.0)
-        if verdict == CLOSED:
+        if verdict == BOX_CLOSED:
             self._take_in(self.search.state.copy(), face)
-        elif verdict == EMPTY:
+        elif verdict == BOX_EMPTY:
             self._waiting.remove(part)
             self._searched = None
             self._proved[face.hinge, face.level].append((face.low, face.high))
-        elif verdict != UNFINISHED:
+        elif verdict != BOX_UNFINISHED:
             self.going = False
 
-    def _take_in(self, state: Reals, face: Face) -> None:
+    def _take_in(self, state: Reals, face: BoxFace) -> None:
         """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
-        low, high = whole(self.rings.folds)
+        low, high = whole_box(self.rings.folds)
         if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
-            low[face.hinge] = max(face.level - ASIDE, 0.0)
-            high[face.hinge] = min(face.level + ASIDE, TOP)
+            low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
+            high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
         self._last = self._parts.add(state, (low, high))
         self._met += 1
         self._new += 1
 
 
-def _key(face: Face) -> bytes:
+def _key(face: BoxFace) -> bytes:
     """What tells a face from others."""
     return face.low.tobytes() + face.high.tobytes()

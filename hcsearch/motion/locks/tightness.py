@@ -18,18 +18,18 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.linkage.cones import nonnegative
+from hcsearch.kernels.linkage.cones import nonnegative_least_squares
 from hcsearch.shape.linkage import Linkage
 
-FIRST, GROWTH, LONGEST = 0.01, 1.12, 0.05
+FIRST_TURN_SUM, TURN_SUM_GROWTH, MAX_TURN_SUM_STEP = 0.01, 1.12, 0.05
 """The first sum of turns (rad), by what share the next one is greater, and at most by how much (rad)."""
-STARTS = 4
+LEAVING_START_COUNT = 4
 """Directions in which a state is left, at random but for one."""
-SHUT = 1e-8
+SHUT_OPENING_SHARE = 1e-8
 """Loops are closed again where they are open by less than this share of the pattern's size."""
-STEPS, GAIN = 60, 1e-8
+MAX_OPENING_STEPS, MIN_OPENING_GAIN = 60, 1e-8
 """Most steps of a search for the least opening; it ends where a step lessens the square by no more than this share."""
-BETWEEN = 4
+OPENING_SAMPLE_COUNT = 4
 """Points between two states of a way at which the opening is evaluated as well."""
 
 
@@ -100,7 +100,7 @@ class _Loops:
         """
         value, slope = self.open(turns)
         damping, n = 1e-3, len(turns)
-        for _ in range(STEPS):
+        for _ in range(MAX_OPENING_STEPS):
             square = float(value @ value)
             across = slope - np.outer(slope @ turns / total, np.ones(n))  # with the sum scaled back to what it is
             size = float(np.linalg.norm(across)) / math.sqrt(n)
@@ -113,21 +113,21 @@ class _Loops:
             else:
                 break
             turns, value, slope, damping = trial, residual, derivative, 0.2 * damping
-            if value @ value > (1.0 - GAIN) * square or self._shut(value):
+            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._shut(value):
                 break
         return turns
 
     def _shut(self, value: Reals) -> bool:
-        return float(value @ value) < (0.1 * SHUT * self.linkage.pattern.size) ** 2
+        return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
 
     def worst(self, one: Reals, two: Reals) -> tuple[float, float]:
         """The greatest opening on the straight way between two states, and the sum of turns there."""
-        between = [one + share * (two - one) for share in np.linspace(0.0, 1.0, BETWEEN + 2)]
+        between = [one + share * (two - one) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
         return max((self.opening(turns), float(turns.sum())) for turns in between)
 
     def shut(self, turns: Reals) -> bool:
         """Whether the loops are closed."""
-        return self.opening(turns) < SHUT * self.linkage.pattern.size
+        return self.opening(turns) < SHUT_OPENING_SHARE * self.linkage.pattern.size
 
 
 def _weights(linkage: Linkage, angles: Reals) -> Reals:
@@ -152,7 +152,7 @@ def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
     whole = np.concatenate([target, damping * turns])
     lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(whole))
     solution, left = np.empty(len(turns)), np.empty(len(whole))
-    nonnegative(np.ascontiguousarray((columns / lengths).T), whole / length, solution, left)
+    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), whole / length, solution, left)
     scaled: Reals = solution * length / lengths
     return scaled
 
@@ -175,16 +175,16 @@ def _first(loops: _Loops) -> Reals:
     """Turns of the first sum, of the least opening that any start leads to."""
     n = loops.linkage.n_hinges
     rng = np.random.default_rng(0)
-    starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=STARTS - 1)]
-    return min((loops.least(FIRST * start, FIRST) for start in starts), key=loops.opening)
+    starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=LEAVING_START_COUNT - 1)]
+    return min((loops.least(FIRST_TURN_SUM * start, FIRST_TURN_SUM) for start in starts), key=loops.opening)
 
 
 def _there(loops: _Loops, most: float) -> list[Reals]:
     """Turns of least opening with ever greater sums, until the loops are closed again or open by more than most."""
     states = [_first(loops)]
-    total = FIRST
+    total = FIRST_TURN_SUM
     while total < loops.total and not loops.shut(states[-1]) and loops.opening(states[-1]) <= most:
-        total = min(total + min((GROWTH - 1.0) * total, LONGEST), loops.total)
+        total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
         states.append(loops.least(_within(states[-1], total), total))
     return states
 

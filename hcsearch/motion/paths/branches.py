@@ -17,23 +17,23 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.closing import CLOSED, close
-from hcsearch.motion.kinematics.local import Local, local_at
-from hcsearch.motion.paths.quadrics import ROUGHLY, SOLVED, second_order_forms, solve_quadrics
-from hcsearch.motion.paths.stops import SLACK, margins
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
+from hcsearch.motion.kinematics.local import LocalState, local_at
+from hcsearch.motion.paths.quadrics import LOCATED_STATE_RESIDUAL, SOLVED_RESIDUAL, second_order_forms, solve_quadrics
+from hcsearch.motion.paths.stops import STOP_TOLERANCE, stop_margins
 from hcsearch.shape.linkage import Linkage
 
-Status = Literal["finite", "infinitesimal", "undecided"]
+BranchStatus = Literal["finite", "infinitesimal", "undecided"]
 
-NUDGES = (0.04, 0.02, 0.01, 0.005)
+NUDGE_STEPS = (0.04, 0.02, 0.01, 0.005)
 """Steps (rad) of the nudges."""
-FINITE, NOT = 1.7, 1.3
+MIN_FINITE_POWER, MAX_INFINITESIMAL_POWER = 1.7, 1.3
 """Powers of the step with which the distance from the line shrinks: at least this for a motion, at most that else."""
-EVEN = 1e-6
+EVEN_OPENING_SUM = 1e-6
 """Hinges open as much as they close where a unit velocity sums to less than this."""
-STRAIGHT = 0.02
+STRAIGHT_LINE_CURVATURE = 0.02
 """A motion that leaves the line by less than this times the square of the step counts as straight."""
-BLURRED = 10.0 * CLOSED**0.5
+BLURRED_DISTANCE = 10.0 * CLOSED_LOOP_RESIDUAL**0.5
 """Distances below this (rad) say nothing: where closure is of second order, states are known to its square root."""
 
 
@@ -51,7 +51,7 @@ class Branch(ByValue):
     direction: Reals
     dimension: int
     residual: float
-    status: Status
+    status: BranchStatus
     power: float
     within: bool
 
@@ -81,7 +81,7 @@ class Branches:
         return tuple(branch for branch in self.branches if branch.status == "finite")
 
 
-def branches(
+def find_branches(
     linkage: Linkage,
     angles: Reals,
     *,
@@ -105,9 +105,9 @@ def branches(
     forms = second_order_forms(local, basis)
     cone = None
     if stops:
-        inward = (angles <= SLACK).astype(float) - (angles >= math.pi - SLACK)
+        inward = (angles <= STOP_TOLERANCE).astype(float) - (angles >= math.pi - STOP_TOLERANCE)
         cone = (inward[:, None] * basis)[inward != 0.0]
-    solved = SOLVED if zero is None else ROUGHLY
+    solved = SOLVED_RESIDUAL if zero is None else LOCATED_STATE_RESIDUAL
     solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
     nudged = []
     for solution in solutions:
@@ -116,7 +116,13 @@ def branches(
         if not stops:
             direction = _opening(direction)
         power, within = _nudged(local, direction)
-        status: Status = "finite" if power >= FINITE else "infinitesimal" if power <= NOT else "undecided"
+        status: BranchStatus = (
+            "finite"
+            if power >= MIN_FINITE_POWER
+            else "infinitesimal"
+            if power <= MAX_INFINITESIMAL_POWER
+            else "undecided"
+        )
         nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
@@ -126,24 +132,24 @@ def branches(
 def _opening(direction: Reals) -> Reals:
     """Of both senses the one that opens; where hinges open as much as they close, that in which an early one does."""
     total = float(direction.sum())
-    lead = total if abs(total) > EVEN else direction[np.abs(direction) > 0.6 * np.abs(direction).max()][0]
+    lead = total if abs(total) > EVEN_OPENING_SUM else direction[np.abs(direction) > 0.6 * np.abs(direction).max()][0]
     return direction * (-1.0 if lead > 0 else 1.0)
 
 
-def _nudged(local: Local, direction: Reals) -> tuple[float, bool]:
+def _nudged(local: LocalState, direction: Reals) -> tuple[float, bool]:
     """Power of the step with which nudged and closed states come back to the line, and whether they keep the stops."""
     distances, within = [], True
-    for step in NUDGES:
+    for step in NUDGE_STEPS:
         line = local.angles + step * direction
-        closed = close(local.linkage, line, max_steps=100)
+        closed = close_linkage(local.linkage, line, max_steps=100)
         distance = float(np.linalg.norm(closed.angles - line))
         if not closed.success or distance > 0.5 * step:
             return 0.0, False
         distances.append(distance)
         # what leaves a stop along the line may come back by the square of the step, and is then no motion within
-        within = within and bool(margins(closed.angles).min() >= -1e-3 * step * step - SLACK)
-    steps, off = np.array(NUDGES), np.array(distances)
-    seen = off > np.maximum(STRAIGHT * steps**2, BLURRED)
+        within = within and bool(stop_margins(closed.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
+    steps, off = np.array(NUDGE_STEPS), np.array(distances)
+    seen = off > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
     if np.count_nonzero(seen) < 2:
         return math.inf, within
     return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags, Reals, Whole
+from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 
-FINE = 0.05
+MIN_CELL_RADIUS = 0.05
 """Radius down to which cells are halved."""
-PEAK, MOST = 4000, 1000
-"""Halving ends with more cells than `PEAK`; the cover is the last set of no more than `MOST` cells."""
+MAX_HALVED_CELLS, MAX_COVER_CELLS = 4000, 1000
+"""Halving ends above `MAX_HALVED_CELLS`; the cover is the last set of at most `MAX_COVER_CELLS` cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Cover(ByValue):
 class _Cells(ByValue):
     """Boxes on the faces of a cube about the origin: axis and sense of the face, middle and half widths there."""
 
-    axis: Whole
+    axis: WholeNumbers
     sense: Reals
     middle: Reals
     half: Reals
@@ -65,7 +65,7 @@ class _Cells(ByValue):
         return turned, np.minimum(np.linalg.norm(self.half, axis=1) / nearest, 2.0)
 
 
-def cover(forms: Reals, cone: Reals | None, *, both: bool, slack: float) -> Cover:
+def cover_directions(forms: Reals, cone: Reals | None, *, both: bool, slack: float) -> Cover:
     """Cells that may hold unit vectors z with z' Q z = 0 for all forms Q (k, m, m) and, with a cone A, A z >= 0.
 
     both : whether z and -z are one. slack : what may be left of an equation.
@@ -79,9 +79,9 @@ def cover(forms: Reals, cone: Reals | None, *, both: bool, slack: float) -> Cove
         centres, radii = cells.balls()
         left = _open(forms, cone, centres, radii, slack)
         cells, centres, radius = cells.some(left), centres[left], float(radii[left].max(initial=0.0))
-        if len(centres) <= MOST:
+        if len(centres) <= MAX_COVER_CELLS:
             kept = Cover(centres, radius)
-        if radius <= FINE or len(centres) > PEAK:
+        if radius <= MIN_CELL_RADIUS or len(centres) > MAX_HALVED_CELLS:
             return kept
         cells = cells.halves()
 

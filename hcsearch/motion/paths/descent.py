@@ -18,32 +18,32 @@ import numpy as np
 
 from hcsearch.basics.arrays import Flags, Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.local import Local, local_at
-from hcsearch.motion.kinematics.within import close_within, least_energy, linked
-from hcsearch.motion.paths.motions import Ending, Path, joined, path_of, reverse
-from hcsearch.motion.paths.stops import SLACK
+from hcsearch.motion.kinematics.local import LocalState, local_at
+from hcsearch.motion.kinematics.within import close_within_stops, least_energy, states_are_linked
+from hcsearch.motion.paths.motions import MotionPath, PathEnding, joined_paths, motion_path_of, reversed_path
+from hcsearch.motion.paths.stops import STOP_TOLERANCE
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 
-Goal = Literal["flat", "folded"]
+DescentGoal = Literal["flat", "folded"]
 
-TRUST, LONGEST, SMALLEST = 0.2, 0.4, 1e-6
+FIRST_TRUST_RADIUS, MAX_TRUST_RADIUS, MIN_DESCENT_CHANGE = 0.2, 0.4, 1e-6
 """Bounds (rad) on the change of a hinge in one step: in the first, in any, and below which nothing moves."""
-THERE = 1e-5
+DESCENT_GOAL_DISTANCE = 1e-5
 """From this near (rad, every hinge) the goal is reached."""
-TIGHT, LOOSE, FAR = 0.01, 0.1, 0.02
-"""Where steps are shorter than `TIGHT` (rad), singular values below `LOOSE` are taken for zeros on trial, and not again
-until the path is longer by `FAR` (rad)."""
-CONE = 0.3
+LOOSENING_STEP, LOOSENING_SINGULAR_VALUE, LOOSENING_INTERVAL = 0.01, 0.1, 0.02
+"""Where steps are shorter than `LOOSENING_STEP` (rad), singular values below `LOOSENING_SINGULAR_VALUE` are taken for
+zeros on trial, and not again until the path is longer by `LOOSENING_INTERVAL` (rad)."""
+GOAL_CONE_RADIUS = 0.3
 """Within this (rad, every hinge) of its goal a descent that is stuck is tried straight towards it."""
-STILL = 1e-9
+MIN_PROMISED_SHARE = 1e-9
 """A state from which the tangent space promises less than this share of its energy is a local minimum."""
-SHARE = 0.1
+MIN_DECREASE_SHARE = 0.1
 """A step must have this share of the decrease that the tangent space promises."""
-OPENED, NOWHERE = 0.999, 1e-3
+REOPENED_ANGLE_SHARE, UNMOVED_START_DISTANCE = 0.999, 1e-3
 """Share of the folded state's angles at which a descent starts again, where the one from the folded state itself ends
-within `NOWHERE` (rad) of it."""
-SOFT = 0.01
+within `UNMOVED_START_DISTANCE` (rad) of it."""
+SOFTEST_STIFFNESS_RATIO = 0.01
 """Stiffness of the softest spring in a set over that of the stiffest."""
 
 
@@ -56,7 +56,7 @@ class DescentSearch(ByValue):
     tried : names of the attempts, and how each ended.
     """
 
-    path: Path
+    path: MotionPath
     springs: Reals
     backwards: bool
     tried: tuple[tuple[str, str], ...]
@@ -67,20 +67,20 @@ class DescentSearch(ByValue):
         return self.path.outcome == "flat"
 
 
-def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> DescentSearch:
+def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> DescentSearch:
     """Descend with one spring set after another until one leads from folded to flat; then from flat to folded.
 
     The sets: all springs alike; stiff where the folded package is outermost, so that it opens from outside in; the
     reverse; `random` ones. Then the same with hinges held that are flat in the stacks too, if there are any.
     """
     tried: list[tuple[str, str]] = []
-    best: tuple[Path, Reals] | None = None
+    best: tuple[MotionPath, Reals] | None = None
     for name, springs, held, goal in _attempts(linkage, random):
-        path = descend(linkage, springs=springs, held=held, goal=goal, max_steps=max_steps)
+        path = descend_energy(linkage, springs=springs, held=held, goal=goal, max_steps=max_steps)
         whole = _from_the_end(linkage, path, goal) if path.outcome == goal else None
         tried.append((name, path.outcome if whole is not None or path.outcome != goal else "from beside the end"))
         if whole is not None:
-            forward = whole if goal == "flat" else reverse(whole, "flat")
+            forward = whole if goal == "flat" else reversed_path(whole, "flat")
             return DescentSearch(forward, springs, goal == "folded", tuple(tried))
         if goal == "flat" and (best is None or path.end.sum() < best[0].end.sum()):
             best = (path, springs)
@@ -90,20 +90,20 @@ def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> D
     return DescentSearch(*best, False, tuple(tried))
 
 
-def _from_the_end(linkage: Linkage, path: Path, goal: Goal) -> Path | None:
+def _from_the_end(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> MotionPath | None:
     """A path that reached its goal, led back to the other end where it began beside it; None if nothing leads there."""
-    other: Goal = "folded" if goal == "flat" else "flat"
+    other: DescentGoal = "folded" if goal == "flat" else "flat"
     if (path.angles[0] == getattr(linkage, other)).all():
         return path
-    back = descend(linkage, path.angles[0], goal=other)
-    return joined(reverse(back, goal), path) if back.outcome == other else None
+    back = descend_energy(linkage, path.angles[0], goal=other)
+    return joined_paths(reversed_path(back, goal), path) if back.outcome == other else None
 
 
-def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags | None, Goal]]:
+def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags | None, DescentGoal]]:
     """Names, springs, hinges held and goals of the attempts of a search."""
     pairs = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
-    sets = list(pulls(linkage, random))
-    goals: tuple[Goal, Goal] = ("flat", "folded")
+    sets = list(descent_springs(linkage, random))
+    goals: tuple[DescentGoal, DescentGoal] = ("flat", "folded")
     for goal in goals:
         for held in (None, pairs) if pairs.any() else (None,):
             for name, springs in sets:
@@ -111,29 +111,29 @@ def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags
                 yield f"{name}{how}{', backwards' if goal == 'folded' else ''}", springs, held, goal
 
 
-def pulls(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
-    """Named sets of stiffnesses from 1 to `SOFT`, always the same ones."""
+def descent_springs(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
+    """Named sets of stiffnesses from 1 to `SOFTEST_STIFFNESS_RATIO`, always the same ones."""
     yield "uniform", np.ones(linkage.n_hinges)
     poses, points = linkage.poses(linkage.folded), linkage.points
     panels = [hinge.first for hinge in linkage.pattern.hinges]
     heights = np.einsum("ki,ki->k", poses[panels, 2, :3], points) + poses[panels, 2, 3]
     middle = 0.5 * (heights.max() + heights.min())
     outward = np.abs(heights - middle) / max(float(np.ptp(heights)) / 2, 1e-300)
-    yield "outside in", SOFT ** (1.0 - outward)
-    yield "inside out", SOFT**outward
+    yield "outside in", SOFTEST_STIFFNESS_RATIO ** (1.0 - outward)
+    yield "inside out", SOFTEST_STIFFNESS_RATIO**outward
     for seed in range(random):
-        yield f"random {seed}", SOFT ** np.random.default_rng(seed).uniform(size=linkage.n_hinges)
+        yield f"random {seed}", SOFTEST_STIFFNESS_RATIO ** np.random.default_rng(seed).uniform(size=linkage.n_hinges)
 
 
-def descend(
+def descend_energy(
     linkage: Linkage,
     start: Reals | None = None,
     *,
     springs: Reals | None = None,
     held: Flags | None = None,
-    goal: Goal = "flat",
+    goal: DescentGoal = "flat",
     max_steps: int = 200,
-) -> Path:
+) -> MotionPath:
     """Go down the energy of springs over the closed states within the stops.
 
     start : fold angles near a closed state; None for the folded state or, where closure and stops leave no way out of
@@ -149,10 +149,10 @@ def descend(
     other = linkage.folded if goal == "flat" else linkage.flat
     begin = other if start is None else np.asarray(start, float)
     path = _Descent(linkage, stiffness, still, goal, max_steps).run(begin)
-    if start is None and path.outcome == "stuck" and np.abs(path.end - other).max() < NOWHERE:
-        inward = (OPENED if goal == "flat" else 1.0 - OPENED) * linkage.folded
+    if start is None and path.outcome == "stuck" and np.abs(path.end - other).max() < UNMOVED_START_DISTANCE:
+        inward = (REOPENED_ANGLE_SHARE if goal == "flat" else 1.0 - REOPENED_ANGLE_SHARE) * linkage.folded
         left = _Descent(linkage, stiffness, still, goal, max_steps).run(inward)
-        if left.outcome != "lost closure" and np.abs(left.end - other).max() > 10 * NOWHERE:
+        if left.outcome != "lost closure" and np.abs(left.end - other).max() > 10 * UNMOVED_START_DISTANCE:
             return left
     return path
 
@@ -160,51 +160,51 @@ def descend(
 class _Descent:
     """A descent while it goes on."""
 
-    def __init__(self, linkage: Linkage, springs: Reals, held: Flags, goal: Goal, max_steps: int) -> None:
+    def __init__(self, linkage: Linkage, springs: Reals, held: Flags, goal: DescentGoal, max_steps: int) -> None:
         self.goal, self.target = goal, linkage.flat if goal == "flat" else linkage.folded
         self.linkage, self.springs, self.held, self.max_steps = linkage, springs, held, max_steps
-        self.states: list[Local] = []
+        self.states: list[LocalState] = []
         self.energies: list[float] = []
         self.lengths = [0.0]
-        self.trust, self.rejected, self.evaluations = TRUST, 0, 0
+        self.trust, self.rejected, self.evaluations = FIRST_TRUST_RADIUS, 0, 0
         self.loosened = -math.inf
 
-    def run(self, start: Reals) -> Path:
-        local, self.evaluations = close_within(self.linkage, start, held=self.held)
+    def run(self, start: Reals) -> MotionPath:
+        local, self.evaluations = close_within_stops(self.linkage, start, held=self.held)
         if local is None:
             state = local_at(self.linkage, np.clip(start, 0.0, math.pi))
             sentence = f"no closed state within the stops near the start, which is open by {state.residual:.1e}"
-            return self._path([state], Ending("lost closure", sentence))
+            return self._path([state], PathEnding("lost closure", sentence))
         self.states, self.energies = [local], [self._energy(local.angles)]
         ending = None
         while ending is None:
             ending = self._step()
         return self._path(self.states, ending)
 
-    def _path(self, states: list[Local], ending: Ending) -> Path:
+    def _path(self, states: list[LocalState], ending: PathEnding) -> MotionPath:
         energies = self.energies or [self._energy(states[0].angles)]
-        return path_of(
+        return motion_path_of(
             states, self.lengths, ending, rejected=self.rejected, evaluations=self.evaluations, energies=energies
         )
 
     def _energy(self, angles: Reals) -> float:
         return 0.5 * float(self.springs @ (angles - self.target) ** 2)
 
-    def _step(self) -> Ending | None:
+    def _step(self) -> PathEnding | None:
         last, energy = self.states[-1], self.energies[-1]
-        if np.abs(last.angles - self.target).max() < THERE:
+        if np.abs(last.angles - self.target).max() < DESCENT_GOAL_DISTANCE:
             if (last.angles != self.target).any():
                 self._add(local_at(self.linkage, self.target), 0.0)
-            return Ending(self.goal, f"{self.goal} after {len(self.states) - 1} steps")
+            return PathEnding(self.goal, f"{self.goal} after {len(self.states) - 1} steps")
         if len(self.states) > self.max_steps:
-            return Ending("out of budget", f"{self.max_steps} steps were not enough: raise max_steps")
+            return PathEnding("out of budget", f"{self.max_steps} steps were not enough: raise max_steps")
         change, promised = self._aim(last, last.null_space(), self.trust)
         size = float(np.abs(change).max())
-        still = size < SMALLEST or promised < STILL * energy
+        still = size < MIN_DESCENT_CHANGE or promised < MIN_PROMISED_SHARE * energy
         if not still and self._try(last, change, promised, self.trust):
             return None
-        far = self.lengths[-1] >= self.loosened + FAR
-        if (still or (size < TIGHT and far)) and self._loosened(last):
+        far = self.lengths[-1] >= self.loosened + LOOSENING_INTERVAL
+        if (still or (size < LOOSENING_STEP and far)) and self._loosened(last):
             return None
         if still:
             return self._stuck(last, energy)
@@ -212,30 +212,30 @@ class _Descent:
         self.trust = 0.4 * size
         return None
 
-    def _aim(self, last: Local, basis: Reals, trust: float) -> tuple[Reals, float]:
+    def _aim(self, last: LocalState, basis: Reals, trust: float) -> tuple[Reals, float]:
         """The change that promises most, and how much."""
         low, high = np.maximum(-last.angles, -trust), np.minimum(math.pi - last.angles, trust)
         low[self.held] = high[self.held] = 0.0
         change = least_energy(basis, self.springs, last.angles - self.target, low, high)
         return change, self.energies[-1] - self._energy(last.angles + change)
 
-    def _try(self, last: Local, change: Reals, promised: float, trust: float) -> bool:
+    def _try(self, last: LocalState, change: Reals, promised: float, trust: float) -> bool:
         """Whether a change, closed, goes down enough; then it is made."""
-        local, count = close_within(self.linkage, last.angles + change, held=self.held)
+        local, count = close_within_stops(self.linkage, last.angles + change, held=self.held)
         self.evaluations += count
         reached = math.inf if local is None else self._energy(local.angles)
         gain = self.energies[-1] - reached
-        if local is None or gain < SHARE * promised:
+        if local is None or gain < MIN_DECREASE_SHARE * promised:
             return False
-        leads, more = linked(self.linkage, last.angles, local.angles, held=self.held)
+        leads, more = states_are_linked(self.linkage, last.angles, local.angles, held=self.held)
         self.evaluations += more
         if not leads:  # a leap, to states that perhaps no motion leads to
             return False
-        self.trust = min(2.0 * trust, LONGEST) if gain > 0.7 * promised else trust
+        self.trust = min(2.0 * trust, MAX_TRUST_RADIUS) if gain > 0.7 * promised else trust
         self._add(local, reached)
         return True
 
-    def _loosened(self, last: Local) -> bool:
+    def _loosened(self, last: LocalState) -> bool:
         """Whether there is a way down with the last or the last two singular values taken for zeros.
 
         Beside singular states tangents bend within a step of the size of the least singular value: what they forbid
@@ -243,29 +243,32 @@ class _Descent:
         """
         self.loosened = self.lengths[-1]
         for fewer in (1, 2):
-            if last.kept <= fewer or last.values[-fewer] > LOOSE:
+            if last.kept <= fewer or last.values[-fewer] > LOOSENING_SINGULAR_VALUE:
                 break
             basis = np.hstack([last.null_space(), last.right[-fewer:].T])
             for trust in (0.3, 0.1, 0.03, 0.01):
                 change, promised = self._aim(last, basis, trust)
-                if promised > STILL * self.energies[-1] and self._try(last, change, promised, trust):
+                if promised > MIN_PROMISED_SHARE * self.energies[-1] and self._try(last, change, promised, trust):
                     return True
         # near the goal the closed states are nearly a cone: towards its tip
         away = last.angles - self.target
         change = np.where(self.held, 0.0, -0.5 * away)
-        return bool(np.abs(away).max() < CONE and self._try(last, change, 0.75 * self.energies[-1], TRUST))
+        return bool(
+            np.abs(away).max() < GOAL_CONE_RADIUS
+            and self._try(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
+        )
 
-    def _add(self, local: Local, energy: float) -> None:
+    def _add(self, local: LocalState, energy: float) -> None:
         self.lengths.append(self.lengths[-1] + float(np.linalg.norm(local.angles - self.states[-1].angles)))
         self.states.append(local)
         self.energies.append(energy)
 
-    def _stuck(self, last: Local, energy: float) -> Ending:
-        flat = np.flatnonzero(last.angles <= SLACK)
-        closed = np.flatnonzero(last.angles >= math.pi - SLACK)
+    def _stuck(self, last: LocalState, energy: float) -> PathEnding:
+        flat = np.flatnonzero(last.angles <= STOP_TOLERANCE)
+        closed = np.flatnonzero(last.angles >= math.pi - STOP_TOLERANCE)
         left = energy / (0.5 * float(self.springs @ self.linkage.folded**2))
         sentence = (
             f"a local minimum with {left:.1%} of the energy of the other end; hinges at pi: "
             f"{named_hinges(self.linkage, closed)}; at 0: {named_hinges(self.linkage, flat)}"
         )
-        return Ending("stuck", sentence, tuple(map(int, np.union1d(flat, closed))))
+        return PathEnding("stuck", sentence, tuple(map(int, np.union1d(flat, closed))))

@@ -9,24 +9,24 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
-from hcsearch.motion.kinematics.local import Local, local_at, same_orientation
+from hcsearch.motion.kinematics.local import LocalState, local_at, same_orientation
 from hcsearch.motion.paths.motions import SingularEvent
-from hcsearch.motion.paths.predictors import Step
-from hcsearch.motion.paths.quadrics import ROUGHLY, second_order_forms, solve_quadrics
+from hcsearch.motion.paths.predictors import PathStep
+from hcsearch.motion.paths.quadrics import LOCATED_STATE_RESIDUAL, second_order_forms, solve_quadrics
 from hcsearch.motion.paths.walking import Walker
 
-CROSSED, TOUCHED = 0.2, 1e-2
+CROSSED_VALUE_SHARE, TOUCHED_VALUE_SHARE = 0.2, 1e-2
 """At a located singular state, singular values below this share of the least at the states around it are zeros: where
 orientations differ one is, and rounding alone can hide it; where they agree it has to be shown."""
-DIP = 1e-3
+DIP_VALUE_SHARE = 1e-3
 """A least singular value that turns back is reported where it comes below this share of the greatest."""
-FINEST = 0.002
+MIN_EVENT_STEP = 0.002
 """Steps are looked into down to this length (rad)."""
-AHEAD = 1.2
+LOOKAHEAD_STEPS = 1.2
 """A singular value that would come to zero within this many times the step, as it changes now, is looked into."""
 
 
-def singular_states(walker: Walker, before: Step | None, last: Step, after: Step) -> list[SingularEvent]:
+def singular_states(walker: Walker, before: PathStep | None, last: PathStep, after: PathStep) -> list[SingularEvent]:
     """The singular states between two states of a path.
 
     Where orientations differ there is one, or three. Where they agree there may be none or two, so a step on which
@@ -36,11 +36,11 @@ def singular_states(walker: Walker, before: Step | None, last: Step, after: Step
         return []
     length = after.length - last.length
     differ = not same_orientation(last.local, after.local)
-    heading = bool((last.local.values + AHEAD * length * last.slopes).min() < 0.0)
-    coming = bool((after.local.values - AHEAD * length * after.slopes).min() < 0.0)
+    heading = bool((last.local.values + LOOKAHEAD_STEPS * length * last.slopes).min() < 0.0)
+    coming = bool((after.local.values - LOOKAHEAD_STEPS * length * after.slopes).min() < 0.0)
     if not (differ or heading or coming):
         return []
-    middle = walker.advance(before, last, 0.5 * length) if length > FINEST else None
+    middle = walker.advance(before, last, 0.5 * length) if length > MIN_EVENT_STEP else None
     if middle is not None:
         return [
             *singular_states(walker, before, last, middle.step),
@@ -52,7 +52,7 @@ def singular_states(walker: Walker, before: Step | None, last: Step, after: Step
     return [] if event is None else [event]
 
 
-def _crossing(walker: Walker, last: Step, after: Step) -> SingularEvent:
+def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
     """The singular state between two near states of different orientation, by interpolation.
 
     Beside it the states themselves are blurred, by rounding over the least singular value; these two are not.
@@ -63,10 +63,10 @@ def _crossing(walker: Walker, last: Step, after: Step) -> SingularEvent:
     value = CubicHermiteSpline([0.0, length], [one, -two], [last.slopes[-1], -after.slopes[-1]])
     at = float(brentq(value, 0.0, length, xtol=1e-15))
     angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(at)
-    return _event(walker.local(angles), last.length + at, after.local.kept, CROSSED * max(one, two))
+    return _event(walker.local(angles), last.length + at, after.local.kept, CROSSED_VALUE_SHARE * max(one, two))
 
 
-def _turning(walker: Walker, last: Step, after: Step) -> SingularEvent | None:
+def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:
     """The state between two at which the least singular value turns back, if it comes near to zero there."""
     lower = min(last.local.least, after.local.least)
 
@@ -75,16 +75,16 @@ def _turning(walker: Walker, last: Step, after: Step) -> SingularEvent | None:
         return lower if advance is None else advance.step.local.least
 
     turn = minimize_scalar(least, bounds=(0.0, after.length - last.length), method="bounded", options={"xatol": 1e-9})
-    if turn.fun > min(0.5 * lower, DIP * float(last.local.rank.singular_values[0])):
+    if turn.fun > min(0.5 * lower, DIP_VALUE_SHARE * float(last.local.rank.singular_values[0])):
         return None
     advance = walker.advance(None, last, float(turn.x))
     if advance is None:
         return None
-    zero = TOUCHED * max(last.local.least, after.local.least)
+    zero = TOUCHED_VALUE_SHARE * max(last.local.least, after.local.least)
     return _event(advance.step.local, advance.step.length, after.local.kept, zero)
 
 
-def _event(local: Local, length: float, usual: int, zero: float) -> SingularEvent:
+def _event(local: LocalState, length: float, usual: int, zero: float) -> SingularEvent:
     """A singular state, with the motions that its second-order equations allow.
 
     usual : number of singular values that count around it; zero : what counts as zero at the state.
@@ -94,7 +94,7 @@ def _event(local: Local, length: float, usual: int, zero: float) -> SingularEven
     kind: Literal["bifurcation", "shaky", "dip"] = "dip"
     if kept < usual:
         singular = local_at(local.linkage, local.angles, kept=kept)
-        ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=ROUGHLY)
+        ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=LOCATED_STATE_RESIDUAL)
         kind = "bifurcation" if len(ways) > 1 else "shaky"
     least = float(values[kept - 1]) if kept else math.inf
     return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept)

@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.kinematics.closing import CLOSED
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.paths.events import singular_states
-from hcsearch.motion.paths.motions import Ending, Path, SingularEvent, path_of
-from hcsearch.motion.paths.predictors import PREDICTORS, Step, missed
-from hcsearch.motion.paths.stops import SLACK, first_stop, margins
+from hcsearch.motion.paths.motions import MotionPath, PathEnding, SingularEvent, motion_path_of
+from hcsearch.motion.paths.predictors import PREDICTORS, PathStep, miss_distance
+from hcsearch.motion.paths.stops import STOP_TOLERANCE, first_stop, stop_margins
 from hcsearch.motion.paths.walking import Advance, Walker
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 
-Goal = Literal["flat", "folded", "end", "none"]
-End = Literal["flat", "folded"]
+PathGoal = Literal["flat", "folded", "end", "none"]
+PathEnd = Literal["flat", "folded"]
 
-SMALLEST = 1e-10
+MIN_PATH_STEP = 1e-10
 """No step is made shorter than this (rad)."""
-LANDING, EDGE, MISS = 0.1, 1e-4, 1e-8
-"""An end is reached from less than `EDGE` (rad a hinge) when the path would miss it by no more than `MISS` (rad), and
-from less than `LANDING` where states between cannot be trusted."""
-ROUNDING, BLUR = 1e-14, 1e-6
+LANDING_DISTANCE, SURE_LANDING_DISTANCE, MAX_LANDING_MISS = 0.1, 1e-4, 1e-8
+"""An end is reached from less than `SURE_LANDING_DISTANCE` (rad a hinge) when the path would miss it by no more than
+`MAX_LANDING_MISS` (rad), and from less than `LANDING_DISTANCE` where states between cannot be trusted."""
+CLOSURE_ROUNDING, BLURRED_STATE_SHARE = 1e-14, 1e-6
 """Rounding of the closure, and the share of its distance from a singular state to which a state must be known."""
-OPEN = 0.1
+LOST_CLOSURE_RESIDUAL = 0.1
 """A state is lost when it is open by more than this."""
 
 
@@ -71,11 +71,15 @@ class Stepping:
         """The first step: short, as it usually leaves a singular state; later ones grow by the error of prediction."""
         if self.step is not None:
             return self.step
-        return 0.01 if self.method == "increment" else (EDGE if self.adapts else 0.02) * math.sqrt(n_hinges)
+        return (
+            0.01
+            if self.method == "increment"
+            else (SURE_LANDING_DISTANCE if self.adapts else 0.02) * math.sqrt(n_hinges)
+        )
 
 
 @dataclass(frozen=True)
-class Limits:
+class PathLimits:
     """What ends a path.
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
@@ -83,7 +87,7 @@ class Limits:
         whether to pass a bifurcation straight on, or to stop there. length : arc length (rad) at which to end.
     """
 
-    goal: Goal = "end"
+    goal: PathGoal = "end"
     stops: bool = True
     events: bool = True
     branch: Literal["pass", "stop"] = "pass"
@@ -91,17 +95,17 @@ class Limits:
     length: float = math.inf
 
 
-ADAPTED, TO_THE_END = Stepping(), Limits()
+ADAPTIVE_STEPPING, DEFAULT_PATH_LIMITS = Stepping(), PathLimits()
 
 
-def follow(
+def follow_path(
     linkage: Linkage,
     start: Reals,
     direction: Reals | None = None,
     *,
-    stepping: Stepping = ADAPTED,
-    limits: Limits = TO_THE_END,
-) -> Path:
+    stepping: Stepping = ADAPTIVE_STEPPING,
+    limits: PathLimits = DEFAULT_PATH_LIMITS,
+) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
     direction : velocity of the fold angles, of which the part that keeps the loops closed counts; None for the part
@@ -117,7 +121,7 @@ def follow(
 class _Landing(NamedTuple):
     """An end that the path leads to, and how far it is (rad)."""
 
-    name: End
+    name: PathEnd
     state: Reals
     left: float
 
@@ -125,36 +129,36 @@ class _Landing(NamedTuple):
 class _Following:
     """A path while it is followed."""
 
-    def __init__(self, linkage: Linkage, stepping: Stepping, limits: Limits) -> None:
+    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
         self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
         self.limits, self.step = limits, stepping.first(linkage.n_hinges)
         self.grows = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
         self.watched = limits.events and stepping.corrections is None
-        both: dict[End, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
+        both: dict[PathEnd, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
         self.ends = {
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
         }
         self.size = math.sqrt(linkage.n_hinges)
         self.longest = 0.1 * math.pi * self.size
-        self.states: list[Step] = []
+        self.states: list[PathStep] = []
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
         self.rejected = 0
 
     @property
-    def last(self) -> Step:
+    def last(self) -> PathStep:
         return self.states[-1]
 
     @property
-    def before(self) -> Step | None:
+    def before(self) -> PathStep | None:
         return self.states[-2] if len(self.states) > 1 else None
 
-    def run(self, start: Reals, direction: Reals) -> Path:
+    def run(self, start: Reals, direction: Reals) -> MotionPath:
         ending = self._begin(start, direction)
         while ending is None:
             ending = self._ending() or self._go_on()
-        return path_of(
+        return motion_path_of(
             [state.local for state in self.states],
             [state.length for state in self.states],
             ending,
@@ -164,43 +168,43 @@ class _Following:
             velocity=self.last.tangent,
         )
 
-    def _begin(self, start: Reals, direction: Reals) -> Ending | None:
+    def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
         local = self.walker.local(start)
         tangent = local.tangent(direction)
         size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = size > 1e-9 * whole
-        self.states.append(Step(local, tangent / size if moves else tangent, 0.0))
+        self.states.append(PathStep(local, tangent / size if moves else tangent, 0.0))
         for name, state in self.ends.items():
             if not whole and not np.abs(start - state).any():
-                return Ending(name, f"{name} at the start")
-        if local.residual > 10 * CLOSED:
-            return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
-        beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
+                return PathEnding(name, f"{name} at the start")
+        if local.residual > 10 * CLOSED_LOOP_RESIDUAL:
+            return PathEnding("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
+        beyond = np.flatnonzero(stop_margins(local.angles) < -STOP_TOLERANCE) if self.limits.stops else ()
         if len(beyond):
             names = named_hinges(self.walker.linkage, beyond)
-            return Ending("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
+            return PathEnding("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
         if local.rank.rank is None:
-            return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
+            return PathEnding("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
-            return Ending("lost closure", "closure lets nothing move in this direction: take one from `branches`")
+            return PathEnding("lost closure", "closure lets nothing move in this direction: take one from `branches`")
         return None
 
-    def _ending(self) -> Ending | None:
+    def _ending(self) -> PathEnding | None:
         """Why the path ends where it is, if it does."""
         last = self.last
         if self.limits.stops:
             # to first order; what turns outward later is seen when it is there
             outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
-            blocked = np.flatnonzero((margins(last.angles) <= SLACK) & (outward > 1e-6))
+            blocked = np.flatnonzero((stop_margins(last.angles) <= STOP_TOLERANCE) & (outward > 1e-6))
             if len(blocked):
                 return _stopped(self.walker.linkage, blocked)
         if last.length >= self.limits.length * (1 - 1e-12):
-            return Ending("length", f"at length {last.length:.6g}")
+            return PathEnding("length", f"at length {last.length:.6g}")
         if len(self.states) > self.limits.max_steps:
-            return Ending("out of budget", f"{self.limits.max_steps} steps were not enough: raise max_steps")
+            return PathEnding("out of budget", f"{self.limits.max_steps} steps were not enough: raise max_steps")
         return None
 
-    def _go_on(self) -> Ending | None:
+    def _go_on(self) -> PathEnding | None:
         distance = self.step
         if self.walker.predictor.name == "increment":
             distance /= float(np.abs(self.last.tangent).max())
@@ -219,8 +223,8 @@ class _Following:
             return self._land(landing)  # its singularity hides the states before it
         if tried is None or tried.error > 4 * self.tolerance:
             return self._again(distance, lost=tried is None and math.isinf(self.tolerance))
-        if tried.step.local.residual > OPEN:
-            return Ending("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
+        if tried.step.local.residual > LOST_CLOSURE_RESIDUAL:
+            return PathEnding("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
         if math.isfinite(self.tolerance):
             better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
             self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
@@ -238,7 +242,7 @@ class _Following:
                 tangent = self.last.local.tangent(away)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
             distance = min(distance, 0.8 * left)
-            if left < LANDING * self.size and missed(self.before, self.last, state) < MISS:
+            if left < LANDING_DISTANCE * self.size and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS:
                 landing = _Landing(name, state, left)
         return distance, landing
 
@@ -256,53 +260,53 @@ class _Following:
                     break
         return taken
 
-    def _again(self, distance: float, *, lost: bool) -> Ending | None:
+    def _again(self, distance: float, *, lost: bool) -> PathEnding | None:
         """Take a shorter step, if there is one to take."""
         self.rejected += 1
         self.step = 0.4 * distance
-        if self.step >= SMALLEST and not lost:
+        if self.step >= MIN_PATH_STEP and not lost:
             return None
         sentence = "no closed state follows: the direction is no motion, or the step is too long"
-        return Ending("lost closure", f"{sentence} (steps down to {distance:.1e})")
+        return PathEnding("lost closure", f"{sentence} (steps down to {distance:.1e})")
 
-    def _land(self, landing: _Landing) -> Ending:
+    def _land(self, landing: _Landing) -> PathEnding:
         local = self.walker.local(landing.state)
         left = float(np.linalg.norm(landing.state - self.last.angles))
-        self.states.append(Step(local, self.last.tangent, self.last.length + left))
-        return Ending(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
+        self.states.append(PathStep(local, self.last.tangent, self.last.length + left))
+        return PathEnding(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
 
-    def _pass(self, before: Step | None, last: Step, after: Step) -> Ending | None:
+    def _pass(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
         """Add a state, with what happened on the way to it."""
-        if self.limits.stops and margins(after.angles).min() < -SLACK:
+        if self.limits.stops and stop_margins(after.angles).min() < -STOP_TOLERANCE:
             stop = first_stop(self.walker, before, last, after)
             if stop is None:
                 return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            met = (margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)
+            met = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
             return _stopped(self.walker.linkage, np.flatnonzero(met))
         if self.watched:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
                 if (self.limits.branch == "stop") and event.kind == "bifurcation":
                     self.states.append(replace(last, local=self.walker.local(event.angles), length=event.length))
-                    return Ending("branch", f"a bifurcation: {event.nullity} first-order motions")
+                    return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
         self.states.append(after)
         return None
 
 
 def _is_closed(linkage: Linkage, state: Reals) -> bool:
-    return float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) <= CLOSED
+    return float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) <= CLOSED_LOOP_RESIDUAL
 
 
-def _is_near(last: Step, landing: _Landing, size: float) -> bool:
-    return landing.left < EDGE * size or _blurred(last, landing.left)
+def _is_near(last: PathStep, landing: _Landing, size: float) -> bool:
+    return landing.left < SURE_LANDING_DISTANCE * size or _blurred(last, landing.left)
 
 
-def _blurred(step: Step, distance: float) -> bool:
+def _blurred(step: PathStep, distance: float) -> bool:
     """Whether rounding, over the least singular value, shows at a distance from a singular state."""
-    return BLUR * step.local.least * distance < ROUNDING
+    return BLURRED_STATE_SHARE * step.local.least * distance < CLOSURE_ROUNDING
 
 
-def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> Ending:
-    return Ending("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))
+def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> PathEnding:
+    return PathEnding("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))

@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.local import Local
+from hcsearch.motion.kinematics.local import LocalState
 
-Outcome = Literal[
+PathOutcome = Literal[
     "flat", "folded", "length", "stopped", "branch", "stuck", "undecided", "lost closure", "out of budget"
 ]
 
@@ -35,7 +35,7 @@ class SingularEvent(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Path(ByValue):
+class MotionPath(ByValue):
     """A motion as a list of closed states, and how it ended.
 
     angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.
@@ -54,9 +54,9 @@ class Path(ByValue):
     angles: Reals
     lengths: Reals
     residuals: Reals
-    nullities: Whole
+    nullities: WholeNumbers
     least: Reals
-    outcome: Outcome
+    outcome: PathOutcome
     sentence: str
     rejected: int
     evaluations: int
@@ -83,27 +83,27 @@ class Path(ByValue):
 
 
 @dataclass(frozen=True)
-class Ending:
+class PathEnding:
     """Why a motion ends."""
 
-    outcome: Outcome
+    outcome: PathOutcome
     sentence: str
     stopped: tuple[int, ...] = ()
 
 
-def path_of(
-    states: Sequence[Local],
+def motion_path_of(
+    states: Sequence[LocalState],
     lengths: Sequence[float],
-    ending: Ending,
+    ending: PathEnding,
     *,
     rejected: int,
     evaluations: int,
     events: Sequence[SingularEvent] = (),
     velocity: Reals | None = None,
     energies: Sequence[float] | None = None,
-) -> Path:
+) -> MotionPath:
     """The path of states that were passed."""
-    return Path(
+    return MotionPath(
         np.array([state.angles for state in states]),
         np.array(lengths),
         np.array([state.residual for state in states]),
@@ -120,7 +120,7 @@ def path_of(
     )
 
 
-def reverse(path: Path, outcome: Outcome) -> Path:
+def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
     """The same states in the other order; the outcome is what the first one is. Energies are left out."""
     return replace(
         path,
@@ -137,7 +137,7 @@ def reverse(path: Path, outcome: Outcome) -> Path:
     )
 
 
-def joined(first: Path, second: Path) -> Path:
+def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
     """One path after another that begins where it ends. Energies are left out."""
     return replace(
         second,

@@ -14,17 +14,17 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.local import Local, local_at
+from hcsearch.motion.kinematics.local import LocalState, local_at
 
-DISTINCT = 1e-12
+DISTINCT_STATE_DISTANCE = 1e-12
 """States nearer than this (rad) are the same: no slope is taken between them."""
 
 
 @dataclass(frozen=True, eq=False)
-class Step(ByValue):
+class PathStep(ByValue):
     """A state on a path with its unit tangent, and the arc length at which it was reached."""
 
-    local: Local
+    local: LocalState
     tangent: Reals
     length: float
 
@@ -47,7 +47,7 @@ class Step(ByValue):
         return self.local.angles
 
 
-Guess = tuple[Reals, Reals, int]
+PredictedState = tuple[Reals, Reals, int]
 """Fold angles and velocity that are predicted, and the power of the step that the angles are exact to."""
 
 
@@ -59,16 +59,16 @@ class Predictor:
     """
 
     name: str
-    predict: Callable[[Step | None, Step, float], Guess]
+    predict: Callable[[PathStep | None, PathStep, float], PredictedState]
     evaluations: int = 0
 
 
-def _euler(before: Step | None, last: Step, distance: float) -> Guess:
+def _euler(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Along the tangent (thesis appendix A1)."""
     return last.angles + distance * last.tangent, last.tangent, 1
 
 
-def _taylor(before: Step | None, last: Step, distance: float) -> Guess:
+def _taylor(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Along the osculating parabola: the second-order closure equations cost one pass around the loops.
 
     The velocity is that of the trapezoidal rule: its other half is normal to the closed states at the next one, and
@@ -78,7 +78,7 @@ def _taylor(before: Step | None, last: Step, distance: float) -> Guess:
     return last.angles + distance * velocity, velocity, 2
 
 
-def _adams(before: Step | None, last: Step, distance: float) -> Guess:
+def _adams(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """The parabola, with the change of the acceleration since the state before (Adams, Bashforth and Moulton).
 
     The velocity is the integral of the quadratic through three accelerations, of which the next one goes when it is
@@ -93,7 +93,7 @@ def _adams(before: Step | None, last: Step, distance: float) -> Guess:
     return angles, velocity, 3
 
 
-def _runge_kutta(before: Step | None, last: Step, distance: float) -> Guess:
+def _runge_kutta(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Classical fourth-order Runge-Kutta on angles and velocity of the geodesic."""
     linkage, kept, h = last.local.linkage, last.local.kept, distance
 
@@ -110,7 +110,7 @@ def _runge_kutta(before: Step | None, last: Step, distance: float) -> Guess:
     return q + h / 6 * (q1 + 2 * q2 + 2 * q3 + q4), v + h / 6 * (v1 + 2 * v2 + 2 * v3 + v4), 4
 
 
-def _hermite(before: Step | None, last: Step, distance: float) -> Guess:
+def _hermite(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Extrapolate the quintic through the last two states, their tangents and accelerations.
 
     Only with one degree of freedom, where the closure takes away what errors it would multiply; else as Adams.
@@ -132,9 +132,13 @@ def _hermite(before: Step | None, last: Step, distance: float) -> Guess:
     return angles + x**3 * (a + x * (b + x * c)), velocity, 5
 
 
-def _alike(before: Step | None, last: Step) -> bool:
+def _alike(before: PathStep | None, last: PathStep) -> bool:
     """Whether two states have accelerations that can be compared."""
-    return before is not None and before.local.kept == last.local.kept and last.length - before.length > DISTINCT
+    return (
+        before is not None
+        and before.local.kept == last.local.kept
+        and last.length - before.length > DISTINCT_STATE_DISTANCE
+    )
 
 
 PREDICTORS = {
@@ -150,7 +154,7 @@ PREDICTORS = {
 }
 
 
-def arc_length(one: Step, two: Step) -> float:
+def arc_length(one: PathStep, two: PathStep) -> float:
     """Arc length from a state to the next, right to fourth order, by end points, tangents and accelerations.
 
     The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent.
@@ -165,7 +169,7 @@ def arc_length(one: Step, two: Step) -> float:
     return s
 
 
-def missed(before: Step | None, last: Step, state: Reals) -> float:
+def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> float:
     """Distance (rad) at which the motion passes a state further on, by extrapolation to the highest order."""
     distance = float(np.linalg.norm(state - last.angles))
     for _ in range(3):

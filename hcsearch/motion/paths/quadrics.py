@@ -9,33 +9,33 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.local import Local
-from hcsearch.motion.kinematics.products import products
-from hcsearch.motion.paths.covering import cover
+from hcsearch.motion.kinematics.local import LocalState
+from hcsearch.motion.kinematics.products import bilinear_products
+from hcsearch.motion.paths.covering import cover_directions
 
-NOTHING = 1e-10
+ZERO_FORM_SIZE = 1e-10
 """Forms of screws of unit size that are smaller than this are rounding."""
-SOLVED = 1e-11
+SOLVED_RESIDUAL = 1e-11
 """Residual up to which an equation is solved."""
-ROUGHLY = 1e-5
+LOCATED_STATE_RESIDUAL = 1e-5
 """The same at a singular state that has been located, not computed exactly."""
-SAME = 1e-3
+SAME_SOLUTION_DISTANCE = 1e-3
 """Solutions nearer than this are one: a double one is known only to the square root of its residual."""
-STEPS, NIL = 200, 1e-15
+MAX_QUADRIC_STEPS, ZERO_QUADRIC_SIZE = 200, 1e-15
 """Most steps of a search, and the size below which an equation or a step counts as zero."""
-TRIED, NEARER = 0.05, 0.015
+FAMILY_NEIGHBOUR_DISTANCE, CROSSING_NEIGHBOUR_DISTANCE = 0.05, 0.015
 """Distances (rad) of neighbours: at the first they distinguish a family from a double point; where families cross,
 neighbours of these at the second give the dimension."""
-SPREAD = 0.2
+SPREAD_VALUE_SHARE = 0.2
 """Directions count as spread in a dimension where their singular value there has this share of the greatest."""
-FLAT = 1e-5
+FLAT_DIRECTION_SLOPE = 1e-5
 """Directions in which the equations have a slope below this are tried for families."""
-APART = 0.25
+FAMILY_MEMBER_DISTANCE = 0.25
 """Members of one family are listed no nearer to each other than this."""
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(ByValue):
+class QuadricSolution(ByValue):
     """A unit vector on which all forms vanish, and the dimension of the family of such vectors around it."""
 
     vector: Reals
@@ -43,7 +43,7 @@ class Solution(ByValue):
     residual: float
 
 
-def second_order_forms(local: Local, basis: Reals) -> Reals:
+def second_order_forms(local: LocalState, basis: Reals) -> Reals:
     """Quadratic forms of the second-order equations, shape (n_stresses, m, m): z' Q z = 0 for velocities basis z."""
     rows, m = local.jacobian.shape[0], basis.shape[1]
     stresses = np.linalg.svd(local.left)[0][:, local.kept :] if local.kept else np.eye(rows)
@@ -53,13 +53,13 @@ def second_order_forms(local: Local, basis: Reals) -> Reals:
 
     if not m:
         return np.zeros((stresses.shape[1], 0, 0))
-    forms: Reals = np.einsum("rk,ijr->kij", stresses, products(basis.T, bend))
+    forms: Reals = np.einsum("rk,ijr->kij", stresses, bilinear_products(basis.T, bend))
     return forms
 
 
 def solve_quadrics(
-    forms: Reals, cone: Reals | None = None, *, both: bool = True, solved: float = SOLVED
-) -> tuple[list[Solution], float]:
+    forms: Reals, cone: Reals | None = None, *, both: bool = True, solved: float = SOLVED_RESIDUAL
+) -> tuple[list[QuadricSolution], float]:
     """Unit vectors z with z' Q z = 0 for all forms Q (k, m, m) and, with a cone A, A z >= 0; then a radius.
 
     Isolated ones once each (up to sign when `both`); of families some, no two nearer than a quarter. Newton's method
@@ -70,23 +70,23 @@ def solve_quadrics(
         return [], 0.0
     forms = _independent(forms)
     cone = None if cone is None or not len(cone) else cone
-    covered = cover(forms, cone, both=both, slack=solved)
+    covered = cover_directions(forms, cone, both=both, slack=solved)
     ends, residuals = _newton(forms, cone, covered.centres)
     ends, residuals = ends[residuals < solved], residuals[residuals < solved]
     kernels = _kernels(forms, ends)
     sizes = np.array([len(kernel) for kernel in kernels], int)
-    solutions: list[Solution] = []
+    solutions: list[QuadricSolution] = []
     known = np.zeros(len(ends), bool)
     for i, end in enumerate(ends):
         if known[i]:
             continue
         dimension = _dimension(forms, end, kernels[i], solved)
-        solutions.append(Solution(end, dimension, float(residuals[i])))
+        solutions.append(QuadricSolution(end, dimension, float(residuals[i])))
         cosines = ends @ end
         distances = np.sqrt(np.maximum(2.0 - 2.0 * (np.abs(cosines) if both else cosines), 0.0))
-        known |= distances < max(SAME, 10 * solved**0.5)
+        known |= distances < max(SAME_SOLUTION_DISTANCE, 10 * solved**0.5)
         if dimension:
-            known |= (distances < APART) & (sizes == sizes[i])
+            known |= (distances < FAMILY_MEMBER_DISTANCE) & (sizes == sizes[i])
     return solutions, covered.radius
 
 
@@ -96,8 +96,8 @@ def _independent(forms: Reals) -> Reals:
     Sums of squares of the forms stay as they are, whatever basis of self-stresses they were made with.
     """
     _, s, vt = np.linalg.svd(forms.reshape(len(forms), forms.shape[1] ** 2), full_matrices=False)
-    some = s > NOTHING
-    orthogonal: Reals = (s[some, None] * vt[some] / s.max(initial=NOTHING)).reshape(-1, *forms.shape[1:])
+    some = s > ZERO_FORM_SIZE
+    orthogonal: Reals = (s[some, None] * vt[some] / s.max(initial=ZERO_FORM_SIZE)).reshape(-1, *forms.shape[1:])
     return orthogonal
 
 
@@ -110,8 +110,8 @@ def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | Non
     z = starts / np.linalg.norm(starts, axis=1, keepdims=True)
     value, slope = _system(forms, cone, z, linear)
     damping = np.full(len(z), 1e-3)
-    going = np.abs(value).max(axis=1, initial=0.0) >= NIL
-    for _ in range(STEPS):
+    going = np.abs(value).max(axis=1, initial=0.0) >= ZERO_QUADRIC_SIZE
+    for _ in range(MAX_QUADRIC_STEPS):
         at = np.flatnonzero(going)
         if not len(at):
             break
@@ -124,7 +124,7 @@ def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | Non
         z[taken], value[taken], slope[taken] = trial[better], new_value[better], new_slope[better]
         damping[at] = np.where(better, np.maximum(0.1 * damping[at], 1e-30), np.maximum(10 * damping[at], 1e-20))
         left = np.abs(value[at]).max(axis=1, initial=0.0)
-        going[at] = (left >= NIL) & np.where(better, moved >= NIL, damping[at] <= 1e6)
+        going[at] = (left >= ZERO_QUADRIC_SIZE) & np.where(better, moved >= ZERO_QUADRIC_SIZE, damping[at] <= 1e6)
     return z, np.linalg.norm(value, axis=1)
 
 
@@ -158,7 +158,7 @@ def _kernels(forms: Reals, vectors: Reals) -> list[Reals]:
     """For each vector (n, m) the directions on the sphere in which the equations have no slope, as rows."""
     slopes = np.concatenate([2.0 * np.einsum("kij,nj->nki", forms, vectors), vectors[:, None, :]], axis=1)
     _, s, vt = np.linalg.svd(slopes)
-    return [rows[int(np.count_nonzero(values > FLAT)) :] for rows, values in zip(vt, s, strict=True)]
+    return [rows[int(np.count_nonzero(values > FLAT_DIRECTION_SLOPE)) :] for rows, values in zip(vt, s, strict=True)]
 
 
 def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
@@ -167,12 +167,14 @@ def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
     At most that of the space of directions in which neighbours lie. Where families cross, that is greater than the
     dimension of any, so it is computed at the neighbours, each of which lies on one family.
     """
-    around, most = _neighbours(forms, z, kernel, solved, TRIED)
+    around, most = _neighbours(forms, z, kernel, solved, FAMILY_NEIGHBOUR_DISTANCE)
     if most and all(len(other) == most for other in _kernels(forms, around)):
         return most
     dimension = 0
     for one, directions in zip(around, _kernels(forms, around), strict=True):
-        dimension = max(dimension, min(_neighbours(forms, one, directions, solved, NEARER)[1], most))
+        dimension = max(
+            dimension, min(_neighbours(forms, one, directions, solved, CROSSING_NEIGHBOUR_DISTANCE)[1], most)
+        )
         if dimension == most:
             break
     return dimension
@@ -193,4 +195,4 @@ def _neighbours(forms: Reals, z: Reals, kernel: Reals, solved: float, distance: 
     ways, residuals = _newton(beside, None, np.concatenate([starts, -starts]), linear)
     ways = ways[far * residuals < solved] @ across
     spread = np.linalg.svd(ways @ kernel.T, compute_uv=False)
-    return near * z + far * ways, int(np.count_nonzero(spread > SPREAD * spread.max(initial=0.0)))
+    return near * z + far * ways, int(np.count_nonzero(spread > SPREAD_VALUE_SHARE * spread.max(initial=0.0)))

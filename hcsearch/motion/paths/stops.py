@@ -8,33 +8,33 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.motion.paths.predictors import Step
+from hcsearch.motion.paths.predictors import PathStep
 from hcsearch.motion.paths.walking import Walker
 
-SLACK = 1e-9
+STOP_TOLERANCE = 1e-9
 """A hinge is at its stop when it is nearer than this (rad)."""
 
 
-def margins(angles: Reals) -> Reals:
+def stop_margins(angles: Reals) -> Reals:
     """How far each hinge is from the nearer of its stops (rad), negative beyond."""
     distances: Reals = np.minimum(angles, math.pi - angles)
     return distances
 
 
-def first_stop(walker: Walker, before: Step | None, last: Step, after: Step) -> Step | None:
+def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: PathStep) -> PathStep | None:
     """The state at which the first hinge reaches its stop, between a state and one that lies beyond stops.
 
     None where states between cannot be closed.
     """
-    beyond = margins(after.angles) < -SLACK
-    if margins(last.angles)[beyond].min() <= SLACK:
+    beyond = stop_margins(after.angles) < -STOP_TOLERANCE
+    if stop_margins(last.angles)[beyond].min() <= STOP_TOLERANCE:
         return last
 
     def margin(distance: float) -> float:
         if not distance:
-            return float(margins(last.angles)[beyond].min())
+            return float(stop_margins(last.angles)[beyond].min())
         advance = walker.advance(before, last, distance)
-        return math.nan if advance is None else float(margins(advance.step.angles)[beyond].min())
+        return math.nan if advance is None else float(stop_margins(advance.step.angles)[beyond].min())
 
     try:
         at = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)

@@ -9,20 +9,20 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.motion.kinematics.closing import CLOSED, correction
-from hcsearch.motion.kinematics.local import Local, local_at
-from hcsearch.motion.paths.predictors import Predictor, Step, arc_length
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, correction
+from hcsearch.motion.kinematics.local import LocalState, local_at
+from hcsearch.motion.paths.predictors import PathStep, Predictor, arc_length
 from hcsearch.shape.linkage import Linkage
 
 MAX_CORRECTIONS = 12
-STRAIGHT = 0.7
+MIN_TANGENT_COSINE = 0.7
 """The tangents at both ends of a step have a scalar product of at least this much."""
 
 
 class Advance(NamedTuple):
     """A step: the state it leads to, how far off that was predicted (rad), and the order of the prediction."""
 
-    step: Step
+    step: PathStep
     error: float
     order: int
 
@@ -39,12 +39,12 @@ class Walker:
     corrections: int | None = None
     evaluations: int = field(default=0, init=False)
 
-    def local(self, angles: Reals) -> Local:
+    def local(self, angles: Reals) -> LocalState:
         """What the linkage is like at a state."""
         self.evaluations += 1
         return local_at(self.linkage, angles)
 
-    def advance(self, before: Step | None, last: Step, distance: float) -> Advance | None:
+    def advance(self, before: PathStep | None, last: PathStep, distance: float) -> Advance | None:
         """The state a distance on; None where there is none to be trusted."""
         predicted, velocity, order = self.predictor.predict(before, last, distance)
         self.evaluations += self.predictor.evaluations
@@ -53,17 +53,17 @@ class Walker:
             return None
         tangent = local.tangent(velocity)
         size = float(np.linalg.norm(tangent))
-        if size < STRAIGHT or tangent @ last.tangent < STRAIGHT * size:
+        if size < MIN_TANGENT_COSINE or tangent @ last.tangent < MIN_TANGENT_COSINE * size:
             return None
-        step = Step(local, tangent / size, 0.0)
+        step = PathStep(local, tangent / size, 0.0)
         # where the rank changes the acceleration is not known on one side
         length = arc_length(last, step) if local.kept == last.local.kept else distance
         if not 0.5 * distance < length < 2.0 * distance:  # fallen back or run ahead: on another branch
             return None
         error = float(np.linalg.norm(local.angles - predicted))
-        return Advance(Step(local, step.tangent, last.length + length), error, order)
+        return Advance(PathStep(local, step.tangent, last.length + length), error, order)
 
-    def _closed(self, angles: Reals) -> Local | None:
+    def _closed(self, angles: Reals) -> LocalState | None:
         """The closed state nearest to a prediction; None where Newton's method finds none.
 
         Corrected once more than closure asks for: near a singular state the angles are known worse by the least
@@ -74,15 +74,15 @@ class Walker:
         for _ in range(MAX_CORRECTIONS):
             residual, jacobian = self._closure(angles)
             worst = float(np.abs(residual).max(initial=0.0))
-            if worst <= fine or (polished and worst <= CLOSED):
+            if worst <= fine or (polished and worst <= CLOSED_LOOP_RESIDUAL):
                 return local_at(self.linkage, angles, closure=(residual, jacobian))
             if not math.isfinite(worst):
                 return None
-            polished = worst <= CLOSED
+            polished = worst <= CLOSED_LOOP_RESIDUAL
             angles = angles + correction(jacobian, residual)
         return None
 
-    def _corrected(self, angles: Reals, kept: int) -> Local | None:
+    def _corrected(self, angles: Reals, kept: int) -> LocalState | None:
         """A prediction after a fixed number of corrections, closed or not."""
         for _ in range(self.corrections or 0):
             residual, jacobian = self._closure(angles)

@@ -13,27 +13,27 @@ from dataclasses import dataclass
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.motion.collision.margins import LEAST_PLAY, check_margin, scale_of
+from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, check_margin, scale_of
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.proofs import Prover
-from hcsearch.motion.planning.schedule import LONG, ROOTS, SEARCHES
+from hcsearch.motion.planning.schedule import LONG_SEARCH_ROUNDS, SEARCH_ROOT_COUNT, SEARCH_SEED_COUNT
 from hcsearch.shape.linkage import Linkage
 
-RATIO = 1.3
+MARGIN_GRID_RATIO = 1.3
 """Of a margin to the one before it."""
-SHARE = 0.97
+MAX_TRIED_MARGIN_SHARE = 0.97
 """Of the margin that leaves nothing of a panel no more than this is tried."""
-PARTS = 4
+MARGIN_LIST_PARTS = 4
 """Parts of the list of margins at whose ends a first path is looked for, from the greatest on."""
 
 
 @dataclass(frozen=True)
-class Looking:
+class SearchExtent:
     """How long each search with a margin looks: rounds, seeds that are tried, and junctions as further roots."""
 
-    rounds: int = LONG
-    seeds: int = SEARCHES
-    roots: int = ROOTS
+    rounds: int = LONG_SEARCH_ROUNDS
+    seeds: int = SEARCH_SEED_COUNT
+    roots: int = SEARCH_ROOT_COUNT
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class CriticalMargin(ByValue):
     proved: float | None
     met: float | None
     none: float | None
-    looking: Looking
+    looking: SearchExtent
     searches: int
     states: Reals | None = None
 
@@ -59,22 +59,22 @@ class CriticalMargin(ByValue):
         return (_last(self.proved), _last(self.met)) < (_last(other.proved), _last(other.met))
 
 
-def margins_of(linkage: Linkage) -> tuple[float, ...]:
-    """The margins that are tried (m), least first: 0.01 mm for edges of 50 mm, then each by `RATIO` greater."""
-    most, margins = SHARE * check_margin(linkage, LEAST_PLAY * scale_of(linkage)), []
-    margin = LEAST_PLAY * scale_of(linkage)
+def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
+    """Margins to try (m), least first: 0.01 mm for edges of 50 mm, then each `MARGIN_GRID_RATIO` times the last."""
+    most, margins = MAX_TRIED_MARGIN_SHARE * check_margin(linkage, MIN_PANEL_MARGIN * scale_of(linkage)), []
+    margin = MIN_PANEL_MARGIN * scale_of(linkage)
     while margin < most:
         margins.append(margin)
-        margin *= RATIO
+        margin *= MARGIN_GRID_RATIO
     return tuple(margins)
 
 
-def critical_margin(linkage: Linkage, looking: Looking | None = None) -> CriticalMargin:
+def critical_margin(linkage: Linkage, looking: SearchExtent | None = None) -> CriticalMargin:
     """The least play that opens a linkage, and the greatest below it with which no path was met.
 
     The way of joining flat pairs whose motions include those of all others has the least: `motions._widest`.
     """
-    return _Bisection(linkage, Looking() if looking is None else looking).run()
+    return _Bisection(linkage, SearchExtent() if looking is None else looking).run()
 
 
 class _Bisection:
@@ -83,9 +83,9 @@ class _Bisection:
     failed : those at which the search met none.
     """
 
-    def __init__(self, linkage: Linkage, looking: Looking) -> None:
+    def __init__(self, linkage: Linkage, looking: SearchExtent) -> None:
         self.linkage, self.looking, self.prover = linkage, looking, Prover(linkage)
-        self.margins = margins_of(linkage)
+        self.margins = critical_margin_grid(linkage)
         self.met = self.proved = len(self.margins)
         self.states: Reals | None = None
         self.failed: list[int] = []
@@ -99,7 +99,10 @@ class _Bisection:
     def run(self) -> CriticalMargin:
         """First where a path is met; then where one is proved, if that is not there."""
         top = len(self.margins) - 1
-        if any(self._look(place) for place in sorted({top * k // PARTS for k in range(PARTS + 1)}, reverse=True)):
+        if any(
+            self._look(place)
+            for place in sorted({top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}, reverse=True)
+        ):
             while self.met - self.none > 1:
                 self._look((self.none + self.met) // 2)
             low = self.met

@@ -14,27 +14,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.middles import centre
-from hcsearch.kernels.planning.series import ORDERS, write_series
-from hcsearch.motion.locks.lattice import reduced, whole_end
+from hcsearch.kernels.planning.middles import centre_screws
+from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, write_series
+from hcsearch.motion.locks.lattice import reduced_rows, whole_end
 from hcsearch.shape.linkage import Linkage
 
-CONTRACTION = 0.5
+MAX_DEPARTURE_CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for."""
-HALVINGS = 30
+MAX_DEPARTURE_HALVINGS = 30
 """A step is halved no more often than this."""
-ROUNDING = 1e-13
+DEPARTURE_ROUNDING = 1e-13
 """What rounding makes of the equations, relative to the norms of what enters them: sums of some hundred products."""
-SLOWEST = 0.01
+MIN_DEPARTURE_TURN_RATIO = 0.01
 """Turn of a hinge that leaves an end, over that of the fastest."""
-CLOSED = 1e-14
+DEPARTURE_RESIDUAL = 1e-14
 """What a direction may leave open at first and second order."""
-ZERO = 1e-9
+ZERO_JACOBIAN_SHARE = 1e-9
 """Singular values of the Jacobian below this share of the greatest are zeros."""
-SHUT = 1e-12
+END_CLOSURE_RESIDUAL = 1e-12
 """Closure residual (rad, or gap over size) of an end that is known in floating point only."""
 
 
@@ -73,7 +73,7 @@ class _Step(ByValue):
     off: float
 
 
-class End:
+class EndClosure:
     """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
 
     exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
@@ -89,25 +89,25 @@ class End:
         self.angles = angles
         self.norms = np.zeros((len(loops), m))
         self.products = np.zeros((6 * len(loops), m, m))
-        self.orders: list[Whole] = []
+        self.orders: list[WholeNumbers] = []
         for number, loop in enumerate(loops):
             rows = slice(6 * number, 6 * number + 6)
             order = np.array([hinge for hinge, _ in loop if self.moving[hinge]], np.int64)
             if not len(order):
                 self.orders.append(order)
                 continue
-            centre(jacobian, 6 * number, order, np.empty(3), self.norms[number])
+            centre_screws(jacobian, 6 * number, order, np.empty(3), self.norms[number])
             self.norms[number, order] += 1.5
             self.products[rows] = _products(jacobian[rows], order)
             self.orders.append(order)
         self.jacobian = jacobian
         left, values, _ = np.linalg.svd(group.rows @ jacobian)
-        rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
+        rank = int((values > ZERO_JACOBIAN_SHARE * max(values[0], 1.0)).sum()) if len(values) else 0
         whole = whole_end(linkage, angles)
         columns = None if whole is None else whole.columns[self.moving]  # an open chain has no rows
         self.rank = rank
-        self.exact = columns is not None and rank == (len(reduced(columns)) if columns.size else 0)
-        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < SHUT)
+        self.exact = columns is not None and rank == (len(reduced_rows(columns)) if columns.size else 0)
+        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < END_CLOSURE_RESIDUAL)
         self.across, self.along = left[:, :rank].T @ group.rows, left[:, rank:].T @ group.rows
         self.regular = self.sound and rank == len(group.rows)
 
@@ -123,10 +123,10 @@ class End:
     def direction(self, guess: Reals) -> Reals | None:
         """The direction nearest to a guess in which the end is left at second order and stops are kept; None without.
 
-        Its greatest entry is 1. No hinge turns by less than `SLOWEST`, where that can be, or not at all.
+        Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where that can be, or not at all.
         """
         sense = np.where(self.angles > 1.0, -1.0, 1.0)
-        for slowest in (SLOWEST, 0.0):
+        for slowest in (MIN_DEPARTURE_TURN_RATIO, 0.0):
             turns = self._within(sense * guess / np.abs(guess).max(), sense, slowest)
             if turns is not None:
                 direction: Reals = sense * turns / turns.max()
@@ -140,7 +140,7 @@ class End:
         held = ~self.moving
         for _ in range(40):
             open_, derivative = self.equations(sense * turns)
-            if np.abs(open_).max(initial=0.0) < CLOSED:
+            if np.abs(open_).max(initial=0.0) < DEPARTURE_RESIDUAL:
                 return turns
             if held.all():
                 return None
@@ -160,7 +160,7 @@ class End:
         slope = float(np.abs(course[:, 1]).max())
         step = self._step(course / slope ** np.arange(4))
         proved = False
-        for halving in range(HALVINGS):
+        for halving in range(MAX_DEPARTURE_HALVINGS):
             share = 0.5**halving
             radius = self._contracts(step, slope * share)
             # half of the greatest share: the ball is an eighth there, which the proof that goes on from it needs
@@ -177,10 +177,10 @@ class End:
         inverse: Reals = np.linalg.pinv(derivative).astype(float)
         gains = np.linalg.norm(inverse, axis=1)
         height, count = len(self.jacobian), inverse.shape[1]
-        terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, count))
+        terms, slopes = np.zeros((SERIES_ORDER_COUNT, height)), np.zeros((SERIES_ORDER_COUNT, height, count))
         for number, order in enumerate(self.orders):
             own = slice(6 * number, 6 * number + 6)
-            one, two = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, count))
+            one, two = np.zeros((SERIES_ORDER_COUNT, 6)), np.zeros((SERIES_ORDER_COUNT, 6, count))
             write_series(self.jacobian[own], order, course, inverse, one, two)
             terms[:, own], slopes[:, own] = one, two
         bent = 2.0 * inverse.T @ (self.products @ inverse)
@@ -204,12 +204,12 @@ class End:
     def _contracts(self, step: _Step, s: float) -> float | None:
         """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
         b, c, _ = step.sizes
-        rounding = ROUNDING * (1.0 + b + b * b + c)
-        powers = s ** np.arange(ORDERS)
-        rest = _rest(step.sizes, s, ORDERS)
-        left_across = float(step.across @ powers[: ORDERS - 1]) + rest / s
-        left_along = float(step.along @ powers[: ORDERS - 2]) + rest / s**2
-        radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - CONTRACTION)
+        rounding = DEPARTURE_ROUNDING * (1.0 + b + b * b + c)
+        powers = s ** np.arange(SERIES_ORDER_COUNT)
+        rest = _rest(step.sizes, s, SERIES_ORDER_COUNT)
+        left_across = float(step.across @ powers[: SERIES_ORDER_COUNT - 1]) + rest / s
+        left_along = float(step.along @ powers[: SERIES_ORDER_COUNT - 2]) + rest / s**2
+        radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - MAX_DEPARTURE_CONTRACTION)
         off = radius * step.gain  # what the ball adds to the course, of order 1
         rest = step.gain * rest
         # beyond the second derivative at the end itself, which is known with signs
@@ -217,7 +217,7 @@ class End:
         factor_across = float(step.turned_across @ powers[1:]) + rest + s * (radius * step.bent_across + beside)
         factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + radius * step.bent_along + beside
         factor = math.hypot(factor_across, factor_along) + step.off + rounding * (1.0 + step.gain)
-        return radius if factor <= CONTRACTION else None
+        return radius if factor <= MAX_DEPARTURE_CONTRACTION else None
 
 
 def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
@@ -240,7 +240,7 @@ def _norm(matrix: Reals) -> float:
     return float(np.linalg.norm(matrix))
 
 
-def _products(screws: Reals, order: Whole) -> Reals:
+def _products(screws: Reals, order: WholeNumbers) -> Reals:
     """B of a loop, shape (6, m, m), symmetric: the twist of the terms of second order of its product less 1.
 
     `write_series` gives the same, hinge by hinge, in ten times as long.

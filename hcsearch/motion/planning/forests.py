@@ -15,49 +15,51 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
-from hcsearch.kernels.planning.space import Space, SpaceWork, Stack
+from hcsearch.kernels.planning.search import TREES_FULL, TREES_MET, Meeting, fan_out, search_trees
+from hcsearch.kernels.planning.space import Space, SpaceWork, StateStack
 from hcsearch.kernels.planning.trees import StateTree, new_tree
 
-CAPACITY = 12000
+TREE_STATE_CAPACITY = 12000
 """States that a tree holds."""
-SLICE, TURN = 50, 10
+PAIR_CALL_ROUNDS, FOREST_CALL_ROUNDS = 50, 10
 """Rounds in one call of the kernel, for which an interrupt waits: of two trees alone, and of two among several."""
-STARTS, TRIES = 30, 400
+ROOT_START_COUNT, MAX_ROOT_TRIES = 30, 400
 """States near a root from which its tree grows, and how many are tried."""
-BRIDGE = 4000
+MAX_BRIDGE_STATES = 4000
 """States between two trees, at most."""
 
 
 @dataclass(frozen=True, eq=False)
-class Joint(ByValue):
+class TreeConnection(ByValue):
     """Where two trees met: their numbers, a state of each, and closed states from the first of these to the second."""
 
     trees: tuple[int, int]
     nodes: tuple[int, int]
     bridge: Reals
 
-    def turned(self) -> Joint:
+    def turned(self) -> TreeConnection:
         """The same from the second tree."""
-        return Joint(self.trees[::-1], self.nodes[::-1], self.bridge[::-1])
+        return TreeConnection(self.trees[::-1], self.nodes[::-1], self.bridge[::-1])
 
 
 class Forest:
     """Trees from some roots, shape (k, m), of which the first two are the packed and the flat state."""
 
-    def __init__(self, space: Space, roots: Reals, stack: Stack, work: SpaceWork) -> None:
+    def __init__(self, space: Space, roots: Reals, stack: StateStack, work: SpaceWork) -> None:
         self.space, self.stack, self.work = space, stack, work
-        self.trees: list[StateTree] = [new_tree(CAPACITY, root) for root in roots]
+        self.trees: list[StateTree] = [new_tree(TREE_STATE_CAPACITY, root) for root in roots]
         self.parts = list(range(len(roots)))
-        self.joints: list[Joint] = []
-        self.meeting = Meeting(np.zeros(2, np.int64), np.zeros((BRIDGE, roots.shape[1])), np.zeros(1, np.int64))
+        self.joints: list[TreeConnection] = []
+        self.meeting = Meeting(
+            np.zeros(2, np.int64), np.zeros((MAX_BRIDGE_STATES, roots.shape[1])), np.zeros(1, np.int64)
+        )
         self.turns = 0
         self.done: set[tuple[int, int]] = set()
 
     def fan_out(self, seed: int) -> tuple[int, ...]:
         """Add states near each root, and leave further roots without any out; how many, for each root that is left."""
         starts = [
-            int(fan_out(self.space, tree, STARTS, TRIES, 2 * seed + i, self.stack, self.work))
+            int(fan_out(self.space, tree, ROOT_START_COUNT, MAX_ROOT_TRIES, 2 * seed + i, self.stack, self.work))
             for i, tree in enumerate(self.trees)
         ]
         left = [i for i, own in enumerate(starts) if own or i < 2]
@@ -77,7 +79,7 @@ class Forest:
     @property
     def slice(self) -> int:
         """Rounds of one turn."""
-        return SLICE if len(self.trees) == 2 else TURN
+        return PAIR_CALL_ROUNDS if len(self.trees) == 2 else FOREST_CALL_ROUNDS
 
     def grow(self, rounds: int, seed: int) -> None:
         """One turn: two trees grow for some rounds, or until they meet."""
@@ -85,13 +87,15 @@ class Forest:
         pair = pairs[self.turns % len(pairs)]
         self.turns += 1
         trees = self.trees[pair[0]], self.trees[pair[1]]
-        state = int(search(self.space, *trees, rounds, seed, self.stack, self.work, self.meeting))
-        if state == MET:
+        state = int(search_trees(self.space, *trees, rounds, seed, self.stack, self.work, self.meeting))
+        if state == TREES_MET:
             one, two = self.meeting.nodes.tolist()
-            self.joints.append(Joint(pair, (one, two), self.meeting.bridge[: int(self.meeting.filled[0])].copy()))
+            self.joints.append(
+                TreeConnection(pair, (one, two), self.meeting.bridge[: int(self.meeting.filled[0])].copy())
+            )
             kept, gone = sorted(self.parts[i] for i in pair)
             self.parts = [kept if part == gone else part for part in self.parts]
-        elif state == FULL:
+        elif state == TREES_FULL:
             self.done.add(pair)
 
     def _pairs(self) -> list[tuple[int, int]]:
@@ -124,9 +128,9 @@ class Forest:
             tree, node = joint.trees[1], joint.nodes[1]
         return np.concatenate([*lines, _between(self.trees[tree], node, 0)])
 
-    def _route(self) -> list[Joint]:
+    def _route(self) -> list[TreeConnection]:
         """The joints on the way from the first tree to the second: those that met form a tree themselves."""
-        routes: dict[int, list[Joint]] = {0: []}
+        routes: dict[int, list[TreeConnection]] = {0: []}
         while 1 not in routes:
             for joint in (*self.joints, *(joint.turned() for joint in self.joints)):
                 here, there = joint.trees
@@ -153,7 +157,7 @@ def _branch(tree: StateTree, node: int) -> list[int]:
     return nodes
 
 
-def several(ends: Sequence[Reals], junctions: Reals, count: int, seed: int) -> Reals:
+def forest_roots(ends: Sequence[Reals], junctions: Reals, count: int, seed: int) -> Reals:
     """The roots of a forest: both ends and so many junctions, shape (k, m); with other seeds others, all in turn."""
     most = min(count, len(junctions))
     own = [(seed * most + k) % len(junctions) for k in range(most)]

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.groups import Group
-from hcsearch.motion.locks.lattice import WholeEnd, reduced
+from hcsearch.motion.locks.lattice import WholeEnd, reduced_rows
 from hcsearch.shape.linkage import Linkage
 
-UP = np.array([0.0, 0.0, 1.0])
+VERTICAL_AXIS = np.array([0.0, 0.0, 1.0])
 
 
 def group_of_all(loops: Loops) -> Group:
@@ -42,9 +42,9 @@ def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.b
         x, y = columns[0, 0], columns[0, 1]
         if any(column[0] * y != column[1] * x for column in columns):
             return group_of_all(loops)
-        across = np.cross(UP, jacobian[6 * loop : 6 * loop + 3, turning[0]])
+        across = np.cross(VERTICAL_AXIS, jacobian[6 * loop : 6 * loop + 3, turning[0]])
         axis = jacobian[6 * loop : 6 * loop + 3, turning[0]]
-        parts = [(axis, 0)] if len(reduced(columns)) == 1 else [(axis, 0), (across, 3), (UP, 3)]
+        parts = [(axis, 0)] if len(reduced_rows(columns)) == 1 else [(axis, 0), (across, 3), (VERTICAL_AXIS, 3)]
         for vector, place in parts:
             row = np.zeros(len(jacobian))
             row[6 * loop + place : 6 * loop + place + 3] = vector

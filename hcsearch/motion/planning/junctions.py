@@ -16,16 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags, Reals, Whole
+from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.planning.space import Space, Stack, pick, place
+from hcsearch.kernels.planning.space import Space, StateStack, pick_state, place_state
 from hcsearch.shape.linkage import Linkage, Walk
 
-LONGEST = 36
+MAX_JUNCTION_LOOP_HINGES = 36
 """Hinges of the longest loop whose junctions are listed: there are 2^18 products of each half."""
-MOST = 20_000
+MAX_JUNCTION_COUNT = 20_000
 """Junctions that are listed, at most."""
-EQUAL = 1e-9
+EQUAL_POSE_TOLERANCE = 1e-9
 """Poses whose entries, lengths over the pattern's size, differ by no more are one; rounding is 1e-14."""
 
 
@@ -33,8 +33,8 @@ EQUAL = 1e-9
 class Junctions(ByValue):
     """Flat-folded closed states, in the order of their hinges as binary numbers.
 
-    states : (k, n_hinges), rad, entries 0 and pi. complete : whether these are all; else a loop has more than `LONGEST`
-    hinges, or there are more than `MOST`.
+    states : (k, n_hinges), rad, entries 0 and pi. complete : whether these are all; else a loop has more than
+    `MAX_JUNCTION_LOOP_HINGES` hinges, or there are more than `MAX_JUNCTION_COUNT`.
     """
 
     states: Reals
@@ -46,7 +46,7 @@ def junctions_of(linkage: Linkage) -> Junctions:
     known, complete = np.zeros((1, linkage.n_hinges), bool), True
     listed: set[int] = set()
     for walk in linkage.loops:
-        if len(walk) > LONGEST:
+        if len(walk) > MAX_JUNCTION_LOOP_HINGES:
             return Junctions(np.zeros((0, linkage.n_hinges)), False)
         own, whole = _closed(linkage, walk)
         hinges = [hinge for hinge, _ in walk]
@@ -59,17 +59,17 @@ def junctions_of(linkage: Linkage) -> Junctions:
     for hinge in set(range(linkage.n_hinges)) - listed:  # in no loop: it turns freely
         turned = known.copy()
         turned[:, hinge] = True
-        known = np.concatenate([known, turned])[:MOST]
-        complete = complete and 2 * len(turned) <= MOST
+        known = np.concatenate([known, turned])[:MAX_JUNCTION_COUNT]
+        complete = complete and 2 * len(turned) <= MAX_JUNCTION_COUNT
     return Junctions(math.pi * known[np.lexsort(known.T[::-1])], complete)
 
 
-def clear_junctions(linkage: Linkage, space: Space, stack: Stack) -> Reals:
+def clear_junctions(linkage: Linkage, space: Space, stack: StateStack) -> Reals:
     """The junctions beside packed and flat at which all pairs of a space keep apart, shape (k, n_hinges)."""
     states = junctions_of(linkage).states
     inner = states.any(axis=1) & (states != space.folded).any(axis=1)
     return np.array(
-        [state for state in states[inner] if place(space, state, space.least, pick(stack, 0))], float
+        [state for state in states[inner] if place_state(space, state, space.least, pick_state(stack, 0))], float
     ).reshape(-1, linkage.n_hinges)
 
 
@@ -81,7 +81,7 @@ def _closed(linkage: Linkage, walk: Walk) -> tuple[Flags, bool]:
     # half turns are their own inverses: the second half, backwards, is the product of its turns from the last on
     one, two = _products(turns[:middle]), _products(turns[: middle - 1 : -1] if middle else turns[::-1])
     first, second, fits = _matched(*_alike(one, two))
-    same = np.abs(one[first] - two[second]).max(axis=(1, 2), initial=0.0) <= EQUAL
+    same = np.abs(one[first] - two[second]).max(axis=(1, 2), initial=0.0) <= EQUAL_POSE_TOLERANCE
     bits = [_bits(first[same], middle), _bits(second[same], len(hinges) - middle)[:, ::-1]]
     return np.concatenate(bits, axis=1), fits
 
@@ -103,19 +103,19 @@ def _products(turns: Reals) -> Reals:
     return products
 
 
-def _bits(numbers: Whole, count: int) -> Flags:
+def _bits(numbers: WholeNumbers, count: int) -> Flags:
     """The lowest bits of numbers, shape (k, count), the lowest first."""
     bits: Flags = (numbers[:, None] >> np.arange(count)) & 1 == 1
     return bits
 
 
-def _numbers(bits: Flags) -> Whole:
-    """Rows of bits, no more than `LONGEST`, as numbers, the lowest first."""
-    numbers: Whole = bits @ (1 << np.arange(bits.shape[1]))
+def _numbers(bits: Flags) -> WholeNumbers:
+    """Rows of bits, no more than `MAX_JUNCTION_LOOP_HINGES`, as numbers, the lowest first."""
+    numbers: WholeNumbers = bits @ (1 << np.arange(bits.shape[1]))
     return numbers
 
 
-def _alike(one: Reals, two: Reals) -> tuple[Whole, Whole]:
+def _alike(one: Reals, two: Reals) -> tuple[WholeNumbers, WholeNumbers]:
     """A number for each pose of two lists: the same where poses are equal, and seldom where they are not.
 
     Poses are sorted by one sum of their entries; a number ends where the next sum is further off than by rounding.
@@ -124,16 +124,16 @@ def _alike(one: Reals, two: Reals) -> tuple[Whole, Whole]:
     sums = np.concatenate([one, two])[:, :3].reshape(-1, 12) @ weights
     order = np.argsort(sums, kind="stable")
     numbers = np.empty(len(sums), np.int64)
-    numbers[order] = np.cumsum(np.diff(sums[order], prepend=sums[order[0]]) > 12.0 * EQUAL)
+    numbers[order] = np.cumsum(np.diff(sums[order], prepend=sums[order[0]]) > 12.0 * EQUAL_POSE_TOLERANCE)
     return numbers[: len(one)], numbers[len(one) :]
 
 
-def _matched(one: Whole, two: Whole) -> tuple[Whole, Whole, bool]:
-    """Places of equal numbers in two lists, all pairs or the first `MOST`; and whether these are all."""
+def _matched(one: WholeNumbers, two: WholeNumbers) -> tuple[WholeNumbers, WholeNumbers, bool]:
+    """Places of equal numbers in two lists, all pairs or the first `MAX_JUNCTION_COUNT`; and whether these are all."""
     order = np.argsort(two, kind="stable")
     low, high = (np.searchsorted(two[order], one, side) for side in ("left", "right"))
     ends = np.cumsum(high - low)
     total = int(ends[-1]) if len(ends) else 0
-    pairs = np.arange(min(total, MOST))
+    pairs = np.arange(min(total, MAX_JUNCTION_COUNT))
     first = np.searchsorted(ends, pairs, "right")
-    return first, order[low[first] + pairs - (ends - high + low)[first]], total <= MOST
+    return first, order[low[first] + pairs - (ends - high + low)[first]], total <= MAX_JUNCTION_COUNT

@@ -18,17 +18,26 @@ from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.motion.collision.margins import margin_of, scale_of
 from hcsearch.motion.collision.plates import plates_of
-from hcsearch.motion.locks.enclosures import Enclosure, enclose
+from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends
 from hcsearch.motion.planning.critical import CriticalMargin, critical_margin
-from hcsearch.motion.planning.planner import Growth, Planner
+from hcsearch.motion.planning.planner import Planner, TreeGrowth
 from hcsearch.motion.planning.problems import check_memory
-from hcsearch.motion.planning.proofs import PLAYS, PathProof, Prover
-from hcsearch.motion.planning.schedule import FIRST, LONG, Bisection, Floods, Moves, Step, Trees, planned_efforts
+from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, PathProof, Prover
+from hcsearch.motion.planning.schedule import (
+    DEFAULT_EFFORT_BUDGET,
+    LONG_SEARCH_ROUNDS,
+    BisectionStep,
+    EffortStep,
+    FloodStep,
+    MovesStep,
+    TreeStep,
+    planned_efforts,
+)
 from hcsearch.motion.planning.simple_moves import simple_path
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 
-PROOFS = 3
+MAX_FAILED_PROOFS = 3
 """Paths that are tried where a proof fails, in each way of an effort: other seeds hardly mend that."""
 
 
@@ -47,7 +56,7 @@ class PlannedMotion(ByValue):
     way: Way | None
     states: Reals | None
     proof: PathProof | None
-    growths: tuple[tuple[Way, Growth], ...]
+    growths: tuple[tuple[Way, TreeGrowth], ...]
     labels: Labels | None = None
     efforts: int = 0
     locks: tuple[tuple[Way, Enclosure], ...] = ()
@@ -69,13 +78,13 @@ class PlannedMotion(ByValue):
         return None if self.proof is None else self.proof.margin
 
 
-def motion_of(
+def plan_motion(
     folding: Folding,
     panel: PanelSize,
     ways: Sequence[Way],
     margin: float | None = None,
     *,
-    budget: int = FIRST,
+    budget: int = DEFAULT_EFFORT_BUDGET,
     done: int = 0,
 ) -> PlannedMotion:
     """Look for a proved path of a folding.
@@ -90,16 +99,16 @@ def motion_of(
     own = folding if like is None else like.folding
     linkages = {way: own.linkage(panel, flat_pairs=way) for way in ways if own.can_join(way)}
     found = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
-    return found if like is None else carried(found, folding, panel)
+    return found if like is None else motion_from_twin(found, folding, panel)
 
 
-def margins_of(linkage: Linkage, margin: float | None = None) -> list[float]:
+def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
     """The margins (m) at which paths are proved, least first. margin : the greatest; None for that of `margin_of`."""
     top = margin_of(linkage) if margin is None else margin
-    return [*(play * scale_of(linkage) for play in PLAYS if play * scale_of(linkage) < top), top]
+    return [*(play * scale_of(linkage) for play in CERTIFIED_MARGINS if play * scale_of(linkage) < top), top]
 
 
-def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
+def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
     """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
     locks = tuple((way, _carried_lock(lock, folding.linkage(panel, flat_pairs=way))) for way, lock in motion.locks)
     motion = replace(motion, locks=locks)
@@ -135,12 +144,12 @@ class _Search:
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
-        self.growths: dict[Way, Growth] = {}
+        self.growths: dict[Way, TreeGrowth] = {}
         self.locks: dict[Way, Enclosure] = {}
         self.joined: dict[Way, bool] = {}
         self.critical: CriticalMargin | None = None
         self.best = PlannedMotion(None, None, None, ())
-        self.margins = margins_of(next(iter(linkages.values())), margin)
+        self.margins = proof_margins(next(iter(linkages.values())), margin)
 
     def run(self, budget: int, done: int) -> PlannedMotion:
         """The motion that needs the least play, or a lock, by the efforts of a budget after those that were made."""
@@ -166,12 +175,12 @@ class _Search:
         return tuple(way for way in self.linkages if way not in self.locks)
 
     @singledispatchmethod
-    def _make(self, step: Step) -> bool:
+    def _make(self, step: EffortStep) -> bool:
         """Make a step of an effort; whether a path or a lock is proved."""
         raise TypeError(step)
 
     @_make.register
-    def _moves(self, step: Moves) -> bool:
+    def _moves(self, step: MovesStep) -> bool:
         """A path of few hinges at a time is found at once, and proved where closure is singular throughout."""
         least, top = self.margins[0], self.margins[-1]
         if step.loose and top == least:
@@ -179,13 +188,13 @@ class _Search:
         return any(self._simple(way, top if step.loose else least) for way in self._every)
 
     @_make.register
-    def _floods(self, step: Floods) -> bool:
+    def _floods(self, step: FloodStep) -> bool:
         """The narrower ways first, which take less."""
         for way in sorted(self._every, key=lambda way: way in self.widest):
             linkage = self.linkages[way]
             if not step.panels and self._joined(way):
                 continue
-            enclosure = enclose(linkage, step.boxes, plates_of(linkage, self.margins[-1]) if step.panels else None)
+            enclosure = enclose_ends(linkage, step.boxes, plates_of(linkage, self.margins[-1]) if step.panels else None)
             if enclosure.proved:
                 self.locks[way] = enclosure
         return self.locked
@@ -193,18 +202,18 @@ class _Search:
     def _joined(self, way: Way) -> bool:
         """Whether a folding opens in a way if panels may pass through each other, by a search."""
         if way not in self.joined:
-            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG)
+            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG_SEARCH_ROUNDS)
             self.joined[way] = free.states is not None
         return self.joined[way]
 
     @_make.register
-    def _trees(self, step: Trees) -> bool:
+    def _trees(self, step: TreeStep) -> bool:
         some = self.widest if step.widest else self._every
-        self.left = dict.fromkeys(some, PROOFS)
+        self.left = dict.fromkeys(some, MAX_FAILED_PROOFS)
         return any(self._try(some, step, seed) for seed in step.seeds)
 
     @_make.register
-    def _bisection(self, _step: Bisection) -> bool:
+    def _bisection(self, _step: BisectionStep) -> bool:
         """The critical margin; where that is one of the scene's, its path is a proved one."""
         for way in self.widest:
             if way in self.locks:
@@ -222,7 +231,7 @@ class _Search:
         states = simple_path(self.linkages[way], margin)
         return states is not None and self._prove(way, states)
 
-    def _try(self, some: Sequence[Way], trees: Trees, seed: int) -> bool:
+    def _try(self, some: Sequence[Way], trees: TreeStep, seed: int) -> bool:
         """Try some ways until one has a path that is proved; whether one has."""
         for way in some:
             planner = self._planner(way, self.margins[-1 if trees.loose else 0])

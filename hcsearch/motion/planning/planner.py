@@ -13,29 +13,29 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.planning.smoothing import relax, shorten, thin
-from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, new_stack, new_work
-from hcsearch.kernels.planning.trees import CELL
+from hcsearch.kernels.planning.smoothing import relax_path, shorten_path, thin_path
+from hcsearch.kernels.planning.space import Space, SpaceWork, StateStack, new_space_work, new_state_stack
+from hcsearch.kernels.planning.trees import STATE_CELL_WIDTH
 from hcsearch.motion.collision.margins import check_margin
-from hcsearch.motion.planning.forests import Forest, several
+from hcsearch.motion.planning.forests import Forest, forest_roots
 from hcsearch.motion.planning.junctions import clear_junctions
 from hcsearch.motion.planning.problems import space_of
 from hcsearch.shape.linkage import Linkage
 
-DEPTH = 15
+PLANNER_STACK_DEPTH = 15
 """States that the kernels work with."""
-SHORTCUTS, SWEEPS = 60, 8
+PATH_SHORTCUT_TRIES, PATH_RELAXATION_SWEEPS = 60, 8
 """Shortcuts that are tried, and how often states of a path are moved between their neighbours."""
-THIN = 0.03
+THINNED_STATE_DISTANCE = 0.03
 """States nearer to each other than this (rad) are left out, where panels keep apart without."""
-WISHED = 0.2
+WISHED_GAP_SHARE = 0.2
 """Gap of shrunk panels up to which contact pushes a path away, over the margin."""
-CLOSED_OFF = 0.02
+CLOSED_OFF_STATE_SHARE = 0.02
 """A tree is closed off where the second half of the rounds brings less than this share of its states."""
 
 
 @dataclass(frozen=True)
-class Growth:
+class TreeGrowth:
     """What the trees came to.
 
     starts : states near the packed and near the flat state from which they grew; without any, the search came to no
@@ -56,7 +56,7 @@ class Growth:
     @property
     def closed_off(self) -> tuple[bool, bool]:
         """Whether the tree from the packed and that from the flat state stopped growing, to the resolution tried."""
-        return self.late[0] < CLOSED_OFF, self.late[1] < CLOSED_OFF
+        return self.late[0] < CLOSED_OFF_STATE_SHARE, self.late[1] < CLOSED_OFF_STATE_SHARE
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class PathPlan(ByValue):
     """
 
     states: Reals | None
-    growth: Growth
+    growth: TreeGrowth
     clouds: tuple[Reals, Reals]
 
 
@@ -84,8 +84,8 @@ class Planner:
         check_margin(linkage, margin)
         self.linkage, self.margin = linkage, margin
         self.space: Space = space_of(linkage, margin, collide=collide)
-        self.stack: Stack = new_stack(self.space, DEPTH)
-        self.work: SpaceWork = new_work(self.space)
+        self.stack: StateStack = new_state_stack(self.space, PLANNER_STACK_DEPTH)
+        self.work: SpaceWork = new_space_work(self.space)
 
     @cached_property
     def junctions(self) -> Reals:
@@ -99,9 +99,9 @@ class Planner:
         """
         ends = self.space.folded, self.linkage.flat
         if not self.linkage.n_hinges:
-            growth = Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False)
+            growth = TreeGrowth((0, 0), (1, 1), 0, (0.0, 0.0), STATE_CELL_WIDTH, False)
             return PathPlan(None, growth, (ends[0][None], ends[1][None]))
-        further = several(ends, self.junctions, roots, seed) if roots else np.array(ends)
+        further = forest_roots(ends, self.junctions, roots, seed) if roots else np.array(ends)
         # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
         self.stack.corners[:], self.stack.ways[:] = -1, 0.0
         forest = Forest(self.space, further, self.stack, self.work)
@@ -115,7 +115,7 @@ class Planner:
                 half = forest.sizes()
         sizes = forest.sizes()
         late = (1.0 - half[0] / sizes[0], 1.0 - half[1] / sizes[1])
-        growth = Growth((starts[0], starts[1]), sizes, done, late, CELL, forest.full, len(starts) - 2)
+        growth = TreeGrowth((starts[0], starts[1]), sizes, done, late, STATE_CELL_WIDTH, forest.full, len(starts) - 2)
         return PathPlan(self._path(forest.path(), seed) if forest.met else None, growth, forest.clouds())
 
     def _path(self, states: Reals, seed: int) -> Reals:
@@ -123,10 +123,10 @@ class Planner:
         path = np.zeros((2 * len(states) + 1000, states.shape[1]))
         path[: len(states)] = states
         between = np.zeros((1000, states.shape[1]))
-        count = shorten(self.space, path, len(states), SHORTCUTS, seed, self.stack, self.work, between)
-        count = thin(self.space, path, count, THIN, self.stack)
-        wished = WISHED * self.margin
-        relax(self.space, path, count, SWEEPS, wished, self.stack, self.work)
+        count = shorten_path(self.space, path, len(states), PATH_SHORTCUT_TRIES, seed, self.stack, self.work, between)
+        count = thin_path(self.space, path, count, THINNED_STATE_DISTANCE, self.stack)
+        wished = WISHED_GAP_SHARE * self.margin
+        relax_path(self.space, path, count, PATH_RELAXATION_SWEEPS, wished, self.stack, self.work)
         return path[:count].copy()
 
 

@@ -8,18 +8,18 @@ from hcsearch.basics.errors import SizeError
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
-from hcsearch.motion.collision.margins import EDGE, scale_of
+from hcsearch.motion.collision.margins import REFERENCE_EDGE_LENGTH, scale_of
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import kept_apart, pairs_of
+from hcsearch.motion.collision.solids import kept_apart, solid_pairs
 from hcsearch.shape.linkage import Linkage
 
-LEVER = 0.45 / EDGE
+LEVER_PER_EDGE = 0.45 / REFERENCE_EDGE_LENGTH
 """What points move by where one hinge turns by 1 rad, over the longest edge; pairs further apart do not meet."""
-NEAR = 0.03 / EDGE
+MEASURED_DISTANCE_PER_EDGE = 0.03 / REFERENCE_EDGE_LENGTH
 """Pairs further apart than this, over the longest edge, are not measured."""
-LEAST, KEPT, PARTED = 0.01, 0.05, 0.005
+MIN_STATE_GAP_SHARE, MIN_STEP_GAP_SHARE, MIN_DIRECTION_GAP_SHARE = 0.01, 0.05, 0.005
 """Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
-MOST_MEMORY = 2_000_000_000
+MAX_PLANNING_MEMORY_BYTES = 2_000_000_000
 """Memory that a search may take."""
 _FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
 """Bytes: without panels; for each panel, as of states in trees; for each two, as of gaps in a state."""
@@ -28,11 +28,11 @@ _FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
 def check_memory(n: int) -> None:
     """Refuse more panels than fit into the memory, before anything is computed; SizeError."""
     wanted = _memory(n)
-    if wanted > MOST_MEMORY:
-        most = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MOST_MEMORY)
+    if wanted > MAX_PLANNING_MEMORY_BYTES:
+        most = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MAX_PLANNING_MEMORY_BYTES)
         raise SizeError(
             f"planning the motions of {n:,} panels takes about {wanted / 1e9:.1f} GB of memory, more than "
-            f"{MOST_MEMORY / 1e9:g} GB: take at most {most:,} panels"
+            f"{MAX_PLANNING_MEMORY_BYTES / 1e9:g} GB: take at most {most:,} panels"
         )
 
 
@@ -48,11 +48,11 @@ def loops_of(linkage: Linkage) -> Loops:
 
 def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
     """A linkage with its panels shrunk by a margin (m) on every face; collide : whether they must keep apart at all."""
-    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
+    pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     prisms = prisms_of(linkage, margin)
     if not collide:
         pairs, prisms = pairs[:0], _none_of(prisms)
-    chain, edge = linkage.chain, EDGE * scale_of(linkage)
+    chain, edge = linkage.chain, REFERENCE_EDGE_LENGTH * scale_of(linkage)
     across = np.zeros((linkage.n_panels, linkage.n_hinges))
     for panel in chain.order:
         if chain.parents[panel] >= 0:
@@ -64,11 +64,11 @@ def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
         across=across,
         prisms=prisms,
         pairs=np.ascontiguousarray(pairs),
-        lever=LEVER * edge,
-        near=NEAR * edge,
-        least=LEAST * margin,
-        kept=KEPT * margin,
-        parted=PARTED * margin,
+        lever=LEVER_PER_EDGE * edge,
+        near=MEASURED_DISTANCE_PER_EDGE * edge,
+        least=MIN_STATE_GAP_SHARE * margin,
+        kept=MIN_STEP_GAP_SHARE * margin,
+        parted=MIN_DIRECTION_GAP_SHARE * margin,
     )
 
 

@@ -21,23 +21,23 @@ from hcsearch.basics.equality import ByValue
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.groups import Group
 from hcsearch.kernels.planning.tubes import Track
-from hcsearch.motion.collision.clearance import Clearance, certify
-from hcsearch.motion.collision.margins import LEAST_PLAY, scale_of
+from hcsearch.motion.collision.clearance import Clearance, certify_clearance
+from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, scale_of
 from hcsearch.motion.collision.penetration import deepest_cut
 from hcsearch.motion.collision.reaches import longest_way, reaches
 from hcsearch.motion.collision.solids import kept_apart
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning.ends import End
+from hcsearch.motion.planning.ends import EndClosure
 from hcsearch.motion.planning.groups import group_of, group_of_all
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.stretches import APART, Stretch, Tube, cubics_of, times_of
+from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE, Stretch, Tube, cubics_of, times_of
 from hcsearch.shape.linkage import Linkage
 
-PLAYS = (LEAST_PLAY, 2e-5, 5e-5, 1e-4)
+CERTIFIED_MARGINS = (MIN_PANEL_MARGIN, 2e-5, 5e-5, 1e-4)
 """Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
-SHARE = 0.04
+WANDER_MARGIN_SHARE = 0.04
 """What closed states may be off, as a share of the margin that is tried."""
-REST = 1e-10
+STRETCH_REST_TIME = 1e-10
 """Time for which a motion rests between stretches; it is gone along at unit speed (rad)."""
 
 
@@ -94,7 +94,7 @@ class Prover:
 
     def limit(self, margin: float) -> float:
         """What closed states may differ from a path by, summed over hinges (rad), where panels have a margin (m)."""
-        return SHARE * margin / self._way
+        return WANDER_MARGIN_SHARE * margin / self._way
 
     @cached_property
     def whole(self) -> Stretch:
@@ -103,7 +103,9 @@ class Prover:
 
     def _stretch(self, first: Reals, last: Reals, group: Group) -> Stretch:
         """A stretch between two closed states at which all hinges are at stops."""
-        return Stretch(self.linkage, group, (End(self.linkage, first, group), End(self.linkage, last, group)))
+        return Stretch(
+            self.linkage, group, (EndClosure(self.linkage, first, group), EndClosure(self.linkage, last, group))
+        )
 
     def prove(self, states: Reals, margins: Sequence[float]) -> PathProof:
         """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
@@ -120,7 +122,9 @@ class Prover:
         for margin in sorted(margins):
             if give * self._spread > margin:
                 continue  # panels of a hinge would overlap, shrunk by this
-            clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
+            clear = certify_clearance(
+                self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False
+            )
             if clear.kind == "clear":
                 break
         overlap = deepest_cut(self.linkage, motion.angles, self.apart)
@@ -139,7 +143,9 @@ class Prover:
             return self._free(states)
         found = _NOTHING
         for stretches in self._cut(states):
-            for margin in sorted({PLAYS[0] * self.scale, *margins}):  # what wanders less leaves more of the gaps
+            for margin in sorted(
+                {CERTIFIED_MARGINS[0] * self.scale, *margins}
+            ):  # what wanders less leaves more of the gaps
                 found = self._along(stretches, self.limit(margin))
                 if found[0] and not any(found[1]):
                     return found
@@ -157,13 +163,13 @@ class Prover:
     def _stretches(self, states: Reals) -> Iterator[tuple[Stretch, Reals]]:
         """The stretches of a path between its flat-folded states, with the states of each."""
         stops = np.where(states > 0.5 * math.pi, math.pi, 0.0)
-        flat = np.flatnonzero(np.abs(states - stops).max(axis=1) <= APART)
+        flat = np.flatnonzero(np.abs(states - stops).max(axis=1) <= SAME_STATE_DISTANCE)
         if len(flat) < 2 or flat[0] or flat[-1] != len(states) - 1:
             return
         for first, last in pairwise(flat):
             part = states[first : last + 1].copy()
             part[0], part[-1] = stops[first], stops[last]
-            moving = np.abs(part - part[0]).max(axis=0) > APART
+            moving = np.abs(part - part[0]).max(axis=0) > SAME_STATE_DISTANCE
             end = whole_end(self.linkage, part[0])
             group = self.whole.group
             if end is not None and moving.any():
@@ -207,15 +213,15 @@ class Prover:
 def _end_to_end(tubes: Sequence[Tube]) -> tuple[Course, float]:
     """The motion along tubes, one after the other, and what closed states differ from it by (rad).
 
-    At a flat-folded state between two of them the linkage rests for a moment, `REST`, while the cubics change their
-    rates; they leave that state by less than this times the rates.
+    At a flat-folded state between two of them the linkage rests for a moment, `STRETCH_REST_TIME`, while the cubics
+    change their rates; they leave that state by less than this times the rates.
     """
     tracks = [tube.track for tube in tubes if tube.track is not None]
     wander = max(tube.wander for tube in tubes)
     times = [tracks[0].times]
     for before, track in pairwise(tracks):
-        wander = max(wander, REST * float(np.abs(before.rates[-1]).sum() + np.abs(track.rates[0]).sum()))
-        times.append(times[-1][-1] + REST + track.times)
+        wander = max(wander, STRETCH_REST_TIME * float(np.abs(before.rates[-1]).sum() + np.abs(track.rates[0]).sum()))
+        times.append(times[-1][-1] + STRETCH_REST_TIME + track.times)
     angles, rates = (np.concatenate([track[k] for track in tracks]) for k in (1, 2))
     return _cubics(np.concatenate(times), angles, rates), wander
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from hcsearch.motion.locks.enclosures import Enclosure
 from hcsearch.motion.planning.motions import PlannedMotion
-from hcsearch.motion.planning.planner import Growth
+from hcsearch.motion.planning.planner import TreeGrowth
 from hcsearch.motion.planning.proofs import PathProof
 from hcsearch.shape.labels import Labels
 
-ENDS = ("packed", "flat")
+END_NAMES = ("packed", "flat")
 
 
 def reason_of(motion: PlannedMotion) -> str:
@@ -61,7 +61,9 @@ def _failed(proof: PathProof, labels: Labels | None) -> str:
     if proof.motion is None:
         return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
     if any(proof.reach):
-        away = " and ".join(f"{far:.2g} rad from the {end}" for end, far in zip(ENDS, proof.reach, strict=True) if far)
+        away = " and ".join(
+            f"{far:.2g} rad from the {end}" for end, far in zip(END_NAMES, proof.reach, strict=True) if far
+        )
         return f"its proof ends {away} state"
     if proof.clear is None:
         return "hinges go beyond their stops by more than the play allows"
@@ -69,11 +71,11 @@ def _failed(proof: PathProof, labels: Labels | None) -> str:
     return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
 
 
-def _grown(growth: Growth) -> str:
+def _grown(growth: TreeGrowth) -> str:
     """What the trees of one search came to."""
     if not all(growth.starts):
-        return f"no way out of the {ENDS[growth.starts[0] > 0]} state"
+        return f"no way out of the {END_NAMES[growth.starts[0] > 0]} state"
     one, two = growth.sizes
-    closed = [end for end, off in zip(ENDS, growth.closed_off, strict=True) if off]
+    closed = [end for end, off in zip(END_NAMES, growth.closed_off, strict=True) if off]
     state = f"closed off at the {' and the '.join(closed)} state" if closed else "still growing"
     return f"trees of {one:,} and {two:,} states {state} after {growth.rounds} rounds, cells {growth.resolution:g} rad"

@@ -15,14 +15,14 @@ from hcsearch.basics.errors import HcsearchError
 
 
 @dataclass(frozen=True)
-class Moves:
+class MovesStep:
     """Simple moves in every way. loose : whether the margin is the greatest; else the least that is stated."""
 
     loose: bool
 
 
 @dataclass(frozen=True)
-class Floods:
+class FloodStep:
     """Proofs that loops and stops lock the folding.
 
     boxes : that each way of joining flat pairs may take. panels : whether panels that do not pass through each other
@@ -34,7 +34,7 @@ class Floods:
 
 
 @dataclass(frozen=True)
-class Trees:
+class TreeStep:
     """Searches by trees of states.
 
     widest : whether flat pairs are joined in the way alone whose motions include those of all others; else in every
@@ -50,25 +50,25 @@ class Trees:
 
 
 @dataclass(frozen=True)
-class Bisection:
+class BisectionStep:
     """The critical margin."""
 
 
-Step = Moves | Floods | Trees | Bisection
+EffortStep = MovesStep | FloodStep | TreeStep | BisectionStep
 
-TIGHT, LOOSE, LONG = 40, 60, 300
+TIGHT_SEARCH_ROUNDS, LOOSE_SEARCH_ROUNDS, LONG_SEARCH_ROUNDS = 40, 60, 300
 """Rounds of a search with the least margin, of those with the greatest that follow it, and of those that go on."""
-ROOTS = 6
+SEARCH_ROOT_COUNT = 6
 """Junctions in one search."""
-FIRST = 2
+DEFAULT_EFFORT_BUDGET = 2
 """The budget where none is given."""
-SEARCHES = 3
+SEARCH_SEED_COUNT = 3
 """Searches with other seeds in an effort."""
-BOXES, GROWN = 100_000, 6
+FIRST_FLOOD_BOXES, FLOOD_BOX_GROWTH = 100_000, 6
 """Boxes of the first floods, and how many times as many those of each effort after that take."""
 
 
-def efforts() -> Iterator[tuple[Step, ...]]:
+def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
     """All efforts in their order, each as its steps, without an end.
 
     A proof that a folding is locked ends the search, as a proved path does. One in which panels have a part holds up to
@@ -77,20 +77,24 @@ def efforts() -> Iterator[tuple[Step, ...]]:
     floods take ever more boxes, and trees have seeds of their own: with junctions as further roots, then without, and
     every third time with the least margin, by which paths are better.
     """
-    yield Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=False), Moves(loose=True)
-    yield (Trees(widest=True, loose=True, rounds=LOOSE, seeds=(1, 2, 3)),)
+    yield (
+        TreeStep(widest=False, loose=False, rounds=TIGHT_SEARCH_ROUNDS, seeds=(0,)),
+        MovesStep(loose=False),
+        MovesStep(loose=True),
+    )
+    yield (TreeStep(widest=True, loose=True, rounds=LOOSE_SEARCH_ROUNDS, seeds=(1, 2, 3)),)
     for k in count():
-        boxes = BOXES * GROWN**k
-        loose, roots = ((True, ROOTS), (True, 0), (False, ROOTS))[k % 3]
+        boxes = FIRST_FLOOD_BOXES * FLOOD_BOX_GROWTH**k
+        loose, roots = ((True, SEARCH_ROOT_COUNT), (True, 0), (False, SEARCH_ROOT_COUNT))[k % 3]
         first = 100 * (k + 1)  # other seeds than those of the first two efforts, which add tens where a proof fails
-        seeds = tuple(range(first, first + SEARCHES))
-        trees = Trees(widest=True, loose=loose, rounds=LONG, seeds=seeds, roots=roots)
-        free, blocked = Floods(boxes), Floods(boxes, panels=True)
-        yield (free, trees, Bisection(), blocked) if k == 0 else (free, blocked, trees)
+        seeds = tuple(range(first, first + SEARCH_SEED_COUNT))
+        trees = TreeStep(widest=True, loose=loose, rounds=LONG_SEARCH_ROUNDS, seeds=seeds, roots=roots)
+        free, blocked = FloodStep(boxes), FloodStep(boxes, panels=True)
+        yield (free, trees, BisectionStep(), blocked) if k == 0 else (free, blocked, trees)
 
 
-def planned_efforts(budget: int, done: int = 0) -> list[tuple[Step, ...]]:
+def planned_efforts(budget: int, done: int = 0) -> list[tuple[EffortStep, ...]]:
     """The efforts of a budget, less those that were made already."""
     if budget < 0 or done < 0:
         raise HcsearchError(f"a budget of {budget} efforts after {done} is none: give 0 or more of each")
-    return list(islice(efforts(), done, budget))
+    return list(islice(all_efforts(), done, budget))

@@ -18,22 +18,22 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import kept_apart, pairs_of
+from hcsearch.motion.collision.solids import kept_apart, solid_pairs
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.groups import turns_equally
 from hcsearch.shape.linkage import Linkage
 
-STATES = 400
+MAX_MOVE_STATES = 400
 """Flat-folded states that are looked at, at most."""
-STEP = 0.1
+MOVE_STEP_TURN = 0.1
 """Turn of the fastest hinge between two states of a move (rad)."""
-SHUT = 1e-9
+MOVE_CLOSURE_TOLERANCE = 1e-9
 """Closure residual of states that are closed, and difference of lines that are one."""
-CANDIDATES = 20000
+MAX_MOVE_CANDIDATES = 20000
 """Sets of hinges that are tried, at most: those of a large array are too many."""
-SLOW = 1e-6
+MIN_LEAVING_RATE = 1e-6
 """A hinge that leaves its stop no faster than this, over all of them, stays there."""
-ON_A_LINE = (2, 4, 6, 8)
+COLLINEAR_HINGE_COUNTS = (2, 4, 6, 8)
 """Hinges on one line that turn together."""
 
 
@@ -41,9 +41,9 @@ class SimpleMoves:
     """Simple moves of one linkage with panels shrunk by a margin (m) on every face."""
 
     def __init__(self, linkage: Linkage, margin: float) -> None:
-        self.linkage, self.left = linkage, CANDIDATES
+        self.linkage, self.left = linkage, MAX_MOVE_CANDIDATES
         self.prisms = prisms_of(linkage, margin)
-        pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage))
+        pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage))
         self.pairs = np.ascontiguousarray(pairs.prisms)
 
     def path(self) -> Reals | None:
@@ -53,7 +53,7 @@ class SimpleMoves:
         first, last = _key(self.linkage.folded.astype(float)), _key(self.linkage.flat)
         before: dict[bytes, tuple[bytes, Reals] | None] = {first: None}
         waiting = deque([self.linkage.folded.astype(float)])
-        while waiting and last not in before and len(before) < STATES:
+        while waiting and last not in before and len(before) < MAX_MOVE_STATES:
             state = waiting.popleft()
             for move in self._moves(state, before):
                 before[_key(move[-1])] = (_key(state), move)
@@ -80,7 +80,7 @@ class SimpleMoves:
             self.left -= 1
             end = state.copy()
             end[hinges] = math.pi - end[hinges]
-            if _key(end) in known or np.abs(self.linkage.closure(end)[0]).max() > SHUT:
+            if _key(end) in known or np.abs(self.linkage.closure(end)[0]).max() > MOVE_CLOSURE_TOLERANCE:
                 continue
             rates = None
             if not turns_equally(whole, end != state):
@@ -97,14 +97,17 @@ class SimpleMoves:
         rates : of the hinges as they leave their stops, or None where all turn by the same angle.
         """
         if rates is None:
-            return state + np.linspace(0.0, 1.0, math.ceil(math.pi / STEP) + 1)[:, None] * (end - state)
+            return state + np.linspace(0.0, 1.0, math.ceil(math.pi / MOVE_STEP_TURN) + 1)[:, None] * (end - state)
         sense = np.sign(end - state)[hinges]
         own, way, states = state.copy(), rates / rates.max() * sense, [state]
-        for _ in range(math.ceil(4.0 * math.pi / STEP)):
+        for _ in range(math.ceil(4.0 * math.pi / MOVE_STEP_TURN)):
             before = own.copy()
-            own[hinges] += STEP * way / np.abs(way).max()
-            if np.abs(own[hinges] - end[hinges]).max() < 1.5 * STEP or (sense * (own - end)[hinges]).max() > 0.0:
-                near = np.abs(before - end)[hinges].max() < 3.0 * STEP
+            own[hinges] += MOVE_STEP_TURN * way / np.abs(way).max()
+            if (
+                np.abs(own[hinges] - end[hinges]).max() < 1.5 * MOVE_STEP_TURN
+                or (sense * (own - end)[hinges]).max() > 0.0
+            ):
+                near = np.abs(before - end)[hinges].max() < 3.0 * MOVE_STEP_TURN
                 return np.array([*states, end]) if near else None
             for _ in range(20):
                 residual, jacobian = self.linkage.closure(own)
@@ -112,7 +115,7 @@ class SimpleMoves:
                     break
                 own[hinges] -= np.linalg.lstsq(jacobian[:, hinges], residual, rcond=1e-9)[0]
             way = (own - before)[hinges]
-            if np.abs(self.linkage.closure(own)[0]).max() > SHUT or (sense * way).min() <= 0.0:
+            if np.abs(self.linkage.closure(own)[0]).max() > MOVE_CLOSURE_TOLERANCE or (sense * way).min() <= 0.0:
                 return None
             states.append(own.copy())
         return None
@@ -134,7 +137,7 @@ def _candidates(leaving: Reals) -> Iterator[list[int]]:
     """
     parallel = _alike(leaving, [k for k in range(len(leaving)) if k % 6 < 3])
     lines = [line for group in parallel for line in _lines(leaving, group)]
-    for count in ON_A_LINE:
+    for count in COLLINEAR_HINGE_COUNTS:
         for ahead, back in lines:
             for some in combinations(ahead, count // 2):
                 for others in combinations(back, count // 2):
@@ -153,7 +156,7 @@ def _rates(leaving: Reals) -> Reals | None:
         return None
     _, values, ways = np.linalg.svd(leaving)
     rates: Reals = ways[3] * (1.0 if ways[3].sum() > 0.0 else -1.0)
-    return rates if int((values > SHUT).sum()) == 3 and rates.min() > SLOW else None
+    return rates if int((values > MOVE_CLOSURE_TOLERANCE).sum()) == 3 and rates.min() > MIN_LEAVING_RATE else None
 
 
 def _alike(leaving: Reals, rows: list[int]) -> list[list[int]]:
@@ -162,7 +165,7 @@ def _alike(leaving: Reals, rows: list[int]) -> list[list[int]]:
     for h in range(leaving.shape[1]):
         for group in groups:
             one, two = leaving[rows, group[0]], leaving[rows, h]
-            if min(np.abs(one - two).max(), np.abs(one + two).max()) < SHUT:
+            if min(np.abs(one - two).max(), np.abs(one + two).max()) < MOVE_CLOSURE_TOLERANCE:
                 group.append(h)
                 break
         else:

@@ -14,29 +14,35 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
+from hcsearch.kernels.planning.closing import (
+    PLANNING_CLOSURE_RESIDUAL,
+    close_state,
+    keep_closed,
+    largest_closure_residual,
+    new_closing,
+)
 from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.tubes import Track, enclose, polished
+from hcsearch.kernels.planning.tubes import Track, polishing_residual, prove_tube
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning.ends import Departure, End
+from hcsearch.motion.planning.ends import Departure, EndClosure
 from hcsearch.motion.planning.groups import turns_equally
 from hcsearch.motion.planning.problems import loops_of
 from hcsearch.motion.planning.switches import switch_between
 from hcsearch.shape.linkage import Linkage
 
-FIRST = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
+FIRST_STEP_LENGTHS = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
 """Lengths of the first step (rad) that are tried, one after the other."""
-HALVINGS = 14
+MAX_STRETCH_HALVINGS = 14
 """Closed states are put between two states of a path no more often than this."""
-ROOM = 20000
+MAX_STRETCH_STATES = 20000
 """States of a path with those that are put between them."""
-APART = 1e-9
+SAME_STATE_DISTANCE = 1e-9
 """States that differ by less (rad) are one."""
-SWITCHES = 6
+MAX_SWITCH_STATES = 6
 """Switch states that are put into a path, at most."""
-EXACT = 2e-14
+STRAIGHT_ANGLE_ROUNDING = 2e-14
 """What rounding makes of an angle up to pi on a straight way (rad), a few times over."""
-MOVED = 1e-3
+MAX_CLOSING_CHANGE = 1e-3
 """A path with a state that is further from closed states within the stops (rad) is none."""
 
 
@@ -61,11 +67,11 @@ class Stretch:
     group : the hinges that turn, and the equations in which loops close. ends : the closure equations at both ends.
     """
 
-    def __init__(self, linkage: Linkage, group: Group, ends: tuple[End, End]) -> None:
+    def __init__(self, linkage: Linkage, group: Group, ends: tuple[EndClosure, EndClosure]) -> None:
         self.linkage, self.loops, self.group, self.ends = linkage, loops_of(linkage), group, ends
         self.work = new_closing(self.loops)
         self.work.fixed[:] = ~group.moving
-        self.polished = float(polished(self.loops))
+        self.polished = float(polishing_residual(self.loops))
 
     def equal(self, states: Reals) -> Tube | None:
         """What is known where hinges leave a flat-folded state by the same angle throughout; None where they do not.
@@ -76,7 +82,11 @@ class Stretch:
         own = self.group.moving
         whole = whole_end(self.linkage, first)
         turned = np.abs(states - first)[:, own]
-        even = own.any() and np.ptp(turned, axis=1).max() <= APART and bool((np.diff(turned, axis=0) > 0.0).all())
+        even = (
+            own.any()
+            and np.ptp(turned, axis=1).max() <= SAME_STATE_DISTANCE
+            and bool((np.diff(turned, axis=0) > 0.0).all())
+        )
         full = np.abs(last - first)[own].min(initial=math.pi) == math.pi
         if not even or not full or whole is None or not turns_equally(whole, own):
             return None
@@ -85,20 +95,22 @@ class Stretch:
         rates = np.broadcast_to((last - first) / times[-1], states.shape).copy()
         count = np.array([len(states)])
         track = Track(times, first + shares * (last - first), rates, np.zeros(len(states)), count)
-        return Tube(track, EXACT * float(own.sum()), (0.0, 0.0), even=True)
+        return Tube(track, STRAIGHT_ANGLE_ROUNDING * float(own.sum()), (0.0, 0.0), even=True)
 
     def close(self, states: Reals) -> Reals | None:
         """States closed to rounding, each once; None where they do not go from end to end by closed states."""
         ends = np.array([end.angles for end in self.ends])
-        if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= APART:
+        if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= SAME_STATE_DISTANCE:
             return None
         polished = [ends[0]]
         for state in states[1:-1]:
             own = state.copy()
-            closed = close(self.loops, own, self.polished, 0.0, 20, self.work)
-            if not np.abs(own - state).max() <= MOVED or (not closed and open_by(self.loops, own, self.work) > CLOSED):
+            closed = close_state(self.loops, own, self.polished, 0.0, 20, self.work)
+            if not np.abs(own - state).max() <= MAX_CLOSING_CHANGE or (
+                not closed and largest_closure_residual(self.loops, own, self.work) > PLANNING_CLOSURE_RESIDUAL
+            ):
                 return None
-            if closed and np.abs(own - polished[-1]).max() > APART:
+            if closed and np.abs(own - polished[-1]).max() > SAME_STATE_DISTANCE:
                 polished.append(own)
         return np.array([*polished, ends[1]])
 
@@ -109,15 +121,19 @@ class Stretch:
         which they do is put into it.
         """
         m, reach = self.linkage.n_hinges, (0.0, 0.0)
-        for _ in range(1 + SWITCHES):
+        for _ in range(1 + MAX_SWITCH_STATES):
             coarse, shares, reach = self._joined(states, limit)
             fine = Track(
-                np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64)
+                np.zeros(MAX_STRETCH_STATES),
+                np.zeros((MAX_STRETCH_STATES, m)),
+                np.zeros((MAX_STRETCH_STATES, m)),
+                np.zeros(MAX_STRETCH_STATES),
+                np.zeros(1, np.int64),
             )
             stop = np.zeros(2)
             if coarse.filled[0] < 2:
                 break
-            if enclose(self.loops, self.group, coarse, shares, limit, HALVINGS, fine, stop):
+            if prove_tube(self.loops, self.group, coarse, shares, limit, MAX_STRETCH_HALVINGS, fine, stop):
                 count = int(fine.filled[0])
                 wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
                 parts = (fine.times, fine.angles, fine.rates, fine.wanders)
@@ -184,14 +200,16 @@ class Stretch:
         count = np.array([len(path)])
         return Track(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
 
-    def _left(self, end: End, line: Reals, limit: float) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
+    def _left(
+        self, end: EndClosure, line: Reals, limit: float
+    ) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
         """How a path leaves an end: a state near it, slopes of the step at both its ends, and what is proved of it."""
         direction = end.direction((line[1] - line[0]) / np.abs(line[1] - line[0]).max())
         if direction is None:
             return None
-        for away in FIRST:
+        for away in FIRST_STEP_LENGTHS:
             state = line[0] + away * direction
-            if not close(self.loops, state, self.polished, 0.0, 30, self.work):
+            if not close_state(self.loops, state, self.polished, 0.0, 30, self.work):
                 continue
             rise, slope = state - line[0], away * direction
             after = self._tangent(state, 2.0 * rise - slope)
@@ -209,7 +227,7 @@ class Stretch:
         ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
         step = Track(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
         fine = Track(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
-        return bool(enclose(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
+        return bool(prove_tube(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
         """The part of a rate that keeps loops closed and hinges at their stops."""
@@ -217,12 +235,12 @@ class Stretch:
         keep_closed(self.loops, state, row, 0, self.work)
         return row.ravel()
 
-    def _leaving(self, end: End, way: Reals) -> Reals:
+    def _leaving(self, end: EndClosure, way: Reals) -> Reals:
         """The rate at a regular end, at unit speed, at which loops stay closed, nearest to a way."""
         equations = end.across @ end.jacobian
         rate: Reals = way - np.linalg.pinv(equations) @ (equations @ way)
         rate[~self.group.moving] = 0.0
-        return rate / max(float(np.linalg.norm(rate)), APART)
+        return rate / max(float(np.linalg.norm(rate)), SAME_STATE_DISTANCE)
 
     def rates(self, times: Reals, path: Reals) -> Reals:
         """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.planning.closing import STOPPED, Closing, Loops, open_by
-from hcsearch.kernels.planning.tubes import POLISHED
+from hcsearch.kernels.planning.closing import STOPPED_HINGE_ANGLE, Closing, Loops, largest_closure_residual
+from hcsearch.kernels.planning.tubes import POLISHED_RESIDUAL
 
-ROUNDS = 30
+MAX_SWITCH_STEPS = 30
 """Newton steps to a switch state."""
-REDUNDANT = 1e-8
+REDUNDANT_CLOSURE_SHARE = 1e-8
 """Singular directions of closure up to this share of the greatest count as none."""
-FAR = 2.0
+MAX_SWITCH_DISTANCE_RATIO = 2.0
 """A switch state is no further from either state than this many times what these are apart."""
 
 
@@ -35,16 +35,16 @@ def switch_between(loops: Loops, one: Reals, two: Reals, work: Closing) -> Reals
     )
     ends = np.where(stopped[0], one, two)[held]
     switch[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
-    for _ in range(ROUNDS):
-        if open_by(loops, switch, work) < POLISHED:
+    for _ in range(MAX_SWITCH_STEPS):
+        if largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL:
             break
-        switch[~held] -= np.linalg.lstsq(work.jacobian[:, ~held], work.residual, rcond=REDUNDANT)[0]
+        switch[~held] -= np.linalg.lstsq(work.jacobian[:, ~held], work.residual, rcond=REDUNDANT_CLOSURE_SHARE)[0]
     away = np.linalg.norm(switch - one), np.linalg.norm(switch - two)
-    near = min(away) > STOPPED and max(away) <= FAR * np.linalg.norm(two - one)
+    near = min(away) > STOPPED_HINGE_ANGLE and max(away) <= MAX_SWITCH_DISTANCE_RATIO * np.linalg.norm(two - one)
     within = switch.min() >= 0.0 and switch.max() <= math.pi
-    return switch if near and within and open_by(loops, switch, work) < POLISHED else None
+    return switch if near and within and largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL else None
 
 
 def _stopped(state: Reals) -> NDArray[np.bool_]:
     """Which hinges are at a stop."""
-    return (state < STOPPED) | (state > math.pi - STOPPED)
+    return (state < STOPPED_HINGE_ANGLE) | (state > math.pi - STOPPED_HINGE_ANGLE)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any, ClassVar, Protocol
 
-from hcsearch.basics.errors import HcsearchError, SizeError, expect
+from hcsearch.basics.errors import HcsearchError, SizeError, expect_kind
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import Array, Grid, grid_of
 from hcsearch.designs.records import CircuitBatch
@@ -109,7 +109,7 @@ def enumerate_circuits(
     """
     for name, number in (("limit", limit), ("batch_size", batch_size)):
         if number is not None:
-            expect(name, number, int, "a whole number")
+            expect_kind(name, number, int, "a whole number")
     if batch_size < 1 or (limit is not None and limit < 0):
         raise SizeError(f"batch_size {batch_size} and limit {limit}: use at least 1 and 0")
     search: Search

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.equality import ByValue
-from hcsearch.basics.errors import SizeError, expect
-from hcsearch.designs.grid import Array, Grid, Point
+from hcsearch.basics.errors import SizeError, expect_kind
+from hcsearch.designs.grid import Array, Grid, LatticePoint
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import frontier
 from hcsearch.kernels.circuits.words import canonicalise
@@ -38,7 +38,7 @@ class ArraySearch:
     array: Array
 
     def __post_init__(self) -> None:
-        expect("the array of a search", self.array, Array, "an Array, such as parse_array('hex', '3-4-3')")
+        expect_kind("the array of a search", self.array, Array, "an Array, such as parse_array('hex', '3-4-3')")
 
     @property
     def grid(self) -> Grid:
@@ -80,7 +80,8 @@ class ArraySearch:
         """The keys of the shards: the number of each shard's first circuit, as a text."""
         if self.n_circuits >= 10**12:
             raise SizeError(
-                f"the array has {'over ' if self.n_circuits >= frontier.SATURATED else ''}{self.n_circuits} circuits, "
+                f"the array has {'over ' if self.n_circuits >= frontier.SATURATED_COUNT else ''}{self.n_circuits} "
+                "circuits, "
                 "too many to store: use `hcsearch count`, or take some of them with `enumerate_circuits` in Python"
             )
         return [str(first) for first in range(0, self.n_circuits, _SHARD_SIZE)]
@@ -171,7 +172,7 @@ def array_sweep(array: Array) -> Sweep | None:
     return plan_sweep(array.n, edges, sweep_ranks(array.grid, array.points))
 
 
-def sweep_ranks(grid: Grid, points: tuple[Point, ...]) -> list[list[int]]:
+def sweep_ranks(grid: Grid, points: tuple[LatticePoint, ...]) -> list[list[int]]:
     """Ranks of the points along sweeps by rows and by diagonals, in every direction of the tiling."""
     ranks = []
     for isometry in grid.tiling.point_group:
@@ -206,7 +207,7 @@ def _build_dag(array: Array) -> _Dag | None:
     child = np.concatenate(layers)
     joined = np.concatenate(counts[:-1])
     # circuits may close at any edge of the last cell, so the tails begin before those
-    last_cell = int(np.flatnonzero(sweep.steps[:, frontier.ENTERED])[0])
+    last_cell = int(np.flatnonzero(sweep.steps[:, frontier.SWEEP_ENTERED])[0])
     sizes = [min(int(c.clip(max=_MAX_TAILS + 1).sum()), _MAX_TAILS + 1) for c in counts[: last_cell + 1]]
     layer = next((k for k, size in enumerate(sizes) if size <= _MAX_TAILS), last_cell)
     n_tails = int(counts[layer].sum())
@@ -247,8 +248,8 @@ def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArra
         table = np.full(1 << max(4, (2 * room - 1).bit_length()), -1, np.int32)
         next_lo, next_hi = np.empty(room, np.uint64), np.empty(room, np.uint64)
         child = np.empty((len(lo), 2), np.int32)
-        goal = full_lo | frontier.PARITY if odd else full_lo
-        size = frontier.advance(step, goal, full_hi, lo, hi, table, next_lo, next_hi, child)
+        goal = full_lo | frontier.PARITY_BIT if odd else full_lo
+        size = frontier.advance_states(step, goal, full_hi, lo, hi, table, next_lo, next_hi, child)
         yield child, size
         if size == 0:
             return

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.errors import expect
-from hcsearch.designs.grid import Array, LatticeIsometry, Point
+from hcsearch.basics.errors import expect_kind
+from hcsearch.designs.grid import Array, LatticeIsometry, LatticePoint
 from hcsearch.kernels.circuits import frontier
 from hcsearch.search.enumeration.arrays import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.search.enumeration.sweep import Sweep, plan_sweep
@@ -48,7 +48,7 @@ def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
     >>> count_array(parse_array("square", "6x5"))
     ArrayCount(circuits=154, classes=44, symmetry=4)
     """
-    expect("the array to count on", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
+    expect_kind("the array to count on", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
     circuits = count_cycles(array_sweep(array), progress=progress)
     symmetries = array.symmetries()
     if not circuits:
@@ -81,16 +81,16 @@ def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress |
         closed = np.zeros(counts.shape[1], np.int64)
         frontier.add_counts(child, counts, after, closed)
         total += sum(int(limb) << 32 * place for place, limb in enumerate(closed))
-        if frontier.carry(after):
+        if frontier.carry_limbs(after):
             after = np.column_stack([after, np.zeros(size, np.int64)])
-            frontier.carry(after)
+            frontier.carry_limbs(after)
         counts = after
         if progress is not None:
             progress(done, len(sweep.order), f"{size:,} states")
     return total
 
 
-def _images(array: Array, symmetry: tuple[LatticeIsometry, Point]) -> list[int]:
+def _images(array: Array, symmetry: tuple[LatticeIsometry, LatticePoint]) -> list[int]:
     """The symmetry as a permutation of the cells."""
     isometry, (dx, dy) = symmetry
     index = {point: i for i, point in enumerate(array.points)}
@@ -178,7 +178,7 @@ def _orbits(image: list[int]) -> list[list[int]]:
     return orbits
 
 
-def _in_sector(vector: Point, rotation: LatticeIsometry) -> bool:
+def _in_sector(vector: LatticePoint, rotation: LatticeIsometry) -> bool:
     """Whether a vector from the centre lies between the first lattice axis and its image; the axis belongs to it."""
     x, y = vector
     rx, ry = rotation((1, 0))

@@ -20,7 +20,7 @@ from hcsearch.search.enumeration.growth import connective_constant
 from hcsearch.search.enumeration.plane import LatticePlane
 from hcsearch.search.enumeration.polygons import check_length
 
-Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
+Lists = tuple[chains.HalfChains, chains.HalfChains, NDArray[np.int64]]
 
 _SHARD_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second

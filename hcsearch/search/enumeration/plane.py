@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.equality import ByValue
-from hcsearch.designs.grid import Grid, Point
-from hcsearch.kernels.circuits.chains import FAR
+from hcsearch.designs.grid import Grid, LatticePoint
+from hcsearch.kernels.circuits.chains import UNREACHED_DISTANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class LatticePlane(ByValue):
         """The places within `reach` steps, with a margin of one step that is beyond reach."""
         radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
         width = 2 * radius + 1
-        distance = np.full(width * width, FAR, np.int16)
+        distance = np.full(width * width, UNREACHED_DISTANCE, np.int16)
         start = (1, 1) if grid.is_triangle else (0, 0)
         home = radius * width + radius
         distance[home] = 0
@@ -43,17 +43,17 @@ class LatticePlane(ByValue):
             for point in ring:
                 for _, to in grid.neighbours(point):
                     at = home + (to[0] - start[0]) + (to[1] - start[1]) * width
-                    if distance[at] == FAR:
+                    if distance[at] == UNREACHED_DISTANCE:
                         distance[at] = step
                         outer.append(to)
             ring = outer
         return LatticePlane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
 
-    def point(self, place: int) -> Point:
+    def point(self, place: int) -> LatticePoint:
         """Where a place lies, seen from home."""
         y, x = divmod(place, self.width)
         return (x - self.width // 2, y - self.width // 2)
 
-    def place(self, point: Point) -> int:
+    def place(self, point: LatticePoint) -> int:
         """The number of the place at a point seen from home."""
         return self.home + point[0] + point[1] * self.width

@@ -11,7 +11,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.errors import SizeError, expect
+from hcsearch.basics.errors import SizeError, expect_kind
 from hcsearch.designs.grid import Grid
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits.polygons import walk_polygons
@@ -37,7 +37,7 @@ class PolygonSearch:
     n: int
 
     def __post_init__(self) -> None:
-        expect("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
+        expect_kind("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
         check_length(self.n)
         if self.n > MAX_PANELS:
             raise SizeError(_too_large(self.grid, self.n, "or `count --array` for one array"))
@@ -179,7 +179,7 @@ class _Walk:
 
 def check_length(n: int) -> None:
     """Refuse circuits of n panels, on any array, where n is none or too small; SizeError names the remedy."""
-    expect("n", n, Integral, "a whole number of panels")
+    expect_kind("n", n, Integral, "a whole number of panels")
     if n < 3:
         raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")
 

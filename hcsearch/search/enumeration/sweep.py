@@ -115,8 +115,9 @@ def _assign_slots(first: list[int], last: list[int], ordered: Sequence[tuple[int
         for vertex in set(edge):
             if last[vertex] == k:
                 free.append(slots[vertex])
-    if width > frontier.SLOTS:
+    if width > frontier.FRONTIER_SLOT_COUNT:
         raise SizeError(
-            f"the array is too wide: its frontier holds {width} cells, {frontier.SLOTS} at most; take a narrower one"
+            f"the array is too wide: its frontier holds {width} cells, {frontier.FRONTIER_SLOT_COUNT} at most; "
+            "take a narrower one"
         )
     return slots, width

@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.basics.vocabulary import Status
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, representatives
-from hcsearch.designs.records import CircuitBatch, StagedDesigns, play_of
+from hcsearch.designs.records import CircuitBatch, StagedDesigns, play_of_batch
 from hcsearch.motion.planning.problems import check_memory
 from hcsearch.scenes import Scene, check_verdicts, panel_of
 from hcsearch.search.stages.order import STAGES
@@ -135,7 +135,7 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
     assert deployment is not None
     trials = {trial.folding: trial for trial in deployment.trials if trial.status == "deploys"}
     first = {trial.folding: trial for trial in reversed(deployment.trials)}
-    margins, gaps = (column.tolist() for column in play_of(motion, deployment))
+    margins, gaps = (column.tolist() for column in play_of_batch(motion, deployment))
     verdicts = []
     for i, status in enumerate(folding_statuses(designs, scene)):
         assert status is not None

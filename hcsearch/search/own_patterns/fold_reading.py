@@ -30,7 +30,7 @@ from hcsearch.shape.outlines import (
     without_spurs,
     without_straight_corners,
 )
-from hcsearch.shape.pattern import RIGID, Crease, Face, Pair, Pattern
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
 from hcsearch.system.reading import read_text
 
 MOST_BYTES = 32 * 2**20
@@ -54,7 +54,7 @@ class Join:
     """What joins two facets: M, V, F or U; the face of a hinge where the file says so."""
 
     assignment: str
-    face: Face | None = None
+    face: PanelFace | None = None
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class Drawing:
     """
 
     facets: tuple[Facet, ...]
-    joins: Mapping[Pair, Join]
+    joins: Mapping[FacetPair, Join]
     unit: float | None
     thickness: float | None
     notation: str
-    loops: tuple[tuple[Pair, ...], ...] = ()
+    loops: tuple[tuple[FacetPair, ...], ...] = ()
     remarks: tuple[str, ...] = ()
 
 
@@ -112,7 +112,7 @@ def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
         if join.assignment == "U":
             raise InputFileError(f"the edge between facets {pair[0]} and {pair[1]} is unassigned: write M, V, F or C")
         if join.assignment == "F":
-            creases[pair] = RIGID if join.face is None else Crease(join.face, closes=False)
+            creases[pair] = RIGID_CREASE if join.face is None else Crease(join.face, closes=False)
         else:
             creases[pair] = Crease("top" if join.assignment == "V" else "bottom")
     facets = tuple(tuple((unit * x, unit * y) for x, y in facet) for facet in drawing.facets)
@@ -304,10 +304,10 @@ class _Reading:
         """The places along a line between two."""
         return self.between[a, b] if (a, b) in self.between else self.between[b, a][::-1]
 
-    def _joins(self) -> dict[Pair, Join]:
+    def _joins(self) -> dict[FacetPair, Join]:
         """What joins each two faces that share an edge."""
-        joins: dict[Pair, Join] = {}
-        kinds: dict[Pair, dict[Join | None, Side]] = defaultdict(dict)
+        joins: dict[FacetPair, Join] = {}
+        kinds: dict[FacetPair, dict[Join | None, Side]] = defaultdict(dict)
         for (a, b), f in self.sides.items():
             g = self.sides.get((b, a), -1)
             if g > f:
@@ -327,9 +327,9 @@ class _Reading:
                 joins[pair] = join
         return joins
 
-    def _ordered(self) -> dict[Pair, Join]:
+    def _ordered(self) -> dict[FacetPair, Join]:
         """Joins in the order of the file's edges, which numbers hinges."""
-        at: dict[Pair, int] = {}
+        at: dict[FacetPair, int] = {}
         for k, way in enumerate(self.ways):
             for a, b in pairwise(way):
                 beside = sorted({self.sides.get((a, b), -1), self.sides.get((b, a), -1)})

@@ -11,7 +11,7 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.designs.grid.arrays import MAX_CELLS
 from hcsearch.search.own_patterns.fold_frames import Frame
-from hcsearch.shape.pattern import Pair
+from hcsearch.shape.pattern import FacetPair
 
 MOST = 10 * MAX_CELLS
 """Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
@@ -93,7 +93,7 @@ class FrameValues:
         value = self._frame.get(key, "")
         return value if isinstance(value, str) else ""
 
-    def loops(self, key: str) -> tuple[tuple[Pair, ...], ...]:
+    def loops(self, key: str) -> tuple[tuple[FacetPair, ...], ...]:
         """Lists of pairs of whole numbers."""
         loops = self._listed(key)
         for loop in loops:

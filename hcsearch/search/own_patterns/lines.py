@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
-from hcsearch.shape.mesh import Point
+from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.shape.mesh import PlanePoint
 
 AT_ONCE = 4_000_000
 """Pairs of lines that are looked at together, at most."""
@@ -36,7 +36,7 @@ class SplitLines(NamedTuple):
     vanishes.
     """
 
-    points: list[Point]
+    points: list[PlanePoint]
     place: list[int]
     ways: list[list[int]]
 
@@ -47,10 +47,10 @@ class Places:
     def __init__(self, tolerance: float) -> None:
         self._step = tolerance / _SHARE
         self._near = tolerance
-        self._known: dict[tuple[int, int], list[tuple[Point, int]]] = {}
+        self._known: dict[tuple[int, int], list[tuple[PlanePoint, int]]] = {}
         self._count = 0
 
-    def number(self, point: Point) -> int:
+    def number(self, point: PlanePoint) -> int:
         """The number of a point: that of the first one that is the same."""
         x, y = point[0] / self._step, point[1] / self._step
         rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
@@ -94,7 +94,9 @@ def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: floa
     return SplitLines(own, place, ways)
 
 
-def _merged(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float) -> tuple[Places, list[Point], list[int]]:
+def _merged(
+    points: Reals, lines: Sequence[tuple[int, int]], tolerance: float
+) -> tuple[Places, list[PlanePoint], list[int]]:
     """The places of points at which lines end: to look them up, where they are, and the place of each point."""
     places, place = Places(tolerance), [-1] * len(points)
     members: list[list[int]] = []
@@ -111,7 +113,7 @@ def _merged(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float) -
     return places, own, place
 
 
-def _on_lines(points: Reals, lines: Whole, tolerance: float, most: int) -> list[tuple[int, int, float]]:
+def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, most: int) -> list[tuple[int, int, float]]:
     """Places that lie within lines, each with its line and its share of the way along it."""
     import shapely  # noqa: PLC0415 - only drawings need it
 
@@ -133,13 +135,13 @@ def _on_lines(points: Reals, lines: Whole, tolerance: float, most: int) -> list[
 
 
 def _crossings(
-    points: Reals, lines: Whole, along: Sequence[dict[int, float]], most: int
-) -> list[tuple[int, int, Point, tuple[float, float]]]:
+    points: Reals, lines: WholeNumbers, along: Sequence[dict[int, float]], most: int
+) -> list[tuple[int, int, PlanePoint, tuple[float, float]]]:
     """Where two lines cross that no place on both of them joins: the lines, the point, and its shares of both ways."""
     import shapely  # noqa: PLC0415
 
     starts, ways = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
-    found: list[tuple[int, int, Point, tuple[float, float]]] = []
+    found: list[tuple[int, int, PlanePoint, tuple[float, float]]] = []
     boxes = _boxes(points, lines, 0.0)
     tree = shapely.STRtree(np.concatenate([shapely.box(*low.T, *high.T) for _, (low, high) in boxes]))
     for part, (low, high) in boxes:
@@ -166,7 +168,7 @@ def _joined(one: list[int], two: list[int], on_one: dict[int, float], on_two: di
     return any(v in one or v in on_one for v in two) or any(v in on_two for v in (*one, *on_one))
 
 
-def _boxes(points: Reals, lines: Whole, wider: float) -> list[tuple[int, tuple[Reals, Reals]]]:
+def _boxes(points: Reals, lines: WholeNumbers, wider: float) -> list[tuple[int, tuple[Reals, Reals]]]:
     """Boxes around lines, in parts: the number of the first, and the lower and upper corners of all."""
     ends = points[lines]
     low, high = ends.min(axis=1) - wider, ends.max(axis=1) + wider

@@ -9,11 +9,11 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import Grid
 from hcsearch.designs.grid.arrays import check_size
-from hcsearch.designs.grid.tilings import Point as Place
+from hcsearch.designs.grid.tilings import LatticePoint
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.search.own_patterns.fold_reading import Drawing, Join
 from hcsearch.search.own_patterns.tiling import panel_named, tiling_of
-from hcsearch.shape.pattern import Pair
+from hcsearch.shape.pattern import FacetPair
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,14 @@ def _circuit(drawing: Drawing, n: int) -> list[int]:
     return walk[:-1]
 
 
-def _without_merged(joins: dict[Pair, Join], n: int) -> dict[Pair, Join]:
+def _without_merged(joins: dict[FacetPair, Join], n: int) -> dict[FacetPair, Join]:
     """Joins without the flat edges by which mirror pairs of panels are one: those at panels with two folds already."""
     folds = {pair: join for pair, join in joins.items() if join.assignment != "F"}
     full = [len(own) == 2 for own in _beside(folds, n)]
     return {pair: join for pair, join in joins.items() if pair in folds or not (full[pair[0]] or full[pair[1]])}
 
 
-def _beside(joins: dict[Pair, Join], n: int) -> list[set[int]]:
+def _beside(joins: dict[FacetPair, Join], n: int) -> list[set[int]]:
     near: list[set[int]] = [set() for _ in range(n)]
     for i, j in joins:
         near[i].add(j)
@@ -127,11 +127,11 @@ def _fits(folding: Folding, letters: str) -> bool:
     return any(all(b in ("U", a) for a, b in zip(side, letters, strict=True)) for side in (own, over))
 
 
-def _direction(grid: Grid, here: Place, there: Place) -> int:
+def _direction(grid: Grid, here: LatticePoint, there: LatticePoint) -> int:
     return grid.steps.index((there[0] - here[0], there[1] - here[1]))
 
 
-def _pair(i: int, j: int) -> Pair:
+def _pair(i: int, j: int) -> FacetPair:
     return min(i, j), max(i, j)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.grid import GRIDS, Grid
-from hcsearch.designs.grid.tilings import Point as Place
+from hcsearch.designs.grid.tilings import LatticePoint
 from hcsearch.search.own_patterns.fold_reading import POINT_ERROR, Drawing
 from hcsearch.search.own_patterns.places import place_text
 from hcsearch.shape.mesh import Facet
@@ -42,7 +42,7 @@ class Tiling:
     turn: complex
     length: float
     width: float
-    places: tuple[Place, ...]
+    places: tuple[LatticePoint, ...]
 
 
 def tiling_of(drawing: Drawing) -> Tiling:
@@ -134,7 +134,7 @@ class _Laying:
 
     def tiling(self) -> Tiling:
         """The places of all panels, and the size that fits them best."""
-        places: dict[int, Place] = {}
+        places: dict[int, LatticePoint] = {}
         for start in range(len(self.facets)):
             if start in places:
                 continue
@@ -157,14 +157,14 @@ class _Laying:
     def _scaled(self, x: float, y: float) -> complex:
         return complex(self.length * x, self.width * y)
 
-    def _cell_like(self, panel: int) -> Place:
+    def _cell_like(self, panel: int) -> LatticePoint:
         """A lattice point near the origin whose cell is turned as a panel is: of triangles up, or else down."""
         if not self.grid.is_triangle:
             return (0, 0)
         up, down = self.grid.point((0, 0, 0)), self.grid.point((0, 0, 1))
         return min((up, down), key=lambda place: self._off(panel, place))
 
-    def _beyond(self, panel: int, first: Place) -> Place:
+    def _beyond(self, panel: int, first: LatticePoint) -> LatticePoint:
         """The lattice point that is nearest to a panel, counted from the first one."""
         way = self.middles[panel] - self.middles[0]
         basis = np.array([self.grid.position((1, 0)), self.grid.position((0, 1))]).T
@@ -172,7 +172,7 @@ class _Laying:
         place = (first[0] + x, first[1] + y)
         return place if self.grid.point(self.grid.cell(place)) == place else first
 
-    def _stepped(self, one: int, two: int, place: Place) -> Place:
+    def _stepped(self, one: int, two: int, place: LatticePoint) -> LatticePoint:
         """The place of a panel beside another one."""
         way = self.middles[two] - self.middles[one]
         steps = [(self._way(to, place), to) for _, to in self.grid.neighbours(place)]
@@ -181,17 +181,17 @@ class _Laying:
             raise self._wrong(two)
         return best
 
-    def _way(self, to: Place, place: Place) -> complex:
+    def _way(self, to: LatticePoint, place: LatticePoint) -> complex:
         return self._scaled(*self.grid.position((to[0] - place[0], to[1] - place[1])))
 
-    def _off(self, panel: int, place: Place) -> float:
+    def _off(self, panel: int, place: LatticePoint) -> float:
         """How far a corner of a panel is off those of a cell that is moved to its middle."""
         middle = self._scaled(*self.grid.position(place))
         cell = [self._scaled(*corner) - middle for corner in self.grid.corners(self.grid.cell(place))]
         own = [corner - self.middles[panel] for corner in self.facets[panel]]
         return max(min(abs(corner - other) for other in cell) for corner in own)
 
-    def _check(self, panel: int, place: Place) -> None:
+    def _check(self, panel: int, place: LatticePoint) -> None:
         if self._off(panel, place) > OFF * self.length:
             raise self._wrong(panel)
 
@@ -203,9 +203,9 @@ class _Laying:
             f"{panel_named(self.drawing, panel)} is no {what}: draw equal {shape}s edge to edge{within}"
         )
 
-    def _check_places(self, places: dict[int, Place]) -> None:
+    def _check_places(self, places: dict[int, LatticePoint]) -> None:
         """Refuse two panels on one cell, and panels with a common edge on cells without."""
-        at: dict[Place, int] = {}
+        at: dict[LatticePoint, int] = {}
         for panel, place in sorted(places.items()):
             if at.setdefault(place, panel) != panel:
                 raise PatternError(
@@ -217,7 +217,7 @@ class _Laying:
             if (to_x - x, to_y - y) not in self.grid.steps:
                 raise self._wrong(j)
 
-    def _fitted(self, places: list[Place]) -> tuple[float, float]:
+    def _fitted(self, places: list[LatticePoint]) -> tuple[float, float]:
         """The length and the width of panels for which all middles come nearest to where they are drawn."""
         if len(places) < 2:
             return self.length, self.width

@@ -37,7 +37,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class JudgedPiece:
     """What a piece gives: verdicts for the store, and the results of the stages."""
 
     key: str
@@ -54,11 +54,11 @@ class Judge:
     stages: tuple[Stage, ...]
     budget: int | None = None
 
-    def __call__(self, piece: Piece) -> Verdict:
+    def __call__(self, piece: Piece) -> JudgedPiece:
         """Judge one piece."""
         candidates = replace(piece.candidates, budget=self.budget)
         designs, results = run_stages(candidates, self.stages, self.scene)
-        return Verdict(piece.key, verdict_rows(designs, self.scene), results, len(designs.folded))
+        return JudgedPiece(piece.key, verdict_rows(designs, self.scene), results, len(designs.folded))
 
 
 def check_scene(scene: Scene, grid: str, n: int) -> None:

@@ -19,7 +19,7 @@ from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.search.enumeration import Search
 from hcsearch.search.pipeline.amounts import duration
-from hcsearch.search.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
+from hcsearch.search.pipeline.judging import Judge, JudgedPiece, Piece, check_scene, pieces, seconds_of, unfinished
 from hcsearch.search.pipeline.settling import Settler, tasks
 from hcsearch.search.pipeline.shards import Output, ShardJob
 from hcsearch.search.pipeline.workers import Crew
@@ -219,7 +219,9 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
     return Summary(funnel, totals.seconds, done, 0, left if plan.scenic else None)
 
 
-def _judged(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce) -> Iterator[Verdict]:
+def _judged(
+    plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce
+) -> Iterator[JudgedPiece]:
     """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
     if not todo:
         return
@@ -272,9 +274,9 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None, a
     """
     stages = numbers(stages_until(plan.until))
     if plan.scenic:
-        from hcsearch.scenes.scene_file import file_text  # noqa: PLC0415 - loads kernels
+        from hcsearch.scenes.scene_file import scene_file_text  # noqa: PLC0415 - loads kernels
 
-        record_scene(database, plan.scene.name, file_text({}, None, plan.scene))
+        record_scene(database, plan.scene.name, scene_file_text({}, None, plan.scene))
     run_id = start_run(
         database,
         work=plan.work,

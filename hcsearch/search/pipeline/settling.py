@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.records import CircuitBatch, StagedDesigns, Undecided
 from hcsearch.scenes import Scene
-from hcsearch.search.pipeline.judging import Verdict
+from hcsearch.search.pipeline.judging import JudgedPiece
 from hcsearch.search.pipeline.rows import verdict_rows
 from hcsearch.search.stages.order import stages_until
 from hcsearch.search.stages.stage import Stage, run_stages
@@ -33,10 +33,10 @@ class Settler:
     stages: tuple[Stage, ...]
     budget: int
 
-    def __call__(self, task: Task) -> Verdict:
+    def __call__(self, task: Task) -> JudgedPiece:
         """Search on for the foldings of one design."""
         designs, results = run_stages(self._designs(task.foldings), self.stages, self.scene)
-        return Verdict(task.key, verdict_rows(designs, self.scene), results, len(designs.folded))
+        return JudgedPiece(task.key, verdict_rows(designs, self.scene), results, len(designs.folded))
 
     def _designs(self, foldings: tuple[Undecided, ...]) -> StagedDesigns:
         """The design with these foldings alone, and what was done for them."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.equality import ByValue
 from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult
-from hcsearch.scenes import DEFAULT, SCENES
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
 from hcsearch.search.enumeration import Search
 from hcsearch.search.pipeline.rows import array_fingerprints, design_rows
 from hcsearch.search.stages.circuits import listed
@@ -78,7 +78,7 @@ def run_shard(
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
     """Run stages on one shard of a search; designs that are not to be kept are dropped on the way."""
     begun = time.perf_counter()
-    return run_stages(listed(search, prefix), stages, SCENES[DEFAULT], keep, begun)
+    return run_stages(listed(search, prefix), stages, SCENES[DEFAULT_SCENE_NAME], keep, begun)
 
 
 def candidates_of(designs: StagedDesigns) -> StagedDesigns:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.search.ranking.pareto import pareto_front
 from hcsearch.search.ranking.scoring import complete_weights, weighted_score
 from hcsearch.store import Database, Result, save_scores, select
@@ -29,7 +29,7 @@ class Ranked:
 
 
 def rank_designs(
-    database: Database, query: str = "", weights: Mapping[str, float] | None = None, scene: str = DEFAULT
+    database: Database, query: str = "", weights: Mapping[str, float] | None = None, scene: str = DEFAULT_SCENE_NAME
 ) -> Ranked:
     """Rank the designs that a query selects in a scene by the criteria with a positive weight.
 
@@ -58,7 +58,7 @@ def rank_designs(
     return Ranked(Result(names, tuple(ranked)), tuple(row[1] for row in selected.rows if row[0] == 0))
 
 
-def save_ranks(database: Database, ranked: Ranked, scene: str = DEFAULT) -> None:
+def save_ranks(database: Database, ranked: Ranked, scene: str = DEFAULT_SCENE_NAME) -> None:
     """Store the scores in the column `score` of `designs`, in one transaction; NULL for designs that were left out."""
     known = {design: score for _, design, _, score, *_ in ranked.result.rows}
     save_scores(database, known | dict.fromkeys(ranked.left_out), scene)

@@ -11,15 +11,15 @@ from hcsearch.designs.records import StagedDesigns
 from hcsearch.scenes import Scene
 from hcsearch.search.stages import motion
 from hcsearch.search.stages.stage import Stage
-from hcsearch.springs.deployment import VERSION
+from hcsearch.springs.deployment import DEPLOYMENT_VERSION
 
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
-    from hcsearch.springs.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
+    from hcsearch.springs.deployment.verdicts import deploy_foldings  # noqa: PLC0415 - its kernels take seconds to load
 
     assert designs.mobility is not None
     assert designs.motion is not None
-    deployments = verdicts(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
+    deployments = deploy_foldings(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
     return replace(designs, deployment=deployments)
 
 
@@ -30,5 +30,12 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
 
 
 STAGE = Stage(
-    "deployment", VERSION, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deploys", they="deploy"
+    "deployment",
+    DEPLOYMENT_VERSION,
+    _run,
+    _passed,
+    below=motion.STAGE,
+    in_a_scene=True,
+    counts="deploys",
+    they="deploy",
 )

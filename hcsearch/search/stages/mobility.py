@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Flags, Reals, Whole
+from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
-from hcsearch.designs.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
-from hcsearch.kernels.linkage.cones import LOCKED, OPEN, PASSED, settle
-from hcsearch.kernels.linkage.lines import survey
+from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
+from hcsearch.kernels.linkage.cones import END_LOCKED, END_OPEN, END_PASSED, settle_ends
+from hcsearch.kernels.linkage.lines import survey_ends
 from hcsearch.kernels.linkage.loops import generic_states
-from hcsearch.motion.kinematics.closing import CLOSED
-from hcsearch.motion.kinematics.generic import TRIES, generic_rank, heading
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
+from hcsearch.motion.kinematics.generic import MAX_GENERIC_ATTEMPTS, generic_rank, leaving_step
 from hcsearch.motion.kinematics.rank import decide_rank
 from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.scenes import Scene
@@ -116,26 +116,26 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     basis, thickness, size = lattice.basis, lattice.thickness, lattice.size
     ranks, mirrors = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
     lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
-    survey(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
+    survey_ends(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
     pairs, joints = mirrors.T
-    dof, dof_merged = np.full(count, NONE), np.full(count, NONE)
+    dof, dof_merged = np.full(count, NO_NUMBER), np.full(count, NO_NUMBER)
     dof[untwisted] = _generic(screws[untwisted, 1])
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
         nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), "merged")).nullity
-        dof_merged[i] = NONE if nullity is None else nullity
+        dof_merged[i] = NO_NUMBER if nullity is None else nullity
     asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
     rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
-    locked = (rigid == LOCKED).any(axis=1)
+    locked = (rigid == END_LOCKED).any(axis=1)
     # motions with rigid pairs are motions with hinged ones: an end that is not locked so, is not locked with hinges
-    asked = locked[:, None] & (rigid != PASSED)
-    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == LOCKED).any(axis=1)
+    asked = locked[:, None] & (rigid != END_PASSED)
+    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == END_LOCKED).any(axis=1)
     return MobilityBatch(
         kutzbach=6 * (n - 1) - 5 * n,
         dof=dof,
         dof_folded=n - ranks[:, 0],
         dof_flat=n - ranks[:, 1],
         merged_panels=pairs,
-        kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NONE),
+        kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NO_NUMBER),
         dof_merged=dof_merged,
         locked=locked,
         locked_hinged=locked_hinged,
@@ -143,7 +143,7 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
 
 
 def _ends(
-    circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: Whole, screws: Reals, *, hinged: bool
+    circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: WholeNumbers, screws: Reals, *, hinged: bool
 ) -> NDArray[np.int8]:
     """LOCKED, PASSED or OPEN for the ends of foldings, shape (n_foldings, 2), with rigid or with hinged flat pairs.
 
@@ -153,15 +153,15 @@ def _ends(
     turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
     settled = np.empty(int(asked.sum()), np.int8)
     own = np.ascontiguousarray(lines[asked][:, turning])
-    settle(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
-    verdicts = np.full(asked.shape, PASSED, np.int8)
+    settle_ends(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
+    verdicts = np.full(asked.shape, END_PASSED, np.int8)
     verdicts[asked] = settled
-    for i in np.flatnonzero((verdicts == OPEN).any(axis=1) & (verdicts != LOCKED).all(axis=1)).tolist():
+    for i in np.flatnonzero((verdicts == END_OPEN).any(axis=1) & (verdicts != END_LOCKED).all(axis=1)).tolist():
         linkage = _linkage(folding_at(circuits, foldings, i), "hinged" if hinged else "rigid")
         for end, angles in enumerate((linkage.folded, linkage.flat)):
-            if verdicts[i, end] == OPEN:
-                verdicts[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
-            if verdicts[i, end] == LOCKED:
+            if verdicts[i, end] == END_OPEN:
+                verdicts[i, end] = END_LOCKED if lock_at(linkage, angles).locked else END_PASSED
+            if verdicts[i, end] == END_LOCKED:
                 break
     return verdicts
 
@@ -170,7 +170,7 @@ def _linkage(folding: Folding, flat_pairs: Way) -> Linkage:
     return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), flat_pairs=flat_pairs))
 
 
-def _generic(screws: Reals) -> Whole:
+def _generic(screws: Reals) -> WholeNumbers:
     """Least nullity at closed states reached from the folded one; NONE where no rank is decided.
 
     screws : shape (n_loops, n, 6), of the flat state, moments divided by the panel's size.
@@ -180,17 +180,17 @@ def _generic(screws: Reals) -> Whole:
     points = np.cross(directions, screws[:, :, 3:])
     folded = np.full(n, math.pi)
     folded[[n // 2 - 1, n - 1]] = 0.0
-    nullities = np.full(count, NONE)
+    nullities = np.full(count, NO_NUMBER)
     todo = np.arange(count)
-    for attempt in range(TRIES):
+    for attempt in range(MAX_GENERIC_ATTEMPTS):
         jacobians, residuals = np.empty((len(todo), 6, n)), np.empty(len(todo))
-        generic_states(directions[todo], points[todo], folded, heading(folded, attempt), 1.0, jacobians, residuals)
+        generic_states(directions[todo], points[todo], folded, leaving_step(folded, attempt), 1.0, jacobians, residuals)
         values = np.linalg.svd(jacobians, compute_uv=False)
         for i, singular, residual in zip(todo, values, residuals, strict=True):
-            nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED else None
-            if nullity is not None and (nullities[i] == NONE or nullity < nullities[i]):
+            nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED_LOOP_RESIDUAL else None
+            if nullity is not None and (nullities[i] == NO_NUMBER or nullity < nullities[i]):
                 nullities[i] = nullity
-        todo = todo[(nullities[todo] == NONE) | (nullities[todo] > max(n - 6, 0))]  # no rank is greater than 6
+        todo = todo[(nullities[todo] == NO_NUMBER) | (nullities[todo] > max(n - 6, 0))]  # no rank is greater than 6
         if not len(todo):
             break
     return nullities

@@ -9,10 +9,10 @@ import numpy as np
 
 from hcsearch.basics.arrays import Flags
 from hcsearch.designs.folding import folding_at, representatives
-from hcsearch.designs.records import CircuitBatch, Evidence, FoldingBatch, Integers, Lock, MotionBatch
-from hcsearch.motion.planning.motions import PlannedMotion, carried, motion_of
+from hcsearch.designs.records import CircuitBatch, Evidence, FoldingBatch, Integers, MotionBatch, StoredLock
+from hcsearch.motion.planning.motions import PlannedMotion, motion_from_twin, plan_motion
 from hcsearch.motion.planning.reasons import reason_of
-from hcsearch.motion.planning.schedule import FIRST
+from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 from hcsearch.scenes import Scene, panel_of
 
 
@@ -33,7 +33,7 @@ def motions(
     budget : efforts for each folding, None for the usual ones; searched : (n_foldings,), how many were made before.
     One of congruent foldings is looked at, and its motion carried over to the others.
     """
-    efforts = FIRST if budget is None else budget
+    efforts = DEFAULT_EFFORT_BUDGET if budget is None else budget
     panel, allowed = panel_of(scene, circuits.grid), scene.flat_pairs
     own = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
     standing = representatives(own, foldings.row.tolist(), panel)
@@ -41,13 +41,13 @@ def motions(
     def run(i: int) -> PlannedMotion | None:
         free = [way for way in allowed if not locked[way == "hinged"][i]]
         done = 0 if searched is None else int(searched[i])
-        return motion_of(own[i], panel, free, scene.margin, budget=efforts, done=done) if free else None
+        return plan_motion(own[i], panel, free, scene.margin, budget=efforts, done=done) if free else None
 
     judged = sorted(set(standing))
     with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
         known = dict(zip(judged, pool.map(run, judged), strict=True))
     planned = [
-        motion if motion is None or i == first else carried(motion, own[i], panel)
+        motion if motion is None or i == first else motion_from_twin(motion, own[i], panel)
         for i, first in enumerate(standing)
         for motion in (known[first],)
     ]
@@ -79,7 +79,7 @@ def _evidence(motion: PlannedMotion) -> Evidence:
     if motion.lock is not None:
         way, enclosure = motion.lock
         assert enclosure.end is not None
-        lock = Lock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
+        lock = StoredLock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
     if critical is None:
         return Evidence(motion.efforts, lock, motion.margin)
     least = critical.proved if motion.margin is None else motion.margin

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.vocabulary import STATUSES, WAYS, Status
-from hcsearch.designs.records import NONE, StagedDesigns, play_of
+from hcsearch.designs.records import NO_NUMBER, StagedDesigns, play_of_batch
 from hcsearch.scenes import Scene
 from hcsearch.search.stages.mobility import locked_with
 
@@ -46,8 +46,8 @@ def best_foldings(designs: StagedDesigns, statuses: list[Status | None] | None =
     place = np.array([0 if word is None else STATUSES.index(word) for word in statuses or [None] * count], int)
     margin = np.zeros(count)
     if designs.motion is not None:
-        margin = np.nan_to_num(play_of(designs.motion, designs.deployment)[0], nan=np.inf)
-    dof = np.where(mobility.dof == NONE, np.iinfo(np.int32).max, mobility.dof)
+        margin = np.nan_to_num(play_of_batch(designs.motion, designs.deployment)[0], nan=np.inf)
+    dof = np.where(mobility.dof == NO_NUMBER, np.iinfo(np.int32).max, mobility.dof)
     keys = (foldings.crease, dof, margin, place, foldings.row)
     order = chosen[np.lexsort([key[chosen] for key in keys])]
     best = np.full(len(designs), -1)

@@ -1,4 +1,4 @@
 """Deployments: a scene compiled to what it needs, simulated, certified, with one outcome and its reason."""
 
-VERSION = 12
+DEPLOYMENT_VERSION = 12
 """Raised when the same scene gives another result, reasons included: what is stored no longer counts."""

@@ -11,32 +11,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from hcsearch.basics.vocabulary import Formulation, Outcome, Verdict
-from hcsearch.springs.deployment.deploying import Deployment, run
-from hcsearch.springs.deployment.outcomes import STEPS, Check
+from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
+from hcsearch.springs.deployment.deploying import Deployment, simulate_compiled
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import needed_margin_of
 from hcsearch.system.terminal import short
 
-TIGHTER = (10.0, 100.0)
+TIGHTENING_FACTORS = (10.0, 100.0)
 """By what the other tolerances are tighter. Where springs close the loops, a hundred times takes too long."""
-TIGHTEST = 1e-13
+TIGHTEST_TOLERANCE = 1e-13
 """The tightest tolerance there is; from there the others are as much looser."""
-PATIENT = 4
+AGREEMENT_STEPS_FACTOR = 4
 """Steps that these simulations may take, over those of the first."""
-DIGITS = 4
+MAX_FLAT_TIME_DIGITS = 4
 """No flat time is reported with more."""
-APART = 0.1
+FLAT_TIME_TOLERANCE = 0.1
 """Share of their mean by which flat times may differ to be one."""
-LOOSE = 0.1
+LOOSE_STATES_SHARE = 0.1
 """Share of the states with open loops from which on a motion runs along a branch of singular states. Of the motions of
 10 and 12 hexagons that come flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most 0.03."""
 
 
-class Seen(NamedTuple):
+class SimulationFindings(NamedTuple):
     """What one simulation came to; time : of its end, s. loose : share of its states with open loops."""
 
     tolerance: float
-    outcome: Outcome
+    outcome: Ending
     verdict: Verdict
     time: float
     loose: float
@@ -57,7 +57,7 @@ class Agreement:
     verdict: Verdict
     flat_time: float | None
     reason: str
-    others: tuple[Seen, ...]
+    others: tuple[SimulationFindings, ...]
     needed_margin: float | None = None
     least_gap: float | None = None
 
@@ -67,14 +67,14 @@ class Agreement:
         return self.flat_time is None and all(one.outcome == "flat" for one in self.others)
 
 
-def neighbours(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
+def agreement_tolerances(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
     """The tolerances at which a deployment is simulated again."""
-    shares = TIGHTER[:1] if formulation in {"penalty", "compliant"} else TIGHTER
-    looser = tolerance / shares[-1] < 0.99 * TIGHTEST
+    shares = TIGHTENING_FACTORS[:1] if formulation in {"penalty", "compliant"} else TIGHTENING_FACTORS
+    looser = tolerance / shares[-1] < 0.99 * TIGHTEST_TOLERANCE
     return tuple(tolerance * share if looser else tolerance / share for share in shares)
 
 
-def agreed(seen: Sequence[Seen]) -> Agreement:
+def agreement_of_simulations(seen: Sequence[SimulationFindings]) -> Agreement:
     """What a simulation that becomes flat, the first one, and others agree on."""
     first, others = seen[0], tuple(seen[1:])
     verdict: Verdict = first.verdict if all(one.verdict == first.verdict for one in others) else "undecided"
@@ -84,7 +84,7 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
         return Agreement(verdict, None, reason, others)
     time, reason = _flat(seen)
     loose = max(one.loose for one in seen)
-    if verdict == "deploys" and loose >= LOOSE:
+    if verdict == "deploys" and loose >= LOOSE_STATES_SHARE:
         what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"
         return Agreement("undecided", time, f"branch-singular: {reason}, but {what}", others)
     if any(one.verdict != first.verdict for one in others):
@@ -92,15 +92,19 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
     return Agreement(verdict, time, reason, others)
 
 
-def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6) -> Agreement | None:
+def confirm_deployment(
+    deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6
+) -> Agreement | None:
     """What a deployment, simulated at a tolerance, and others agree on; None unless it becomes flat."""
     if deployment.outcome != "flat":
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
-    steps = PATIENT * STEPS[compiled.formulation]
-    near = neighbours(tolerance, compiled.formulation)
-    others = [run(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near]
-    agreement = agreed_checks([one.check for one in (deployment, *others)], (tolerance, *near))
+    steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
+    near = agreement_tolerances(tolerance, compiled.formulation)
+    others = [
+        simulate_compiled(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near
+    ]
+    agreement = agreement_of_checks([one.check for one in (deployment, *others)], (tolerance, *near))
     if agreement.verdict != "deploys" or deployment.play is None:
         return agreement
     needed = deployment.play.needed_margin
@@ -109,16 +113,18 @@ def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: f
     return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
 
 
-def agreed_checks(checks: Sequence[Check], tolerances: Sequence[float]) -> Agreement:
+def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement:
     """What checks at several tolerances agree on."""
     pairs = zip(checks, tolerances, strict=True)
-    return agreed([Seen(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs])
+    return agreement_of_simulations(
+        [SimulationFindings(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs]
+    )
 
 
-def _flat(seen: Sequence[Seen]) -> tuple[float | None, str]:
+def _flat(seen: Sequence[SimulationFindings]) -> tuple[float | None, str]:
     """When simulations that all come flat do so, s, and a sentence; None where they differ by more than a tenth."""
     times = [one.time for one in seen]
-    if max(times) - min(times) > APART * sum(times) / len(times):
+    if max(times) - min(times) > FLAT_TIME_TOLERANCE * sum(times) / len(times):
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
@@ -128,7 +134,7 @@ def _flat(seen: Sequence[Seen]) -> tuple[float | None, str]:
 
 def _common(times: Sequence[float]) -> tuple[float, str]:
     """The most digits that times share when they are rounded, as a number and in words."""
-    for digits in range(DIGITS, 0, -1):
+    for digits in range(MAX_FLAT_TIME_DIGITS, 0, -1):
         rounded = {f"{time:.{digits - 1}e}" for time in times}
         if len(rounded) == 1:
             value = float(rounded.pop())
@@ -143,7 +149,7 @@ def _digits(value: float, digits: int) -> str:
     return f"{value:.{max(0, places)}f}"
 
 
-def _each(seen: Sequence[Seen], words: Sequence[str]) -> str:
+def _each(seen: Sequence[SimulationFindings], words: Sequence[str]) -> str:
     """What each simulation came to, with its tolerance as people write it, 1e-6."""
     at = [f"{one.tolerance:.6g}".replace("e-0", "e-") for one in seen]
     first, *others = [f"{word} at {near}" for word, near in zip(words, at, strict=True)]

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.springs.deployment.deploying import Deployment
-from hcsearch.springs.deployment.outcomes import FLAT
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 
-TOGETHER = 1e-4
+ARRIVAL_TIME_TOLERANCE = 1e-4
 """Hinges that arrive within this of one another (s) arrive together: mirror images do, but for rounding."""
 
 
@@ -25,14 +25,14 @@ class Arrival:
     speed: float
 
 
-def arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
+def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
     """The arrivals of hinges at stops from which they were away, by more than 0.01 rad, since the hit before.
 
     Bounces are left out: how many there are, and how small, is a matter of how the stops are modelled.
     """
     arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        last = next((a for a in arrived[::-1] if a.stop == stop and time - a.time <= TOGETHER), None)
+        last = next((a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE), None)
         if last is None:
             arrived.append(Arrival(time, stop, (hinge,), speed))
         else:
@@ -53,7 +53,7 @@ def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"]
             here = float(np.interp(event.time, times, angles[:, hinge]))
             stop: Literal["flat", "folded"] = "flat" if here < 0.5 * math.pi else "folded"
             limit = 0.0 if stop == "flat" else math.pi
-            if np.abs(since - limit).max(initial=0.0) > FLAT:
+            if np.abs(since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
                 hits.append((event.time, stop, hinge, abs(event.speed)))
             last[hinge] = event.time
     return hits

@@ -11,23 +11,30 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
-from hcsearch.kernels.deployment.checking import Findings, Rules, SceneTables, check_all
+from hcsearch.kernels.collision.clearance import MOTION_CLEAR, MOTION_COLLIDES
+from hcsearch.kernels.deployment.checking import CheckFindings, CheckingRules, SceneTables, check_foldings
 from hcsearch.motion.collision.margins import resolution_of
 from hcsearch.motion.collision.reaches import slack_of
-from hcsearch.motion.collision.solids import Solids, solids_of
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.deployment.outcomes import FLAT, STEPS, STILL, Check, method_of, outcome_of
+from hcsearch.motion.collision.solids import Solids, collision_solids
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.outcomes import (
+    FLAT_FOLD_ANGLE,
+    MAX_DEPLOYMENT_STEPS,
+    REST_ANGLE_TOLERANCE,
+    DeploymentCheck,
+    method_of,
+    outcome_of,
+)
 from hcsearch.springs.dynamics.methods import method_named
-from hcsearch.springs.dynamics.simulation import ENDINGS, plan_for, record_for
+from hcsearch.springs.dynamics.simulation import SIMULATION_STOPS, plan_for, record_for
 
-CALL = 16
+MAX_SCENES_PER_CALL = 16
 """Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
-TABLES, RECORD = 2**28, 2**29
+MAX_SCENE_TABLE_BYTES, MAX_MOTION_RECORD_BYTES = 2**28, 2**29
 """Bytes that the tables of the scenes in one call, and the record of one motion, take at most."""
 
 
-class Screen(NamedTuple):
+class CheckedPanels(NamedTuple):
     """The panels of a scene as a check takes them.
 
     reach : what panels may be elsewhere (m) over what the loops are open, see `slack_of`; the check takes the largest
@@ -38,22 +45,22 @@ class Screen(NamedTuple):
     reach: float
 
 
-def screen_of(compiled: Compiled, margin: float | None = None) -> Screen:
+def checked_panels_of(compiled: CompiledScene, margin: float | None = None) -> CheckedPanels:
     """The panels of a scene, less its margin unless another is given (m); the same with any springs."""
     linkage = compiled.linkage
-    solids = solids_of(linkage, compiled.margin if margin is None else margin, compiled.apart)
-    return Screen(solids, slack_of(linkage, 1.0))
+    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.apart)
+    return CheckedPanels(solids, slack_of(linkage, 1.0))
 
 
-def check(
-    scenes: Sequence[Compiled],
+def check_deployments(
+    scenes: Sequence[CompiledScene],
     *,
-    screens: Sequence[Screen] | None = None,
+    screens: Sequence[CheckedPanels] | None = None,
     tolerance: float = 1e-6,
     whole: bool = True,
     max_steps: int | None = None,
     threads: int = 1,
-) -> list[Check]:
+) -> list[DeploymentCheck]:
     """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
 
     screens : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
@@ -63,7 +70,7 @@ def check(
     """
     groups: dict[Any, list[int]] = defaultdict(list)
     if screens is None:
-        screens = [screen_of(compiled) for compiled in scenes]
+        screens = [checked_panels_of(compiled) for compiled in scenes]
     subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
     for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
         setup, exactness = compiled.setup, (own.solids.margin, resolution_of(compiled.linkage))
@@ -73,24 +80,24 @@ def check(
         groups[(exactness, *key, *_shapes(subject))].append(i)
     calls = []
     for key, members in groups.items():
-        together = max(1, min(CALL, TABLES // _bytes(subjects[members[0]])))
+        together = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
         calls += [(key[0], members[k : k + together]) for k in range(0, len(members), together)]
 
-    def run(call: tuple[tuple[float, float], list[int]]) -> list[Check]:
+    def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
         exactness, members = call
         own = [scenes[i] for i in members]
         joint = 3 * 8 * own[0].system.n_joints  # an angle, a rate and an acceleration in each state
-        steps = min(max_steps or STEPS[own[0].formulation], max(1, RECORD // joint))
+        steps = min(max_steps or MAX_DEPLOYMENT_STEPS[own[0].formulation], max(1, MAX_MOTION_RECORD_BYTES // joint))
         return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
 
-    checks: dict[int, Check] = {}
+    checks: dict[int, DeploymentCheck] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
         for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
             checks.update(zip(members, rows, strict=True))
     return [checks[i] for i in range(len(scenes))]
 
 
-def _subject(compiled: Compiled, screen: Screen) -> SceneTables:
+def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
     mechanism, linkage, solids = compiled.system.mechanism, compiled.linkage, screen.solids
     return SceneTables(
         tree=mechanism.tree,
@@ -107,13 +114,13 @@ def _subject(compiled: Compiled, screen: Screen) -> SceneTables:
 
 
 def _run(
-    scenes: list[Compiled],
+    scenes: list[CompiledScene],
     subjects: list[SceneTables],
     tolerance: float,
     exactness: tuple[float, float],
     whole: bool,
     steps: int,
-) -> list[Check]:
+) -> list[DeploymentCheck]:
     """Check scenes of the same shapes; exactness : margin and resolution, m."""
     first, count = scenes[0], len(scenes)
     system, setup = first.system, first.setup
@@ -122,10 +129,10 @@ def _run(
         end=first.seconds,
         tolerance=tolerance,
         restitution=setup.restitution,
-        flat=FLAT,
-        rest=STILL,
+        flat=FLAT_FOLD_ANGLE,
+        rest=REST_ANGLE_TOLERANCE,
     )
-    rules = Rules(
+    rules = CheckingRules(
         method_named(method_of(first.formulation)),
         plan,
         system.mechanism.struts,
@@ -135,7 +142,7 @@ def _run(
         *exactness,
         whole,
     )
-    findings = Findings(
+    findings = CheckFindings(
         endings=np.zeros(count, np.int64),
         verdicts=np.zeros(count, np.int64),
         pairs=np.zeros(count, np.int64),
@@ -148,21 +155,21 @@ def _run(
         openings=np.zeros(count),
         looses=np.zeros(count),
     )
-    check_all(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
+    check_foldings(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
     return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
 
 
-def _check(compiled: Compiled, subject: SceneTables, findings: Findings, i: int) -> Check:
+def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFindings, i: int) -> DeploymentCheck:
     verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
     collision = None
-    if verdict == COLLIDES:
+    if verdict == MOTION_COLLIDES:
         one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
         collision = (float(findings.times[i, 1]), (one, two))
     states, evaluations, _, looks = (int(number) for number in findings.counts[i])
-    return Check(
-        outcome_of(ENDINGS[int(findings.endings[i])]),
+    return DeploymentCheck(
+        outcome_of(SIMULATION_STOPS[int(findings.endings[i])]),
         float(findings.times[i, 0]),
-        {CLEAR: True, COLLIDES: False}.get(verdict),
+        {MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
         collision,
         gap if math.isfinite(gap) else None,
         float(findings.speeds[i]),

@@ -9,28 +9,28 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.motion.collision.solids import kept_apart
 from hcsearch.scenes import Scene
-from hcsearch.scenes.laws import scaled
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.laws import scaled_law
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.starts import start_state
-from hcsearch.springs.dynamics.bodies import Body, joined
+from hcsearch.springs.dynamics.bodies import Body, joined_body
 from hcsearch.springs.dynamics.mirror import Mirror, mirror_of
 from hcsearch.springs.dynamics.panels import PanelTree, panel_bodies, panel_tree
 from hcsearch.springs.dynamics.simulation import cut_states
 from hcsearch.springs.dynamics.system import CutHinge, JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 
 OMISSIONS = ("half", "third dimension", "stops")
 """What the compiler leaves out of its own accord, by name."""
 
 
-AT = 1e-6
+AT_STOP_ANGLE = 1e-6
 """A hinge is at a stop within this (rad)."""
 
 
@@ -44,7 +44,7 @@ class Omission:
 
 
 @dataclass(frozen=True, eq=False)
-class Compiled(ByValue):
+class CompiledScene(ByValue):
     """A scene of a linkage as a system of bodies.
 
     setup : the scene in numbers of the linkage.
@@ -60,7 +60,7 @@ class Compiled(ByValue):
     formulation: Formulation
     system: System
     start: Reals
-    joint_of: Whole
+    joint_of: WholeNumbers
     hinged: NDArray[np.bool_]
     shares: Reals
     factor: float
@@ -96,8 +96,8 @@ class Compiled(ByValue):
         """Hinges that are closed and open at one state."""
         angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
         return Stops(
-            tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT)),
-            tuple(int(k) for k in np.flatnonzero(angles <= AT)),
+            tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT_STOP_ANGLE)),
+            tuple(int(k) for k in np.flatnonzero(angles <= AT_STOP_ANGLE)),
         )
 
 
@@ -115,7 +115,7 @@ def compile_scene(
     formulation: Formulation = "constrained",
     *,
     keep: frozenset[str] = frozenset(),
-) -> Compiled:
+) -> CompiledScene:
     """Compile a scene of a linkage. keep : names of `OMISSIONS` that are not to be left out.
 
     Bodies and joints are those of the linkage's twin, where it has one.
@@ -123,7 +123,7 @@ def compile_scene(
     unknown = keep - set(OMISSIONS)
     if unknown:
         raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
-    setup, twin = settle(scene, linkage), linkage.twin
+    setup, twin = setup_of_scene(scene, linkage), linkage.twin
     if twin is None:
         return _Compiler(linkage, setup, formulation, keep).run()
     compiled = compile_scene(twin.linkage, setup.of_twin(linkage), formulation, keep=keep)
@@ -145,7 +145,7 @@ class _Compiler:
         self.left_out: list[Omission] = []
         self.unreached = self._unreached()
 
-    def run(self) -> Compiled:
+    def run(self) -> CompiledScene:
         mirror = self._mirror()
         penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
         springy = penalty or compliant
@@ -183,7 +183,7 @@ class _Compiler:
         hinged = np.arange(len(joints)) >= shift
         self._say_rest()
         factor = 1.0 if mirror is None else 2.0
-        return Compiled(
+        return CompiledScene(
             self.linkage,
             self.setup,
             self.formulation,
@@ -225,12 +225,12 @@ class _Compiler:
 
     def _based(
         self, tree: PanelTree, mirror: Mirror | None
-    ) -> tuple[tuple[Joint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
+    ) -> tuple[tuple[TreeJoint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
         """Joints, bodies and welds with the floating base before them, and how many joints that has."""
         if not self.setup.free:
             return tree.joints, tree.bodies, tree.welds, 0
         panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
-        base = joined([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
+        base = joined_body([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
         base = base.share(1.0 if mirror is None else 0.5)
         upright = np.array([0.0, 0.0, 1.0])
         if mirror is None:
@@ -240,9 +240,10 @@ class _Compiler:
         axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
         shift = len(axes)
         still = Body(0.0, panel.centre, np.zeros((3, 3)))
-        joints = [Joint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
+        joints = [TreeJoint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
         joints += [
-            Joint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides) for j in tree.joints
+            TreeJoint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides)
+            for j in tree.joints
         ]
         bodies = (*(still for _ in range(shift - 1)), base, *tree.bodies)
 
@@ -266,7 +267,9 @@ class _Compiler:
     def _drive(self, hinge: int, share: float = 1.0) -> JointDrive:
         law = self.laws[hinge]
         upper = math.inf if hinge in self.unreached else math.pi
-        return JointDrive(law if share == 1.0 else scaled(law, share), share * self.setup.damping_of(law), 0.0, upper)
+        return JointDrive(
+            law if share == 1.0 else scaled_law(law, share), share * self.setup.damping_of(law), 0.0, upper
+        )
 
     def _unreached(self) -> set[int]:
         """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""

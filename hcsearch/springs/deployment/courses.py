@@ -9,18 +9,18 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.motion.collision.reaches import slack_of
-from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.compiling import CompiledScene
 from hcsearch.springs.dynamics.simulation import Motion, closed_between
 
 
-class Path(NamedTuple):
+class DeploymentCourse(NamedTuple):
     """The course of the fold angles; slack : what panels may be elsewhere, m, at all times or in each step."""
 
     course: Course
     slack: float | Reals
 
 
-def path_of(compiled: Compiled, motion: Motion) -> Path:
+def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentCourse:
     """The course of a motion of a compiled scene, with the states that keep its loops closed between two."""
     (times, q, v, a), gaps = closed_between(compiled.system, motion)
     angles, rates = compiled.of_hinges(q, v)
@@ -31,4 +31,4 @@ def path_of(compiled: Compiled, motion: Motion) -> Path:
         gaps = np.maximum(gaps, motion.gap)
     # springs that close loops give way at impacts, for moments; exact loops hardly open at all
     slack = slack_of(compiled.linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
-    return Path(Course(times, angles, rates, accelerations, cubic), slack)
+    return DeploymentCourse(Course(times, angles, rates, accelerations, cubic), slack)

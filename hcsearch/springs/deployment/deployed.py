@@ -10,8 +10,8 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment import facts
-from hcsearch.springs.deployment.agreement import Agreement, confirmed
-from hcsearch.springs.deployment.deploying import Deployment, deploy
+from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
+from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
 from hcsearch.springs.deployment.driving import Drives
 from hcsearch.system.notebooks import notebook_view
 
@@ -63,17 +63,17 @@ class Deployed:
 
     def facts(self) -> dict[str, Any]:
         """All results as plain data, as `hcsearch deploy --json` prints them; keys name their units."""
-        return facts.facts(self.deployment, self.agreement)
+        return facts.deployment_facts(self.deployment, self.agreement)
 
     def table(self) -> pd.DataFrame:
         """A pandas table of times, energies, fold angles and rates, as `hcsearch deploy --output` writes it."""
-        return facts.table(self.deployment)
+        return facts.deployment_table(self.deployment)
 
     def picture(self, path: str) -> None:
         """Draw fold angles and energies over time into a file .svg, .png or .pdf."""
-        from hcsearch.springs.deployment.pictures import picture  # noqa: PLC0415 - only where a picture is wanted
+        from hcsearch.springs.deployment.pictures import draw_deployment  # noqa: PLC0415 - only where a picture is wanted
 
-        picture(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
+        draw_deployment(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
 
     def _repr_html_(self) -> str | None:
         return notebook_view(self)
@@ -82,7 +82,7 @@ class Deployed:
         return f"<{self.name}: {self.verdict}, {self.reason}>"
 
 
-def deployed(
+def deploy_linkage(
     name: str,
     linkage: Linkage,
     scene: Scene | Setup,
@@ -93,6 +93,6 @@ def deployed(
     drives: Drives | None = None,
 ) -> Deployed:
     """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
-    deployment = deploy(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
-    agreement = None if drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
+    deployment = simulate_deployment(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
+    agreement = None if drives is not None else confirm_deployment(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

@@ -13,27 +13,34 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import Formulation, Outcome, Verdict
-from hcsearch.motion.collision.clearance import Clearance, certify
+from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
+from hcsearch.motion.collision.clearance import Clearance, certify_clearance
 from hcsearch.motion.collision.margins import resolution_of
 from hcsearch.motion.collision.reaches import reaches
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import OMISSIONS, Compiled, compile_scene
-from hcsearch.springs.deployment.courses import path_of
+from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.courses import course_of_deployment
 from hcsearch.springs.deployment.driving import Drives
-from hcsearch.springs.deployment.outcomes import FLAT, STEPS, STILL, Check, method_of, outcome_of
-from hcsearch.springs.deployment.play import Play, play_of
+from hcsearch.springs.deployment.outcomes import (
+    FLAT_FOLD_ANGLE,
+    MAX_DEPLOYMENT_STEPS,
+    REST_ANGLE_TOLERANCE,
+    DeploymentCheck,
+    method_of,
+    outcome_of,
+)
+from hcsearch.springs.deployment.play import Play, play_of_deployment
 from hcsearch.springs.deployment.reasons import reason_of_motion
-from hcsearch.springs.dynamics.driving import Driven, simulate_driven
-from hcsearch.springs.dynamics.simulation import Motion, greatest_opening, loose_states, simulate
+from hcsearch.springs.dynamics.driving import DrivenMotion, simulate_driven
+from hcsearch.springs.dynamics.simulation import Motion, greatest_opening, loose_states, simulate_system
 
-DRIVEN = 1e-5
+DRIVEN_STEP_TOLERANCE = 1e-5
 """Error of a step under control, relative and absolute."""
-SMALL = 1e-300
+MIN_BALANCE_ENERGY = 1e-300
 """Energy (J) below which an error of the balance is no share of it."""
-STEEP = 1.4
+STEEP_BASE_ANGLE = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
 
@@ -41,25 +48,25 @@ STEEP = 1.4
 class Deployment(ByValue):
     """One deployment, with its states.
 
-    outcome : as of `Check`. reason : in a sentence, with the remedy where there is one.
+    outcome : as of `DeploymentCheck`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
     seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
     driven : what drives did, where there are any.
     """
 
-    compiled: Compiled
+    compiled: CompiledScene
     motion: Motion
-    outcome: Outcome
+    outcome: Ending
     reason: str
     angles: Reals
     rates: Reals
     clearance: Clearance | None
     seconds: float = field(compare=False)
-    driven: Driven | None = None
+    driven: DrivenMotion | None = None
 
     @cached_property
-    def check(self) -> Check:
+    def check(self) -> DeploymentCheck:
         """The same without the states, as `checking.check` reports it."""
         motion, clearance, size = self.motion, self.clearance, math.pi * max(1, self.angles.shape[1])
         end, gap = self.angles[-1], None if clearance is None else clearance.gap
@@ -69,7 +76,7 @@ class Deployment(ByValue):
             collision = (clearance.time, clearance.panels) if clear is False else None
             q = motion.at(np.array([clearance.time]))
             met = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
-        return Check(
+        return DeploymentCheck(
             outcome=self.outcome,
             end_time=float(motion.times[-1]),
             clear=clear,
@@ -79,7 +86,7 @@ class Deployment(ByValue):
             remaining=float(np.abs(met).sum()) / size,
             end_remaining=float(np.abs(end).sum()) / size,
             widest=float(np.abs(end).max(initial=0.0)),
-            drift=motion.drift / max(motion.largest_energy, SMALL),
+            drift=motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
             opening=greatest_opening(self.compiled.system, motion),
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
@@ -104,7 +111,7 @@ class Deployment(ByValue):
             return None
         # no stop holds driven hinges, whose panels overlap by as much as they pass them
         over = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
-        return play_of(self.compiled, self.motion, over)
+        return play_of_deployment(self.compiled, self.motion, over)
 
     @property
     def flat_time(self) -> float | None:
@@ -112,7 +119,7 @@ class Deployment(ByValue):
         return self.check.flat_time
 
 
-def deploy(
+def simulate_deployment(
     linkage: Linkage,
     scene: Scene | Setup,
     formulation: Formulation = "constrained",
@@ -127,50 +134,50 @@ def deploy(
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
     keep : what is not to be left out. certified : whether collisions are looked for. drives : of hinges, with which the
-    motion starts where they say; its tolerance is that of `run_driven`.
+    motion starts where they say; its tolerance is that of `simulate_driven_scene`.
     """
     if drives is not None:
-        return run_driven(compile_driven(linkage, scene, drives, formulation), drives, method=method)
+        return simulate_driven_scene(compile_driven(linkage, scene, drives, formulation), drives, method=method)
     compiled = compile_scene(linkage, scene, formulation, keep=keep)
-    return run(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
+    return simulate_compiled(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
 
 
-def run(
-    compiled: Compiled,
+def simulate_compiled(
+    compiled: CompiledScene,
     *,
     method: str | None = None,
     tolerance: float = 1e-6,
     certified: bool = True,
     max_steps: int | None = None,
 ) -> Deployment:
-    """Simulate a compiled scene; as `deploy`."""
+    """Simulate a compiled scene; as `simulate_deployment`."""
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     began = time.perf_counter()
-    motion = simulate(
+    motion = simulate_system(
         compiled.system,
         compiled.start,
         end=compiled.seconds,
         method=method or method_of(compiled.formulation),
         tolerance=tolerance,
         restitution=compiled.setup.restitution,
-        flat=FLAT,
+        flat=FLAT_FOLD_ANGLE,
         watched=compiled.hinged,
-        rest=STILL,
-        max_steps=max_steps or STEPS[compiled.formulation],
+        rest=REST_ANGLE_TOLERANCE,
+        max_steps=max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation],
     )
-    return judged(compiled, motion, time.perf_counter() - began, certified=certified)
+    return deployment_of_motion(compiled, motion, time.perf_counter() - began, certified=certified)
 
 
 def compile_driven(
     linkage: Linkage, scene: Scene | Setup, drives: Drives | None, formulation: Formulation = "constrained"
-) -> Compiled:
+) -> CompiledScene:
     """Compile a scene for drives, of which nothing is left out that they may break: its mirror half, folded stops."""
     if formulation != "constrained":
         raise HcsearchError(
             f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
         )
-    setup = settle(scene, linkage)
+    setup = setup_of_scene(scene, linkage)
     if setup.free:
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     compiled = compile_scene(linkage, setup, keep=frozenset({"half", "stops"}))
@@ -180,8 +187,13 @@ def compile_driven(
     return replace(compiled, start=drives.start_in(compiled))
 
 
-def run_driven(
-    compiled: Compiled, drives: Drives, *, method: str | None = None, tolerance: float = DRIVEN, certified: bool = True
+def simulate_driven_scene(
+    compiled: CompiledScene,
+    drives: Drives,
+    *,
+    method: str | None = None,
+    tolerance: float = DRIVEN_STEP_TOLERANCE,
+    certified: bool = True,
 ) -> Deployment:
     """Simulate a scene that `compile_driven` compiled, under position control, until flat or the scene's time is over.
 
@@ -192,7 +204,7 @@ def run_driven(
     system, commands = compiled.system, drives.commands(compiled)
     free = system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives))
 
-    def follow(end: float, flat: float | None) -> Driven:
+    def follow(end: float, flat: float | None) -> DrivenMotion:
         return simulate_driven(
             free,
             commands,
@@ -205,17 +217,24 @@ def run_driven(
             watched=compiled.hinged,
         )
 
-    driven = follow(compiled.seconds, FLAT)
+    driven = follow(compiled.seconds, FLAT_FOLD_ANGLE)
     if driven.motion.ending == "flat" and driven.motion.times[-1] < drives.times[-1]:
         # drives go on to the end of their course, where torques may be greatest
         driven = replace(driven, greatest=follow(float(drives.times[-1]), None).greatest)
     # states that are put between others move under the drives, too
     compiled = replace(compiled, system=system.under_control(commands.targets))
-    return judged(compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven)
+    return deployment_of_motion(
+        compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven
+    )
 
 
-def judged(
-    compiled: Compiled, motion: Motion, seconds: float = 0.0, *, certified: bool = True, driven: Driven | None = None
+def deployment_of_motion(
+    compiled: CompiledScene,
+    motion: Motion,
+    seconds: float = 0.0,
+    *,
+    certified: bool = True,
+    driven: DrivenMotion | None = None,
 ) -> Deployment:
     """A motion of a compiled scene as a deployment.
 
@@ -235,7 +254,7 @@ def judged(
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 
-def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
+def _within_stops(compiled: CompiledScene, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
     """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
     beyond = _overlaps(compiled, angles)
     if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
@@ -246,23 +265,23 @@ def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Cl
     return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
 
 
-def _overlaps(compiled: Compiled, angles: Reals) -> Reals:
+def _overlaps(compiled: CompiledScene, angles: Reals) -> Reals:
     """How deep panels overlap as their hinges pass a stop (m), at most, shape (k, n_hinges)."""
     beyond: Reals = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
     return beyond
 
 
-def _steep(compiled: Compiled, motion: Motion) -> bool:
+def _steep(compiled: CompiledScene, motion: Motion) -> bool:
     """Whether the base has come near a state that its angles do not describe."""
     base = np.flatnonzero(~compiled.hinged)
     turns = [k for k in base if not compiled.system.joints[k].slides]
-    return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP)
+    return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP_BASE_ANGLE)
 
 
-def _clearance(compiled: Compiled, motion: Motion) -> Clearance:
+def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
     """The certified verdict on the motion."""
-    linkage, path = compiled.linkage, path_of(compiled, motion)
-    return certify(
+    linkage, path = compiled.linkage, course_of_deployment(compiled, motion)
+    return certify_clearance(
         linkage,
         path.course,
         margin=compiled.margin,
@@ -273,7 +292,7 @@ def _clearance(compiled: Compiled, motion: Motion) -> Clearance:
     )
 
 
-def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
+def omission_savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
     """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
     rows = []
     for omission in deployment.compiled.omissions:
@@ -281,8 +300,8 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
             continue
         compiled = deployment.compiled
         full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
-        other = run(full, method=method, tolerance=tolerance, certified=False)
-        again = run(compiled, method=method, tolerance=tolerance, certified=False)
+        other = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
+        again = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
         rows.append(
             {
                 "name": omission.name,
@@ -296,5 +315,5 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
     return rows
 
 
-def _closure_equations(compiled: Compiled) -> int:
+def _closure_equations(compiled: CompiledScene) -> int:
     return sum(len(weld.kinds) for weld in compiled.system.welds)

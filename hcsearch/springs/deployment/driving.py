@@ -11,30 +11,30 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError, SceneError
-from hcsearch.shape.labels import Labels, is_name, plain
+from hcsearch.shape.labels import Labels, is_label, label_data
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.dynamics.driving import Commands, Demand
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.dynamics.driving import DriveDemand, JointCommands
 
-OPEN = 1e-6
+START_CLOSURE_TOLERANCE = 1e-6
 """Closure residual at the start that is taken for closed."""
-MOST = 100_000
+MAX_COURSE_TIMES = 100_000
 """Times of a course."""
-SHORTEST, LONGEST = 1e-5, 0.1
+MIN_CONTROL_PERIOD, MAX_CONTROL_PERIOD = 1e-5, 0.1
 """Periods of a controller (s)."""
-APART = 1e-9
+MIN_COURSE_TIME_STEP = 1e-9
 """Times of a course are at least so far apart (s)."""
 _NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch drive"
 
 
-_DEMAND = tuple(field.name for field in fields(Demand))
+_DEMAND = tuple(field.name for field in fields(DriveDemand))
 _NUMBERS = ("start", *_DEMAND)
 _NAMES = ("driven", *_NUMBERS)
 """What is read of a table, in this order: the driven hinges by their names on pictures, and numbers."""
 
 
 @dataclass(frozen=True, eq=False)
-class Drives(Demand):
+class Drives(DriveDemand):
     """Driven hinges and what they are asked for.
 
     hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
@@ -43,12 +43,12 @@ class Drives(Demand):
     hinges: tuple[int, ...]
     start: Reals
 
-    def commands(self, compiled: Compiled) -> Commands:
+    def commands(self, compiled: CompiledScene) -> JointCommands:
         """What the joints of a compiled scene are asked for."""
         joints = tuple(int(compiled.joint_of[hinge]) for hinge in self.hinges)
-        return Commands(joints=joints, **{name: getattr(self, name) for name in _DEMAND})
+        return JointCommands(joints=joints, **{name: getattr(self, name) for name in _DEMAND})
 
-    def start_in(self, compiled: Compiled) -> Reals:
+    def start_in(self, compiled: CompiledScene) -> Reals:
         """The start as coordinates of the joints."""
         angles = compiled.start.copy()
         angles[compiled.joint_of] = self.start
@@ -60,7 +60,11 @@ class Drives(Demand):
         if len(self.start) != n or not all(0 <= hinge < n for hinge in self.hinges):
             raise SceneError(f"the drive is not one of this design, which has {n} hinges: write it with hcsearch drive")
         gap = float(np.abs(linkage.closure(self.start)[0]).max(initial=0.0))
-        if gap > OPEN or self.start.min(initial=0.0) < -0.01 or self.start.max(initial=0.0) > np.pi + 0.01:
+        if (
+            gap > START_CLOSURE_TOLERANCE
+            or self.start.min(initial=0.0) < -0.01
+            or self.start.max(initial=0.0) > np.pi + 0.01
+        ):
             raise SceneError(
                 "the drive does not start from a closed state within the stops: give the panels and flat pairs that it "
                 "was made for, or write it with hcsearch drive"
@@ -78,17 +82,21 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
     k, d = times.size, len(hinges)
     shapes = {"times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
     good = all(values[name].shape == shape for name, shape in shapes.items())
-    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MOST and d > 0
+    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
     if not good or not all(np.isfinite(value).all() for value in values.values()):
         raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
     if len(set(hinges)) < d:
         raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
     gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
-    if times[0] != 0.0 or (np.diff(times) < APART).any() or not gains:
-        raise SceneError(f"[drive] needs times that grow from 0, by {APART:g} s at least, and gains of 0 or more")
+    if times[0] != 0.0 or (np.diff(times) < MIN_COURSE_TIME_STEP).any() or not gains:
+        raise SceneError(
+            f"[drive] needs times that grow from 0, by {MIN_COURSE_TIME_STEP:g} s at least, and gains of 0 or more"
+        )
     period = float(values["period"])
-    if not SHORTEST <= period <= LONGEST:
-        raise SceneError(f"[drive] has a period of {period:g} s: give one from {SHORTEST:g} to {LONGEST:g} s")
+    if not MIN_CONTROL_PERIOD <= period <= MAX_CONTROL_PERIOD:
+        raise SceneError(
+            f"[drive] has a period of {period:g} s: give one from {MIN_CONTROL_PERIOD:g} to {MAX_CONTROL_PERIOD:g} s"
+        )
     rest = {name: values[name] for name in _NUMBERS if name != "period"}
     return Drives(hinges=tuple(hinges), period=period, **rest)
 
@@ -105,7 +113,7 @@ def _driven(names: Any, labels: Labels) -> list[int]:
 
 def _is_named(name: Any) -> bool:
     """Whether a value of a file names a hinge, by a number or a text."""
-    return isinstance(name, int | str) and not isinstance(name, bool) and is_name(str(name))
+    return isinstance(name, int | str) and not isinstance(name, bool) and is_label(str(name))
 
 
 def _numbers(value: Any) -> Reals:
@@ -121,7 +129,7 @@ def _numbers(value: Any) -> Reals:
 
 def drives_text(drives: Drives, labels: Labels) -> str:
     """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
-    lines = ["[drive]", f"driven = {json.dumps([plain(labels.hinges[hinge]) for hinge in drives.hinges])}"]
+    lines = ["[drive]", f"driven = {json.dumps([label_data(labels.hinges[hinge]) for hinge in drives.hinges])}"]
     for name in _NUMBERS:
         value = getattr(drives, name)
         if name in {"times", "angles", "torques"}:

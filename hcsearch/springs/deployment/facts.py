@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcsearch.basics.play import millimetres, play_sentence
-from hcsearch.shape.labels import labels_of, plain
+from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.springs.deployment.agreement import Agreement
-from hcsearch.springs.deployment.arrivals import arrivals
+from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.deploying import Deployment
 from hcsearch.springs.deployment.reasons import reason_with_clearance
 
@@ -18,32 +18,32 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
+def deployment_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
     """What became of it; keys name their units, and what overflowed is None.
 
     agreement : with the same deployment at tighter tolerances, where it becomes flat: its verdict and time count.
     """
-    return {name: finite(value) for name, value in _facts(deployment, agreement).items()}
+    return {name: finite_or_none(value) for name, value in _facts(deployment, agreement).items()}
 
 
-def finite(value: Any) -> Any:
+def finite_or_none(value: Any) -> Any:
     """A value with None in the place of numbers that are not finite, in lists, too."""
     if isinstance(value, list):
-        return [finite(one) for one in value]
+        return [finite_or_none(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     clearance = deployment.clearance
-    books = energies(deployment)
+    books = deployment_energies(deployment)
     verdict = deployment.verdict if agreement is None else agreement.verdict
     flat_time = deployment.flat_time if agreement is None else agreement.flat_time
     reason = deployment.reason if agreement is None else agreement.reason
     untimed = agreement is not None and agreement.untimed
     collides = verdict == "collides"
     labels = labels_of(compiled.linkage)
-    panels, hinges = [plain(name) for name in labels.panels], [plain(name) for name in labels.hinges]
+    panels, hinges = [label_data(name) for name in labels.panels], [label_data(name) for name in labels.hinges]
     return {
         "verdict": verdict,
         "reason": reason_with_clearance(reason, deployment.outcome, clearance, labels),
@@ -83,7 +83,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         ],
         "arrivals": [
             {"time_s": a.time, "stop": a.stop, "hinges": [hinges[k] for k in a.hinges], "speed_rad_s": a.speed}
-            for a in arrivals(deployment)
+            for a in hinge_arrivals(deployment)
         ],
         "steps": motion.steps,
         "rejected_steps": motion.rejected,
@@ -93,7 +93,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
 
 
 def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """The gaps of a deployment, mm, and how much to leave between faces; agreement : as of `facts`.
+    """The gaps of a deployment, mm, and how much to leave between faces; agreement : as of `deployment_facts`.
 
     Where panels as built overlap, the smallest gap is that overlap, below 0.
     """
@@ -123,18 +123,18 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
     }
 
 
-def table(deployment: Deployment) -> pd.DataFrame:
+def deployment_table(deployment: Deployment) -> pd.DataFrame:
     """States of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
-    columns = {"time_s": deployment.motion.times, **energies(deployment)}
+    columns = {"time_s": deployment.motion.times, **deployment_energies(deployment)}
     names = labels_of(deployment.compiled.linkage).hinges
     columns |= {f"angle_{name}_rad": deployment.angles[:, k] for k, name in enumerate(names)}
     columns |= {f"rate_{name}_rad_s": deployment.rates[:, k] for k, name in enumerate(names)}
     return pd.DataFrame(columns)
 
 
-def energies(deployment: Deployment) -> dict[str, np.ndarray]:
+def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
     """Energies at the states of a motion, J, with those of a half that was left out."""
     motion, factor = deployment.motion, deployment.compiled.factor
     return {

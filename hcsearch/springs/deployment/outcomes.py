@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hcsearch.basics.vocabulary import Formulation, Integrator, Outcome, Verdict
+from hcsearch.basics.vocabulary import Ending, Formulation, Integrator, Verdict
 from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.reasons import reason_of_check
-from hcsearch.springs.dynamics.simulation import Ending
+from hcsearch.springs.dynamics.simulation import SimulationStop
 
-FLAT = 0.01
+FLAT_FOLD_ANGLE = 0.01
 """The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
-STILL = 1e-4
+REST_ANGLE_TOLERANCE = 1e-4
 """It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
-STEPS: dict[Formulation, int] = {"constrained": 20_000, "compliant": 100_000, "penalty": 400_000, "quasistatic": 20_000}
+MAX_DEPLOYMENT_STEPS: dict[Formulation, int] = {
+    "constrained": 20_000,
+    "compliant": 100_000,
+    "penalty": 400_000,
+    "quasistatic": 20_000,
+}
 """Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
-_OUTCOMES: dict[Ending, Outcome] = {
+_OUTCOMES: dict[SimulationStop, Ending] = {
     "flat": "flat",
     "time": "moving",
     "rest": "at rest",
@@ -24,12 +29,12 @@ _OUTCOMES: dict[Ending, Outcome] = {
 }
 
 
-def outcome_of(ending: Ending) -> Outcome:
+def outcome_of(ending: SimulationStop) -> Ending:
     """What an ending of a simulation means for a deployment."""
     return _OUTCOMES.get(ending, "diverged")
 
 
-def verdict_of(outcome: Outcome, clear: bool | None) -> Verdict:
+def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
     """The verdict on a deployment; clear : None where it is undecided whether panels collide, or nobody asked.
 
     What a simulation says that diverges counts for nothing, collisions included.
@@ -47,7 +52,7 @@ def method_of(formulation: Formulation) -> Integrator:
 
 
 @dataclass(frozen=True)
-class Check:
+class DeploymentCheck:
     """What became of one deployment, without its states; `Deployment` keeps those, too.
 
     outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
@@ -62,7 +67,7 @@ class Check:
             in databases.
     """
 
-    outcome: Outcome
+    outcome: Ending
     end_time: float
     clear: bool | None
     collision: tuple[float, tuple[int, int]] | None

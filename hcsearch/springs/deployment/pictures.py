@@ -8,7 +8,7 @@ import numpy as np
 
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.deploying import Deployment
-from hcsearch.springs.deployment.facts import energies
+from hcsearch.springs.deployment.facts import deployment_energies
 from hcsearch.springs.deployment.reasons import collision_sentence
 from hcsearch.system.figures import figure_for, head, legend, line_style
 
@@ -32,7 +32,7 @@ def mark_collision(axes: Axes, deployment: Deployment) -> None:
     )  # fmt: skip
 
 
-def picture(deployment: Deployment, path: str, title: str) -> None:
+def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
     """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
     motion = deployment.motion
     times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
@@ -48,7 +48,7 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
             if event.kind == "hit":
                 above.axvline(event.time, color="grey", linewidth=0.3)
         mark_collision(above, deployment)
-        for name, column in energies(deployment).items():
+        for name, column in deployment_energies(deployment).items():
             if np.ptp(column) > 0.0:
                 label = name.removesuffix("_J").replace("_", " ")
                 below.plot(motion.times, column, label=label, **line_style(len(below.lines)))

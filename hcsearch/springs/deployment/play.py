@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hcsearch.motion.collision.clearance import certify, least_gap
-from hcsearch.motion.collision.margins import LEAST_PLAY, TOUCHING, scale_of
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.deployment.courses import Path, path_of
+from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
+from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, scale_of
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.courses import DeploymentCourse, course_of_deployment
 from hcsearch.springs.dynamics.simulation import Motion
 
 
@@ -19,10 +19,10 @@ from hcsearch.springs.dynamics.simulation import Motion
 class Play:
     """The play of a motion that is certified clear at the margin of its scene.
 
-    needed_margin : m, the least at which it is certified clear, of the multiples of `LEAST_PLAY` in proportion to the
-        panels, and of the scene's own.
-    least_gap : m, of the panels as built at any time, below 0 where they overlap, but for `TOUCHING` in proportion to
-        the panels: gaps and overlaps that are less are 0. None where no two panels are compared.
+    needed_margin : m, the least at which it is certified clear, of the multiples of `MIN_PANEL_MARGIN` in proportion
+        to the panels, and of the scene's own.
+    least_gap : m, of the panels as built at any time, below 0 where they overlap, but for `TOUCHING_DISTANCE` in
+        proportion to the panels: gaps and overlaps that are less are 0. None where no two panels are compared.
     """
 
     needed_margin: float
@@ -33,34 +33,34 @@ class Play:
         return self.least_gap if self.least_gap is not None and self.least_gap < 0.0 else gap
 
 
-def play_of(compiled: Compiled, motion: Motion, above: float = 0.0) -> Play:
+def play_of_deployment(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> Play:
     """The play of a motion that is certified clear; above : as of `needed_margin_of`."""
-    path = path_of(compiled, motion)
-    touching = TOUCHING * scale_of(compiled.linkage)
-    gap = least_gap(compiled.linkage, path.course, resolution=touching, apart=compiled.apart)
+    path = course_of_deployment(compiled, motion)
+    touching = TOUCHING_DISTANCE * scale_of(compiled.linkage)
+    gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.apart)
     if gap is not None and abs(gap) < touching:
         gap = 0.0
     return Play(_needed(compiled, path, above), gap)
 
 
-def needed_margin_of(compiled: Compiled, motion: Motion, above: float = 0.0) -> float:
+def needed_margin_of(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> float:
     """The least margin (m) at which a motion is certified clear that is so at the scene's; above : no less than this.
 
     What is certified with a margin is so with any greater one, so that the least is found by halving.
     """
-    return _needed(compiled, path_of(compiled, motion), above)
+    return _needed(compiled, course_of_deployment(compiled, motion), above)
 
 
-def _needed(compiled: Compiled, path: Path, above: float) -> float:
+def _needed(compiled: CompiledScene, path: DeploymentCourse, above: float) -> float:
     linkage = compiled.linkage
-    step = LEAST_PLAY * scale_of(linkage)
+    step = MIN_PANEL_MARGIN * scale_of(linkage)
     count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
     margins = [margin for k in range(1, count + 1) if (margin := k * step) >= above * (1.0 - 1e-9)]
     margins.append(compiled.margin)
     low, high = 0, len(margins) - 1
     tried = 0  # the least first: most motions in which panels hardly touch need no more
     while low < high:
-        clearance = certify(
+        clearance = certify_clearance(
             linkage, path.course, margin=margins[tried], slack=path.slack, apart=compiled.apart, measured=False
         )
         if clearance.kind == "clear":

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.basics.vocabulary import Outcome
+from hcsearch.basics.vocabulary import Ending
 from hcsearch.motion.collision.clearance import Clearance
 from hcsearch.shape.labels import Labels, named_hinges
-from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.compiling import CompiledScene
 from hcsearch.springs.dynamics.simulation import Motion
 from hcsearch.system.terminal import short
 
 
-def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it more seconds") -> str:
+def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "give it more seconds") -> str:
     """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
     end = f"{short(motion.times[-1])} s"
     held = compiled.at_stops(motion.q[-1])
@@ -37,7 +37,7 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     }[motion.ending]
 
 
-def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | None, labels: Labels) -> str:
+def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:
     """A reason, after a collision where there is a certain one, or where panels come too near to tell."""
     if outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
         return reason
@@ -49,7 +49,7 @@ def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | 
 
 
 def reason_of_check(
-    outcome: Outcome, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
+    outcome: Ending, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
 ) -> str:
     """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
     if outcome == "diverged":

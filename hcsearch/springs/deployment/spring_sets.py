@@ -9,33 +9,33 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
-from hcsearch.scenes.looks import GRADED, GRADES, OUTER, SPREAD
-from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.scenes.looks import GRADED_STIFFNESS_RATIO, OUTER_FIRST_SET, SPREAD_SPRING_SETS, SPRING_SET_GRADES
+from hcsearch.springs.deployment.compiling import CompiledScene
 
 
-def springs_of(folding: Folding, panel: PanelSize, compiled: Compiled, name: str) -> Reals:
+def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name: str) -> Reals:
     """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,), within the scene's range.
 
-    Graded ones are geometric from the stiffest to a fortieth of it, those of `SPREAD` between the bounds.
+    Graded ones are geometric from the stiffest to a fortieth of it, those of `SPREAD_SPRING_SETS` between the bounds.
     """
     softest, stiffest = compiled.setup.spring_range
-    if name in SPREAD:
-        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD), softest, stiffest)
-        spread: Reals = sets[SPREAD.index(name)]
+    if name in SPREAD_SPRING_SETS:
+        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD_SPRING_SETS), softest, stiffest)
+        spread: Reals = sets[SPREAD_SPRING_SETS.index(name)]
         return spread
     places = _places(folding, panel, compiled)
-    if name == OUTER:
+    if name == OUTER_FIRST_SET:
         softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
     else:
-        weights = np.array(GRADES[name])
+        weights = np.array(SPRING_SET_GRADES[name])
         towards = np.where(weights < 0.0, 1.0 - places, places)
         softness = towards @ np.abs(weights) / np.abs(weights).sum()
-    softer = max(softest, stiffest / GRADED)
+    softer = max(softest, stiffest / GRADED_STIFFNESS_RATIO)
     springs: Reals = stiffest * (softer / stiffest) ** softness
     return springs
 
 
-def _places(folding: Folding, panel: PanelSize, compiled: Compiled) -> Reals:
+def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Reals:
     """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
 
     As the folding has them that stands for all congruent ones: which stack is the first depends on how a circuit is

@@ -8,10 +8,10 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.scenes.laws import Law, linear
+from hcsearch.scenes.laws import Law, linear_law
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.compiling import CompiledScene
 from hcsearch.springs.dynamics.mirror import mirror_of
 
 
@@ -37,7 +37,7 @@ def _stiffness(law: Law) -> float:
     return slope
 
 
-def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
+def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
     """The scene with linear springs of some stiffnesses (N m/rad), shape (n_joints,), one for all hinges of a joint.
 
     Damping stays proportional (thesis 4.4). The scene must have been compiled with its stops kept.
@@ -46,9 +46,9 @@ def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
     drives = list(compiled.system.drives)
     laws = []
     for joint in compiled.joint_of.tolist():
-        law = linear(float(stiffnesses[joint]))
+        law = linear_law(float(stiffnesses[joint]))
         share = float(compiled.shares[joint])
-        own = law if share == 1.0 else linear(share * float(stiffnesses[joint]))
+        own = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
         drives[joint] = replace(drives[joint], law=own, damping=share * setup.damping_of(law))
         laws.append(law)
     return replace(compiled, setup=replace(setup, laws=tuple(laws)), system=compiled.system.driven(tuple(drives)))

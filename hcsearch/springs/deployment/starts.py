@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.kinematics.within import close_within
+from hcsearch.motion.kinematics.within import close_within_stops
 from hcsearch.shape.linkage import Linkage
 
 
@@ -20,7 +20,7 @@ def start_state(linkage: Linkage, share: float) -> Reals:
     folded: Reals = linkage.folded
     if share == 1.0:
         return folded
-    closed, _ = close_within(linkage, share * folded)
+    closed, _ = close_within_stops(linkage, share * folded)
     if closed is not None:
         return closed.angles
     if share < 0.9:

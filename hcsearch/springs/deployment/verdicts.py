@@ -20,32 +20,42 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import folding_at, representatives
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.scenes.looks import Look, looks_at, setup_of
-from hcsearch.scenes.scene_file import file_text
-from hcsearch.scenes.setup import settle, written
+from hcsearch.scenes.looks import SceneVariant, scene_variants, setup_of_variant
+from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.scenes.setup import scene_of_setup, setup_of_scene
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
-from hcsearch.springs.deployment.checking import CALL, Screen, check, screen_of
-from hcsearch.springs.deployment.compiling import Compiled, compile_scene
-from hcsearch.springs.deployment.deploying import run
-from hcsearch.springs.deployment.outcomes import STEPS, Check
-from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of
+from hcsearch.springs.deployment.agreement import (
+    AGREEMENT_STEPS_FACTOR,
+    Agreement,
+    agreement_of_checks,
+    agreement_tolerances,
+)
+from hcsearch.springs.deployment.checking import (
+    MAX_SCENES_PER_CALL,
+    CheckedPanels,
+    check_deployments,
+    checked_panels_of,
+)
+from hcsearch.springs.deployment.compiling import CompiledScene, compile_scene
+from hcsearch.springs.deployment.deploying import simulate_compiled
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
+from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of
 from hcsearch.springs.deployment.springs import with_springs
 
-WORK = 5_000_000
+MAX_VARIANT_WORK = 5_000_000
 """Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
 do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
 look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
-FINE = 1e-6
+VERDICT_TOLERANCE = 1e-6
 """Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
 some motions that this one finds, and takes nine tenths of the time."""
-TOGETHER = 256
+FOLDINGS_IN_MEMORY = 256
 """Foldings whose scenes are held in memory together."""
-Tried = tuple[int, Look]
+TriedVariant = tuple[int, SceneVariant]
 
 
-def verdicts(
+def deploy_foldings(
     circuits: CircuitBatch,
     foldings: FoldingBatch,
     locked: NDArray[np.bool_],
@@ -77,15 +87,15 @@ class _Verdicts:
         threads: int,
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
-        self.looks = looks_at(scene)
+        self.looks = scene_variants(scene)
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
         self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
-        self.compiled: dict[tuple[int, Way], Compiled] = {}
-        self.screens: dict[tuple[int, Way], Screen] = {}
+        self.compiled: dict[tuple[int, Way], CompiledScene] = {}
+        self.screens: dict[tuple[int, Way], CheckedPanels] = {}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
         self.unsure: dict[int, Trial] = {}
@@ -93,8 +103,8 @@ class _Verdicts:
 
     def run(self) -> DeploymentBatch:
         numbers = list(self.alike)
-        for begin in range(0, len(numbers), TOGETHER):
-            self._try(numbers[begin : begin + TOGETHER])
+        for begin in range(0, len(numbers), FOLDINGS_IN_MEMORY):
+            self._try(numbers[begin : begin + FOLDINGS_IN_MEMORY])
             self.compiled.clear()
             self.screens.clear()
         clearance, time, margin, gap = np.full((4, self.count), np.nan)
@@ -110,63 +120,76 @@ class _Verdicts:
         self._take((first,), some)
         while others and (left := [i for i in some if self._goes_on(i)]):
             # one thread takes no look that one before makes needless
-            together = 1 if self.threads == 1 else math.ceil(self.threads * CALL / len(left))
+            together = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(left))
             self._take(others[:together], left)
             others = others[together:]
 
     def _goes_on(self, i: int) -> bool:
-        return i not in self.deploys and bool(self.moves[i]) and self.spent[i] < WORK
+        return i not in self.deploys and bool(self.moves[i]) and self.spent[i] < MAX_VARIANT_WORK
 
-    def _take(self, looks: Sequence[Look], some: list[int]) -> None:
+    def _take(self, looks: Sequence[SceneVariant], some: list[int]) -> None:
         """Take some looks at some foldings; the first look that deploys counts."""
         tried = [(i, look) for look in looks for i in some if self._can(i, look)]
         scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
-        checks = self._check(scenes, {"tolerance": FINE, "whole": looks[0].first})
+        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "whole": looks[0].first})
         agreements = self._agreed(scenes, checks)
         for (i, look), one in checks.items():
             if look.first or self._goes_on(i):  # as if the looks had been taken one by one
                 self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
                 self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
 
-    def _check(self, scenes: dict[Tried, tuple[Compiled, Screen]], options: dict[str, Any]) -> dict[Tried, Check]:
+    def _check(
+        self, scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]], options: dict[str, Any]
+    ) -> dict[TriedVariant, DeploymentCheck]:
         compiled, screens = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
-        return dict(zip(scenes, check(compiled, screens=screens, threads=self.threads, **options), strict=True))
+        return dict(
+            zip(scenes, check_deployments(compiled, screens=screens, threads=self.threads, **options), strict=True)
+        )
 
     def _agreed(
-        self, scenes: dict[Tried, tuple[Compiled, Screen]], checks: dict[Tried, Check]
-    ) -> dict[Tried, Agreement]:
+        self,
+        scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]],
+        checks: dict[TriedVariant, DeploymentCheck],
+    ) -> dict[TriedVariant, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
         # what is clear with the margin that the first motion needs is clear with the scene's
         tight = {
-            tried: (compiled, screen_of(compiled, plays[tried].needed_margin))
+            tried: (compiled, checked_panels_of(compiled, plays[tried].needed_margin))
             for tried, (compiled, _) in deploying.items()
         }
-        others = [self._check(tight, _as_near(tolerance)) for tolerance in neighbours(FINE)]
+        others = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
         return {
             tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
             for tried, scene in deploying.items()
         }
 
     def _agreement(
-        self, tried: Tried, scene: tuple[Compiled, Screen], first: Check, others: list[Check], play: Play
+        self,
+        tried: TriedVariant,
+        scene: tuple[CompiledScene, CheckedPanels],
+        first: DeploymentCheck,
+        others: list[DeploymentCheck],
+        play: Play,
     ) -> Agreement:
         """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
 
         Those that are not clear with it are checked with the scene's, and may need more.
         """
-        near, needed = neighbours(FINE), play.needed_margin
+        near, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
         for k, tolerance in enumerate(near):
             if others[k].outcome == "flat" and not others[k].deploys:
                 others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
                 if others[k].deploys:
-                    motion = run(scene[0], certified=False, **_as_near(tolerance)).motion
+                    motion = simulate_compiled(scene[0], certified=False, **_as_near(tolerance)).motion
                     needed = needed_margin_of(scene[0], motion, needed)
-        agreement = agreed_checks([first, *others], (FINE, *near))
+        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *near))
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
-    def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
+    def _keep(
+        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+    ) -> None:
         if not (look.first or one.deploys):
             return
         for own in (i, *self.alike[i]):
@@ -182,21 +205,21 @@ class _Verdicts:
             elif one.deploys:
                 self.unsure.setdefault(own, trial)
 
-    def _can(self, i: int, look: Look) -> bool:
+    def _can(self, i: int, look: SceneVariant) -> bool:
         if look.pairs == "hinged":
             return True
         # merged motions are motions with rigid pairs, too
         return i not in self.locked and (look.first or self.foldings[i].can_join(look.pairs))
 
-    def _compiled(self, i: int, look: Look) -> Compiled:
+    def _compiled(self, i: int, look: SceneVariant) -> CompiledScene:
         key = (i, look.pairs)
         if key not in self.compiled:
             linkage = self.foldings[i].linkage(self.panel, flat_pairs=look.pairs)
             self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
         compiled = self.compiled[key]
         if key not in self.screens:
-            self.screens[key] = screen_of(compiled)
-        compiled = replace(compiled, setup=setup_of(compiled.setup, self.scene, look))
+            self.screens[key] = checked_panels_of(compiled)
+        compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, look))
         if look.springs:
             compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, look.springs))
         return compiled
@@ -218,10 +241,12 @@ class _Verdicts:
     def _symmetric(self, i: int, first: int) -> bool:
         """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
         own, other = (self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first))
-        seen, setup = settle(self.scene, own).of_twin(own), settle(self.scene, other)
+        seen, setup = setup_of_scene(self.scene, own).of_twin(own), setup_of_scene(self.scene, other)
         return seen.held == setup.held and bool(np.allclose(seen.gravity, setup.gravity, rtol=0.0, atol=1e-12))
 
-    def _carried(self, i: int, first: int, look: Look, one: Check, agreement: Agreement | None) -> Trial:
+    def _carried(
+        self, i: int, first: int, look: SceneVariant, one: DeploymentCheck, agreement: Agreement | None
+    ) -> Trial:
         """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
         compiled = self._compiled(i, look)
         twin = compiled.linkage.twin
@@ -233,7 +258,9 @@ class _Verdicts:
         trial = self._trial(i, look, compiled, one, agreement)
         return replace(trial, as_crease=self.foldings[first].crease)
 
-    def _trial(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> Trial:
+    def _trial(
+        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+    ) -> Trial:
         labels = labels_of(compiled.linkage)
         status, reason = one.verdict, one.reason(labels)
         if agreement is not None:
@@ -245,11 +272,11 @@ class _Verdicts:
             clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
         facts = {"design": self.foldings[i].notation}
         scene = replace(self.scene, panel=self.panel, flat_pairs=(look.pairs,))
-        tried = written(compiled.setup, scene, labels)
+        tried = scene_of_setup(compiled.setup, scene, labels)
         return Trial(
             folding=i,
             scene=tried.name,
-            values=file_text(facts, compiled.formulation, tried),
+            values=scene_file_text(facts, compiled.formulation, tried),
             formulation=compiled.formulation,
             status=status,
             reason=reason,
@@ -273,11 +300,13 @@ class _Verdicts:
             yield last
 
 
-def _play(compiled: Compiled) -> Play:
+def _play(compiled: CompiledScene) -> Play:
     """The play of the first motion, of which a check keeps no states."""
-    return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
+    return play_of_deployment(
+        compiled, simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
+    )
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:
     """How one that deploys is simulated at another tolerance."""
-    return {"tolerance": tolerance, "max_steps": PATIENT * STEPS["constrained"]}
+    return {"tolerance": tolerance, "max_steps": AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS["constrained"]}

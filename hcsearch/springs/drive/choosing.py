@@ -20,24 +20,24 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.linkage import Linkage
 
-LOOKED_AT, AGAIN = 60, 8
+CHOICE_STATE_COUNT, MAX_CHOICE_REPEATS = 60, 8
 """States along a path at which sets are judged while they are searched, and how often that is done again with the
 states at which the set that was chosen does worse."""
-EVERY = 3000
+MAX_ENUMERATED_HINGE_SETS = 3000
 """Up to so many sets, all are tried; else sets grow from pivots and hinges are exchanged while that helps."""
-SWEEPS = 12
-GIVEN_UP = 0.5
+MAX_EXCHANGE_SWEEPS = 12
+MONOTONE_VALUE_SHARE = 0.5
 """Share of the best least singular value that is kept where monotone hinges take the place of others."""
-BACK = 0.01
+MONOTONE_ANGLE_TOLERANCE = 0.01
 """A hinge that turns back by no more than this (rad) is monotone."""
-FIRM = 0.1
+FIRM_SINGULAR_VALUE = 0.1
 """Hinges are added, those that help most, until the least singular value is this at least."""
-FREE = 1e-7
+CLOSURE_RANK_TOLERANCE = 1e-7
 """Singular values of closure below this share of the greatest, at the state where the most count, are none."""
 
 
 @dataclass(frozen=True)
-class Choice:
+class DrivenHinges:
     """Driven hinges.
 
     hinges : their numbers. monotone : of these. freedoms : of the linkage along the path.
@@ -68,19 +68,19 @@ def frames_at(linkage: Linkage, angles: Reals, rank: int | None = None) -> tuple
         return np.broadcast_to(np.eye(n), (len(angles), n, n)), np.ones((len(angles), 0))
     _, values, right = np.linalg.svd(jacobians)
     if rank is None:
-        rank = int((values > FREE * values.max()).sum(axis=1).max())
+        rank = int((values > CLOSURE_RANK_TOLERANCE * values.max()).sum(axis=1).max())
     return right.transpose(0, 2, 1), values[:, :rank]
 
 
 def monotone_hinges(angles: Reals) -> NDArray[np.bool_]:
-    """Whether each hinge turns one way only along a path, (n_hinges,): it may turn back by `BACK`."""
+    """Whether each hinge turns monotonically along a path, (n_hinges,), to `MONOTONE_ANGLE_TOLERANCE`."""
     fallen = np.maximum.accumulate(angles, axis=0) - angles
     risen = angles - np.minimum.accumulate(angles, axis=0)
-    monotone: NDArray[np.bool_] = np.minimum(fallen.max(axis=0), risen.max(axis=0)) <= BACK
+    monotone: NDArray[np.bool_] = np.minimum(fallen.max(axis=0), risen.max(axis=0)) <= MONOTONE_ANGLE_TOLERANCE
     return monotone
 
 
-def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
+def choose_driven_hinges(linkage: Linkage, angles: Reals, firm: float = FIRM_SINGULAR_VALUE) -> DrivenHinges:
     """The hinges to drive for a path through closed states, (k, n_hinges), evenly along it.
 
     First the set whose least singular value is greatest; then monotone hinges in the place of others, while half of
@@ -89,19 +89,19 @@ def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
     frames, values = frames_at(linkage, angles)
     freedoms = linkage.n_hinges - values.shape[1]
     steady = monotone_hinges(angles)
-    looked, tried = np.unique(np.linspace(0, len(angles) - 1, LOOKED_AT).astype(int)), 0
-    for _ in range(AGAIN):
+    looked, tried = np.unique(np.linspace(0, len(angles) - 1, CHOICE_STATE_COUNT).astype(int)), 0
+    for _ in range(MAX_CHOICE_REPEATS):
         search = _Search(frames[looked], freedoms, steady)
         driven = search.made_firm(search.run(), firm)
         tried += search.tried
-        least = least_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
+        least = least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
         if least.min() >= min(firm, 0.5 * least[looked].min()):
             break
         looked = np.union1d(looked, np.argsort(least)[:5])  # states that were left out, at which the set does worst
-    return choice_of(linkage, angles, driven, tried)
+    return judge_driven_hinges(linkage, angles, driven, tried)
 
 
-def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> Choice:
+def judge_driven_hinges(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> DrivenHinges:
     """The choice of given hinges, judged along a path."""
     frames, values = frames_at(linkage, angles)
     freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
@@ -109,10 +109,10 @@ def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: i
         raise HcsearchError(f"{len(driven)} hinges cannot drive {freedoms} freedoms: name {freedoms} at least")
     if not all(0 <= hinge < linkage.n_hinges for hinge in driven):
         raise HcsearchError(f"there is no hinge {max(driven)}: name hinges from 0 to {linkage.n_hinges - 1}")
-    least = least_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
+    least = least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
     closure = values[:, -1] if values.shape[1] else np.ones(len(angles))
     last = max(len(angles) - 1, 1)
-    return Choice(
+    return DrivenHinges(
         driven,
         tuple(hinge for hinge in driven if steady[hinge]),
         freedoms,
@@ -124,7 +124,7 @@ def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: i
     )
 
 
-def least_values(frames: Reals, freedoms: int, sets: NDArray[np.int64]) -> Reals:
+def least_singular_values(frames: Reals, freedoms: int, sets: NDArray[np.int64]) -> Reals:
     """Least singular value of the reduced Jacobian for sets of driven hinges (s, d), shape (s, k).
 
     frames : (k, n, n), orthonormal; the last columns are a basis of the closed rates, the others of what closure asks.
@@ -157,7 +157,7 @@ class _Search:
             return tuple(range(self.n))
         if not self.freedoms:
             return ()
-        if math.comb(self.n, self.freedoms) <= EVERY:
+        if math.comb(self.n, self.freedoms) <= MAX_ENUMERATED_HINGE_SETS:
             return self._all()
         return self._exchanged()
 
@@ -176,7 +176,7 @@ class _Search:
         """The least singular value of sets along the path."""
         self.tried += len(sets)
         least = [
-            least_values(self.frames, self.freedoms, np.array(sets[k : k + 200], int)).min(axis=1)
+            least_singular_values(self.frames, self.freedoms, np.array(sets[k : k + 200], int)).min(axis=1)
             for k in range(0, len(sets), 200)
         ]
         return np.concatenate(least)
@@ -188,7 +188,7 @@ class _Search:
     def _all(self) -> tuple[int, ...]:
         sets = list(combinations(range(self.n), self.freedoms))
         values = self._judged(sets)
-        kept = np.flatnonzero(values >= GIVEN_UP * values.max())
+        kept = np.flatnonzero(values >= MONOTONE_VALUE_SHARE * values.max())
         return sets[min(kept, key=lambda k: (self._turning(sets[k]), -values[k]))]
 
     def _exchanged(self) -> tuple[int, ...]:
@@ -199,14 +199,14 @@ class _Search:
         pivots = qr(together, mode="r", pivoting=True)[1]
         driven = tuple(sorted(int(h) for h in pivots[: self.freedoms]))
         value = float(self._judged([driven])[0])
-        for _ in range(SWEEPS):
+        for _ in range(MAX_EXCHANGE_SWEEPS):
             sets = self._exchanges(driven)
             values = self._judged(sets)
             best = int(values.argmax())
             if values[best] <= value * (1.0 + 1e-9):
                 break
             driven, value = sets[best], float(values[best])
-        floor = GIVEN_UP * value
+        floor = MONOTONE_VALUE_SHARE * value
         for _ in range(self.freedoms):
             sets = [own for own in self._exchanges(driven) if self._turning(own) < self._turning(driven)]
             values = self._judged(sets) if sets else np.zeros(1)

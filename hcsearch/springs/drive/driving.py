@@ -12,28 +12,28 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.planning.motions import PlannedMotion, motion_of
+from hcsearch.motion.planning.motions import PlannedMotion, plan_motion
 from hcsearch.motion.planning.reasons import reason_of
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.deployment.deploying import Deployment, compile_driven, run_driven
-from hcsearch.springs.deployment.driving import LONGEST, SHORTEST, Drives
-from hcsearch.springs.drive.choosing import FIRM, Choice, choice_of, choose
-from hcsearch.springs.drive.gains import PERIOD, controlled
-from hcsearch.springs.drive.latches import Latch, latches_on, release
-from hcsearch.springs.drive.smoothing import NEAR, smooth_path
-from hcsearch.springs.drive.timing import ACCELERATION, RATE, TimedPath, timed
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.deploying import Deployment, compile_driven, simulate_driven_scene
+from hcsearch.springs.deployment.driving import MAX_CONTROL_PERIOD, MIN_CONTROL_PERIOD, Drives
+from hcsearch.springs.drive.choosing import FIRM_SINGULAR_VALUE, DrivenHinges, choose_driven_hinges, judge_driven_hinges
+from hcsearch.springs.drive.gains import DEFAULT_CONTROL_PERIOD, position_control
+from hcsearch.springs.drive.latches import Latch, latches_on, simulate_latched
+from hcsearch.springs.drive.smoothing import DRIVE_END_ANGLES, smooth_path
+from hcsearch.springs.drive.timing import MAX_HINGE_ACCELERATION, MAX_HINGE_RATE, TimedPath, time_path
 from hcsearch.springs.drive.torques import Torques, torques_along
 
-SETTLING = 0.5
+SETTLING_TIME = 0.5
 """Time that is simulated after the end of the course (s)."""
-STEPS = ("motion", "driven hinges", "torques", "simulation")
+DRIVE_STAGES = ("motion", "driven hinges", "torques", "simulation")
 """What is computed, one after the other."""
-Progress = Callable[[int, int, str], None]
-COUNT, PLACES = 1000, 600
+DriveProgress = Callable[[int, int, str], None]
+TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
 """Times at which torques are computed, and places on the path at which driven hinges are judged."""
 
 
@@ -46,12 +46,12 @@ class DriveOptions:
     the reduced Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
     """
 
-    rate: float = RATE
-    acceleration: float = ACCELERATION
-    near: tuple[float, float] = NEAR
+    rate: float = MAX_HINGE_RATE
+    acceleration: float = MAX_HINGE_ACCELERATION
+    near: tuple[float, float] = DRIVE_END_ANGLES
     hinges: tuple[str, ...] = ()
-    firm: float = FIRM
-    period: float = PERIOD
+    firm: float = FIRM_SINGULAR_VALUE
+    period: float = DEFAULT_CONTROL_PERIOD
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Drive:
     scene: Scene
     setup: Setup
     play: float
-    choice: Choice
+    choice: DrivenHinges
     timed: TimedPath
     torques: Torques
     drives: Drives
@@ -91,15 +91,15 @@ class NoPathError(HcsearchError):
     """No path of a folding is proved along which it could be driven."""
 
 
-def find_motion(folding: Folding, scene: Scene) -> PlannedMotion:
+def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
     """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
     own = [way for way in scene.flat_pairs if folding.can_join(way)]
     if not own:
         raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
-    return motion_of(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
+    return plan_motion(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
 
 
-def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
+def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
     """What is known of a folding of which no path is proved, in one line."""
     from hcsearch.motion.locks.proofs import lock_at  # noqa: PLC0415 - only of foldings without a path
 
@@ -122,7 +122,7 @@ def drive_along(
     scene: Scene,
     motion: PlannedMotion,
     options: DriveOptions | None = None,
-    progress: Progress | None = None,
+    progress: DriveProgress | None = None,
 ) -> Drive:
     """The drive of a folding along a proved motion in a scene; HcsearchError for options that cannot be met.
 
@@ -132,43 +132,43 @@ def drive_along(
 
     def say(done: int) -> None:
         if progress is not None:
-            progress(done, len(STEPS), STEPS[done])
+            progress(done, len(DRIVE_STAGES), DRIVE_STAGES[done])
 
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
-        raise NoPathError(why_not(folding, scene, motion))
-    if not SHORTEST <= options.period <= LONGEST:
+        raise NoPathError(no_drive_reason(folding, scene, motion))
+    if not MIN_CONTROL_PERIOD <= options.period <= MAX_CONTROL_PERIOD:
         raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = folding.linkage(panel, flat_pairs=motion.way)
     scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
     say(1)
     path = smooth_path(linkage, motion.proof.motion, options.near)
-    angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
+    angles = path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0]
     labels = labels_of(linkage)
     choice = (
-        choice_of(linkage, angles, tuple(sorted({labels.hinge(name) for name in options.hinges})))
+        judge_driven_hinges(linkage, angles, tuple(sorted({labels.hinge(name) for name in options.hinges})))
         if options.hinges
-        else choose(linkage, angles, options.firm)
+        else choose_driven_hinges(linkage, angles, options.firm)
     )
     say(2)
-    course = timed(path, options.rate, options.acceleration)
-    setup = replace(settle(scene, linkage), seconds=float(f"{course.seconds + SETTLING:.4g}"))
+    course = time_path(path, options.rate, options.acceleration)
+    setup = replace(setup_of_scene(scene, linkage), seconds=float(f"{course.seconds + SETTLING_TIME:.4g}"))
     compiled = compile_driven(linkage, setup, None)
-    torques = torques_along(compiled, course, choice, COUNT)
-    drives = controlled(compiled, torques, options.period)
+    torques = torques_along(compiled, course, choice, TORQUE_TIME_COUNT)
+    drives = position_control(compiled, torques, options.period)
     say(3)
-    deployment = run_driven(started(compiled, drives), drives)
+    deployment = simulate_driven_scene(start_at_drives(compiled, drives), drives)
     return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
 
 
-def released(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+def release_with_latches(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
     """Latches that give the order of the path, and what springs alone make of the folding with them."""
     path = driven.timed.path
-    latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
+    latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0])
     scene = replace(driven.scene, seconds=None)
-    return latches, release(compile_driven(driven.linkage, scene, None), latches)
+    return latches, simulate_latched(compile_driven(driven.linkage, scene, None), latches)
 
 
-def started(compiled: Compiled, drives: Drives) -> Compiled:
+def start_at_drives(compiled: CompiledScene, drives: Drives) -> CompiledScene:
     """A compiled scene that starts where drives do."""
     return replace(compiled, start=drives.start_in(compiled))

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.shape.labels import labels_of, plain
-from hcsearch.springs.deployment.facts import finite, play_facts
+from hcsearch.shape.labels import label_data, labels_of
+from hcsearch.springs.deployment.facts import finite_or_none, play_facts
 from hcsearch.springs.drive.driving import Drive
-from hcsearch.springs.drive.following import following
+from hcsearch.springs.drive.following import judge_following
 from hcsearch.springs.drive.latches import Latch
 
 if TYPE_CHECKING:
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from hcsearch.springs.deployment.deploying import Deployment
 
 
-def facts(drive: Drive) -> dict[str, Any]:
+def drive_facts(drive: Drive) -> dict[str, Any]:
     """A drive as plain data; keys name their units, and numbers that overflowed are None."""
-    return {name: finite(value) for name, value in _facts(drive).items()}
+    return {name: finite_or_none(value) for name, value in _facts(drive).items()}
 
 
 def _facts(drive: Drive) -> dict[str, Any]:
     choice, deployment = drive.choice, drive.deployment
     labels = labels_of(drive.linkage)
     clearance = deployment.clearance
-    followed = following(drive)
+    followed = judge_following(drive)
     span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
     return {
         "verdict": deployment.verdict,
@@ -43,8 +43,8 @@ def _facts(drive: Drive) -> dict[str, Any]:
         "hinges": drive.linkage.n_hinges,
         "freedoms": choice.freedoms,
         "merged_panels": list(labels.merged),
-        "driven": [plain(labels.hinges[hinge]) for hinge in choice.hinges],
-        "driven_monotone": [plain(labels.hinges[hinge]) for hinge in choice.monotone],
+        "driven": [label_data(labels.hinges[hinge]) for hinge in choice.hinges],
+        "driven_monotone": [label_data(labels.hinges[hinge]) for hinge in choice.monotone],
         "least_singular_value": choice.least,
         "least_at": choice.place,
         "closure_least_singular_value": choice.closure,
@@ -73,7 +73,7 @@ def _facts(drive: Drive) -> dict[str, Any]:
 def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
     """Which hinges wait for which, and what springs alone made of it."""
     clearance = deployment.clearance
-    names = [plain(name) for name in labels_of(deployment.compiled.linkage).hinges]
+    names = [label_data(name) for name in labels_of(deployment.compiled.linkage).hinges]
     return {
         "latches": [
             {"hinge": names[one.hinge], "waits_for": names[one.waits_for], "angle_rad": one.angle} for one in latches
@@ -89,7 +89,7 @@ def _greatest(torques: np.ndarray) -> list[float]:
     return greatest
 
 
-def table(drive: Drive) -> pd.DataFrame:
+def drive_table(drive: Drive) -> pd.DataFrame:
     """The planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 

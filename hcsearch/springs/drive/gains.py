@@ -15,18 +15,18 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import Compiled
+from hcsearch.springs.deployment.compiling import CompiledScene
 from hcsearch.springs.deployment.driving import Drives
 from hcsearch.springs.drive.choosing import frames_at
 from hcsearch.springs.drive.torques import Torques
 
-YIELDS = 0.05
+MAX_CONTROL_YIELD = 0.05
 """What control yields under the greatest torque of the motion, at most (rad)."""
-SAFE = 3.0
+STABILITY_SAFETY_FACTOR = 3.0
 """Stiffness of control over that at which the motion is stable but for inertia."""
-LOOKED_AT = 100
+STABILITY_STATE_COUNT = 100
 """States along the motion at which stability is looked at."""
-PERIOD = 0.002
+DEFAULT_CONTROL_PERIOD = 0.002
 """Of the controller, s."""
 
 
@@ -38,9 +38,9 @@ class Stability:
     time: float
 
 
-def stability(compiled: Compiled, torques: Torques) -> Stability:
+def static_stability(compiled: CompiledScene, torques: Torques) -> Stability:
     """The stiffness of all driven hinges that makes a motion statically stable, without the slopes of gravity."""
-    some = np.unique(np.linspace(0, len(torques.times) - 1, LOOKED_AT).astype(int))
+    some = np.unique(np.linspace(0, len(torques.times) - 1, STABILITY_STATE_COUNT).astype(int))
     linkage, driven = compiled.linkage, list(torques.driven)
     angles = torques.angles[some]
     frames, values = frames_at(linkage, angles)
@@ -58,14 +58,17 @@ def stability(compiled: Compiled, torques: Torques) -> Stability:
     return Stability(float(needed[worst]), float(torques.times[some[worst]]))
 
 
-def controlled(compiled: Compiled, torques: Torques, period: float = PERIOD) -> Drives:
+def position_control(compiled: CompiledScene, torques: Torques, period: float = DEFAULT_CONTROL_PERIOD) -> Drives:
     """Position control for a motion: stiff enough for its torques and its stability, with critical damping.
 
     The damping is for what each driven hinge moves.
     """
     driven = list(torques.driven)
     most = float(np.abs(torques.torques).max(initial=0.0))
-    stiffness = np.full(len(driven), max(most / YIELDS, SAFE * stability(compiled, torques).stiffness, 1e-9))
+    stiffness = np.full(
+        len(driven),
+        max(most / MAX_CONTROL_YIELD, STABILITY_SAFETY_FACTOR * static_stability(compiled, torques).stiffness, 1e-9),
+    )
     return Drives(
         hinges=torques.driven,
         start=torques.angles[0],
@@ -78,7 +81,7 @@ def controlled(compiled: Compiled, torques: Torques, period: float = PERIOD) -> 
     )
 
 
-def _slopes(compiled: Compiled, angles: Reals) -> Reals:
+def _slopes(compiled: CompiledScene, angles: Reals) -> Reals:
     """Slopes of the springs at fold angles, (n_hinges,), N m/rad."""
     slopes = np.zeros(len(angles))
     for k, angle in enumerate(angles):

@@ -13,17 +13,17 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.deployment.deploying import Deployment, judged
-from hcsearch.springs.deployment.outcomes import FLAT
-from hcsearch.springs.dynamics.simulation import Motion, joined, simulate
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.deploying import Deployment, deployment_of_motion
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
+from hcsearch.springs.dynamics.simulation import Motion, joined_motion, simulate_system
 from hcsearch.springs.dynamics.system import System
 
-LEFT = 0.05
+DEPARTURE_ANGLE = 0.05
 """A hinge has left the packed state when it has turned by this (rad)."""
-LATER = 0.05
+LATCH_DELAY_SHARE = 0.05
 """A hinge is latched that leaves later than the first by more than this share of the path."""
-LOOKED_AT = 0.002
+LATCH_CHECK_INTERVAL = 0.002
 """Latches are looked at in these intervals (s)."""
 
 
@@ -43,11 +43,11 @@ def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
     """
     closing = np.flatnonzero(linkage.folded > 0.0)
     turned = linkage.folded - angles
-    left = np.array([int((np.abs(turned[:, hinge]) > LEFT).argmax()) for hinge in closing])
+    left = np.array([int((np.abs(turned[:, hinge]) > DEPARTURE_ANGLE).argmax()) for hinge in closing])
     first = int(left.min(initial=len(angles)))
     latches = []
     for place, hinge in sorted(zip(left.tolist(), closing.tolist(), strict=True)):
-        if place - first <= LATER * len(angles):
+        if place - first <= LATCH_DELAY_SHARE * len(angles):
             continue
         ahead = closing[left < place]
         other = int(ahead[turned[place, ahead].argmax()])
@@ -55,21 +55,21 @@ def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
     return tuple(latches)
 
 
-def release(compiled: Compiled, latches: tuple[Latch, ...], *, tolerance: float = 1e-6) -> Deployment:
+def simulate_latched(compiled: CompiledScene, latches: tuple[Latch, ...], *, tolerance: float = 1e-6) -> Deployment:
     """Simulate springs with latches, in a scene that `compile_driven` compiled, from its start."""
     q, v, waiting = compiled.start.copy(), np.zeros(len(compiled.start)), set(latches)
     motions: list[Motion] = []
     starts: list[float] = []
     now = 0.0
     while now < compiled.seconds:
-        motion = simulate(
+        motion = simulate_system(
             _latched(compiled, waiting),
             q,
             v,
-            end=LOOKED_AT if waiting else compiled.seconds - now,
+            end=LATCH_CHECK_INTERVAL if waiting else compiled.seconds - now,
             tolerance=tolerance,
             restitution=compiled.setup.restitution,
-            flat=FLAT,
+            flat=FLAT_FOLD_ANGLE,
             watched=compiled.hinged,
         )
         motions.append(motion)
@@ -79,10 +79,10 @@ def release(compiled: Compiled, latches: tuple[Latch, ...], *, tolerance: float 
             break
         angles = q[compiled.joint_of]
         waiting = {latch for latch in waiting if angles[latch.waits_for] > latch.angle}
-    return judged(compiled, joined(motions, starts))
+    return deployment_of_motion(compiled, joined_motion(motions, starts))
 
 
-def _latched(compiled: Compiled, waiting: set[Latch]) -> System:
+def _latched(compiled: CompiledScene, waiting: set[Latch]) -> System:
     """The system with stops where latches hold hinges."""
     drives = list(compiled.system.drives)
     for latch in waiting:

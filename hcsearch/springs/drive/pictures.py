@@ -17,16 +17,16 @@ from hcsearch.system.palette import curve_look
 if TYPE_CHECKING:
     from hcsearch.system.figures import Axes
 
-PARTS = 60
+ENVELOPE_PART_COUNT = 60
 """Parts of the time in which the simulated torques are drawn as one mean, least and greatest each."""
-SIMPLER = 0.5
+LINE_SIMPLIFICATION_PIXELS = 0.5
 """Pixels by which a line may be drawn aside, so that it has fewer points."""
 
 
-def picture(drive: Drive, path: str) -> None:
+def draw_drive(drive: Drive, path: str) -> None:
     """Draw fold angles and torques over time: planned torques as lines, simulated ones as a mean in a faint band."""
     own, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
-    with figure_for(path, (9, 7), simpler=SIMPLER) as figure:
+    with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         for number, k in enumerate(own.driven):
             above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(number))
@@ -57,7 +57,7 @@ def _draw_simulated(axes: Axes, drive: Drive) -> None:
         axes.plot(middles, mean[:, number], color=colour, alpha=0.6, linewidth=0.4)
 
 
-def envelope(times: Reals, values: Reals, parts: int = PARTS) -> tuple[Reals, Reals, Reals, Reals]:
+def envelope(times: Reals, values: Reals, parts: int = ENVELOPE_PART_COUNT) -> tuple[Reals, Reals, Reals, Reals]:
     """Mean, least and greatest of values, (k, n), in even parts of the time that hold any, and where these lie.
 
     The mean is over time, with straight lines between states.

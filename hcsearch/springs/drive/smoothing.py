@@ -14,28 +14,28 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.planning.closing import close, new_closing
+from hcsearch.kernels.planning.closing import close_state, new_closing
 from hcsearch.motion.planning.problems import loops_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.interpolation import between
+from hcsearch.springs.dynamics.interpolation import interpolate_motion
 
-NEAR = (0.01, 0.005)
+DRIVE_END_ANGLES = (0.01, 0.005)
 """How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing
 drives them. Flat counts as flat from 0.01 on."""
-WIDTHS = (0.05, 0.025, 0.0125, 0.006)
+SMOOTHING_WIDTHS = (0.05, 0.025, 0.0125, 0.006)
 """Standard deviation of the window, rad of length of a path, widest first."""
-BEYOND = 5e-4
+MAX_STOP_OVERSHOOT = 5e-4
 """What hinges of the smoothed path may pass their stops by (rad): a wider window rounds off more where they wait."""
-SPACING = 0.02
+SPLINE_STATE_SPACING = 0.02
 """Length of a path, in the norm of all fold angles (rad), between two states that splines go through."""
-FEWEST, MOST = 200, 4000
+MIN_SPLINE_STATES, MAX_SPLINE_STATES = 200, 4000
 """States that splines go through."""
-OFF, ROUNDS = 1e-3, 3
+STOP_OFFSET_ANGLE, STOP_OFFSET_ROUNDS = 1e-3, 3
 """A hinge that waits at a stop is kept off it by this (rad), about: stops that are met on the way make kinks. Pushing
 off and closing take turns so often."""
-GIVE = 0.05
+MAX_CLOSING_OVERSHOOT = 0.05
 """What closing may take a hinge beyond its stop (rad), where it is pushed off again."""
-CLOSED = 1e-12
+SPLINE_CLOSURE_RESIDUAL = 1e-12
 """Closure residual of these states (rad, or gap over size)."""
 
 
@@ -60,7 +60,7 @@ class SmoothPath:
         return tuple(np.asarray(self.spline(places, order), float) for order in range(3))  # type: ignore[return-value]
 
 
-def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = NEAR) -> SmoothPath:
+def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = DRIVE_END_ANGLES) -> SmoothPath:
     """The part of a path between its ends, smoothed by the widest window that keeps hinges within their stops.
 
     near : rad, by which the widest hinge has left the packed state at the start, and is away from flat at the end,
@@ -69,10 +69,10 @@ def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = NE
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
 
     length, states = _between_ends(linkage, course, near)
-    for width in WIDTHS:
+    for width in SMOOTHING_WIDTHS:
         own = _closed(linkage, _smoothed(states, width * (len(states) - 1) / length))
         beyond = max(-float(own.min()), float(own.max()) - np.pi, 0.0)
-        if beyond <= BEYOND:
+        if beyond <= MAX_STOP_OVERSHOOT:
             break
     places = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))]
     spline = make_interp_spline(places, own, k=5)
@@ -86,26 +86,26 @@ def _closed(linkage: Linkage, states: Reals) -> Reals:
     """The states moved to closed ones, off the stops where that can be."""
     loops = loops_of(linkage)
     work = new_closing(loops)
-    for _ in range(ROUNDS):
+    for _ in range(STOP_OFFSET_ROUNDS):
         states = _off_stops(states)
         for state in states:
-            if not close(loops, state, CLOSED, GIVE, 40, work):
+            if not close_state(loops, state, SPLINE_CLOSURE_RESIDUAL, MAX_CLOSING_OVERSHOOT, 40, work):
                 raise HcsearchError("the smoothed path does not close: give another --near")
     return states
 
 
 def _off_stops(states: Reals) -> Reals:
-    """States pushed off the stops by a smooth function: a hinge at its stop by `OFF`, one far from it by nothing."""
-    up = 0.5 * (states + np.hypot(states, 2.0 * OFF))
+    """States pushed off the stops by a smooth function: by `STOP_OFFSET_ANGLE` at a stop, by nothing far from it."""
+    up = 0.5 * (states + np.hypot(states, 2.0 * STOP_OFFSET_ANGLE))
     left = np.pi - up
-    pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * OFF))
+    pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * STOP_OFFSET_ANGLE))
     return pushed
 
 
 def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:
     """The length of a path between its ends (in its own times), and states evenly along it."""
-    fine = np.linspace(course.times[0], course.times[-1], 20 * FEWEST)
-    angles = between(course.times, course.angles, course.rates, None, fine)
+    fine = np.linspace(course.times[0], course.times[-1], 20 * MIN_SPLINE_STATES)
+    angles = interpolate_motion(course.times, course.angles, course.rates, None, fine)
     left = np.abs(angles - linkage.folded).max(axis=1) >= near[0]
     away = np.abs(angles).max(axis=1) >= near[1]
     first, last = int(left.argmax()), len(fine) - 1 - int(away[::-1].argmax())
@@ -114,8 +114,8 @@ def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -
             f"nothing of the path is further than {max(near):g} rad from its ends: give a smaller --near"
         )
     length = float(fine[last] - fine[first])
-    count = int(np.clip(length / SPACING, FEWEST, MOST))
-    return length, between(
+    count = int(np.clip(length / SPLINE_STATE_SPACING, MIN_SPLINE_STATES, MAX_SPLINE_STATES))
+    return length, interpolate_motion(
         course.times, course.angles, course.rates, None, np.linspace(fine[first], fine[last], count + 1)
     )
 

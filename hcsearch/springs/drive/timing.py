@@ -18,15 +18,15 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.drive.smoothing import SmoothPath
 
-RATE, ACCELERATION = 1.0, 5.0
+MAX_HINGE_RATE, MAX_HINGE_ACCELERATION = 1.0, 5.0
 """Greatest rate (rad/s) and acceleration (rad/s^2) of a hinge, unless given."""
-SLOWEST, FASTEST = 1e-6, 1e6
+MIN_MOTION_LIMIT, MAX_MOTION_LIMIT = 1e-6, 1e6
 """Bounds of both."""
-SAMPLES = 2000
+TIMING_SAMPLE_COUNT = 2000
 """Places at which bounds are looked at."""
-WINDOW = 0.02
+PACE_WINDOW_SHARE = 0.02
 """Standard deviation of the window that smooths the pace, as a share of the path's length."""
-RAMP = 0.25
+RAMP_TIME_SHARE = 0.25
 """Share of the time in which the motion gathers speed, and as much in which it comes to rest."""
 
 
@@ -51,26 +51,30 @@ class TimedPath:
         return angles, slopes * pace, bends * pace**2 + slopes * push
 
 
-def timed(path: SmoothPath, rate: float = RATE, acceleration: float = ACCELERATION) -> TimedPath:
+def time_path(
+    path: SmoothPath, rate: float = MAX_HINGE_RATE, acceleration: float = MAX_HINGE_ACCELERATION
+) -> TimedPath:
     """The time law of a path within a greatest rate (rad/s) and acceleration (rad/s^2) of its hinges."""
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # noqa: PLC0415 - loads slowly
 
     for name, bound in (("rate", rate), ("acceleration", acceleration)):
-        if not SLOWEST <= bound <= FASTEST:
-            raise HcsearchError(f"a greatest {name} of {bound:g} is out of range: give {SLOWEST:g} to {FASTEST:g}")
-    at = np.linspace(0.0, path.length, SAMPLES)
+        if not MIN_MOTION_LIMIT <= bound <= MAX_MOTION_LIMIT:
+            raise HcsearchError(
+                f"a greatest {name} of {bound:g} is out of range: give {MIN_MOTION_LIMIT:g} to {MAX_MOTION_LIMIT:g}"
+            )
+    at = np.linspace(0.0, path.length, TIMING_SAMPLE_COUNT)
     _, slopes, bends = path.at(at)
     turning = np.abs(slopes).max(axis=1)
     # from rest to rest no faster: an even pace, where the rate is no bound
     fastest = min(rate, math.sqrt(acceleration * path.length * float(turning.mean())))
     slowness = np.maximum(turning / fastest, np.sqrt(np.abs(bends).max(axis=1) / acceleration))
-    width = WINDOW * SAMPLES
+    width = PACE_WINDOW_SHARE * TIMING_SAMPLE_COUNT
     slowness = gaussian_filter1d(maximum_filter1d(slowness, int(2.0 * width)), width, mode="nearest")
-    steps = 0.5 * (slowness[1:] + slowness[:-1]) * path.length / (SAMPLES - 1)
+    steps = 0.5 * (slowness[1:] + slowness[:-1]) * path.length / (TIMING_SAMPLE_COUNT - 1)
     clock = np.r_[0.0, np.cumsum(steps)]
     by_clock = make_interp_spline(clock / clock[-1], at, k=5)
-    share = np.linspace(0.0, 1.0, SAMPLES)
+    share = np.linspace(0.0, 1.0, TIMING_SAMPLE_COUNT)
     places = make_interp_spline(share, by_clock(_ramped(share)), k=5)
     own = TimedPath(path, 1.0, places)
     _, rates, accelerations = own.at(share)
@@ -85,7 +89,10 @@ def _ramped(share: Reals) -> Reals:
         integral: Reals = x**4 * (2.5 + x * (-3.0 + x))
         return integral
 
-    early, late = np.minimum(share, RAMP) / RAMP, np.minimum(1.0 - share, RAMP) / RAMP
-    even = np.clip(share, RAMP, 1.0 - RAMP) - RAMP
-    ramped: Reals = (RAMP * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP)
+    early, late = (
+        np.minimum(share, RAMP_TIME_SHARE) / RAMP_TIME_SHARE,
+        np.minimum(1.0 - share, RAMP_TIME_SHARE) / RAMP_TIME_SHARE,
+    )
+    even = np.clip(share, RAMP_TIME_SHARE, 1.0 - RAMP_TIME_SHARE) - RAMP_TIME_SHARE
+    ramped: Reals = (RAMP_TIME_SHARE * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP_TIME_SHARE)
     return ramped

@@ -13,8 +13,8 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.springs.deployment.compiling import Compiled
-from hcsearch.springs.drive.choosing import Choice, frames_at
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.drive.choosing import DrivenHinges, frames_at
 from hcsearch.springs.drive.timing import TimedPath
 from hcsearch.springs.dynamics.inverse import joint_forces
 
@@ -61,7 +61,7 @@ class Torques(ByValue):
         return float(np.abs(work - (total - total[0])).max())
 
 
-def torques_along(compiled: Compiled, timed: TimedPath, choice: Choice, count: int = 1000) -> Torques:
+def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinges, count: int = 1000) -> Torques:
     """Torques at so many times of a motion in a scene, whose compilation leaves out no half of it."""
     times = np.linspace(0.0, timed.seconds, count)
     angles, rates, accelerations = timed.at(times)
@@ -99,7 +99,7 @@ def torques_along(compiled: Compiled, timed: TimedPath, choice: Choice, count: i
     )
 
 
-def _inertias(compiled: Compiled, angles: Reals, bases: Reals, driven: list[int]) -> Reals:
+def _inertias(compiled: CompiledScene, angles: Reals, bases: Reals, driven: list[int]) -> Reals:
     """What each driven hinge moves when it turns and the other driven ones stand still, median over some states."""
     some = np.unique(np.linspace(0, len(angles) - 1, 20).astype(int))
     own = compiled.joint_of

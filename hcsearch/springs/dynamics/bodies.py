@@ -29,7 +29,7 @@ class Body(ByValue):
         return self.inertia + self.mass * (way @ way * np.eye(3) - np.outer(way, way))
 
 
-def joined(bodies: Iterable[Body]) -> Body:
+def joined_body(bodies: Iterable[Body]) -> Body:
     """Bodies that are one."""
     parts = list(bodies)
     mass = sum(part.mass for part in parts)
@@ -39,7 +39,7 @@ def joined(bodies: Iterable[Body]) -> Body:
     return Body(mass, centre, sum((part.about(centre) for part in parts), np.zeros((3, 3))))
 
 
-def prism(corners: Sequence[tuple[float, float]], thickness: float, density: float) -> Body:
+def prism_body(corners: Sequence[tuple[float, float]], thickness: float, density: float) -> Body:
     """A prism between z = 0 and its thickness over a polygon whose corners run counterclockwise; lengths in m.
 
     Source: second moments of a polygon by Green's theorem.

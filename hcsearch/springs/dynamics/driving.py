@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.kernels.multibody.targets import Targets
-from hcsearch.springs.dynamics.simulation import Motion, simulate
+from hcsearch.springs.dynamics.simulation import Motion, simulate_system
 from hcsearch.springs.dynamics.system import System
 
-FIRST, LONGEST = 1e-5, 0.001
+FIRST_STEP_SHARE, LONGEST_STEP_SHARE = 1e-5, 0.001
 """First and longest step, as shares of the course."""
 
 
 @dataclass(frozen=True, eq=False)
-class Demand(ByValue):
+class DriveDemand(ByValue):
     """What drives are asked for.
 
     times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles,
@@ -70,7 +70,7 @@ class Demand(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Commands(Demand):
+class JointCommands(DriveDemand):
     """What driven joints are asked for; joints : their numbers."""
 
     joints: tuple[int, ...]
@@ -90,7 +90,7 @@ class Commands(Demand):
 
 
 @dataclass(frozen=True, eq=False)
-class Driven(ByValue):
+class DrivenMotion(ByValue):
     """A motion under control.
 
     motion : its energies are those of the system without its drives, and `work` (k,) is what these have done (J).
@@ -116,7 +116,7 @@ class Driven(ByValue):
 
 def simulate_driven(
     system: System,
-    commands: Commands,
+    commands: JointCommands,
     q: Reals,
     *,
     end: float,
@@ -126,9 +126,9 @@ def simulate_driven(
     flat: float | None = None,
     watched: NDArray[np.bool_] | None = None,
     max_steps: int = 200_000,
-) -> Driven:
+) -> DrivenMotion:
     """Follow a system under control from a closed state at rest to a time (s); as `simulation.simulate`."""
-    motion = simulate(
+    motion = simulate_system(
         system.under_control(commands.targets),
         q,
         end=end,
@@ -137,8 +137,8 @@ def simulate_driven(
         restitution=restitution,
         flat=flat,
         watched=watched,
-        first_step=FIRST * float(commands.times[-1]),
-        longest_step=LONGEST * float(commands.times[-1]),
+        first_step=FIRST_STEP_SHARE * float(commands.times[-1]),
+        longest_step=LONGEST_STEP_SHARE * float(commands.times[-1]),
         max_steps=max_steps,
     )
     damped = _damped(system, motion)
@@ -148,7 +148,7 @@ def simulate_driven(
     torques = known + commands.stiffness * (wanted - angles) + commands.damping * (speeds - rates)
     plan = commands.at(motion.times)
     # the kernel books what dampers take less what drives give
-    return Driven(
+    return DrivenMotion(
         replace(motion, damped=damped),
         damped - motion.damped,
         plan[2],

@@ -7,7 +7,7 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 
 
-def between(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:
+def interpolate_motion(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:
     """Coordinates at given times, shape (len(times), n), of a motion with states at `nodes`, (k,), s.
 
     q, v, a : (k, n), coordinates, velocities, accelerations. Quintics, with an error of O(h^6) of a step of length h;

@@ -8,15 +8,15 @@ import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import INTEGRATORS
-from hcsearch.kernels.multibody.explicit import Method
+from hcsearch.kernels.multibody.explicit import IntegrationMethod
 
-SOLVERS = {
+SCIPY_SOLVERS = {
     "bogacki-shampine": "RK23",
     "dormand-prince": "RK45",
     "dormand-prince-8": "DOP853",
 }
 """Explicit integrators by the names of SciPy's solvers."""
-IMPLICIT, ORDER = "implicit", 4
+IMPLICIT_METHOD, IMPLICIT_ORDER = "implicit", 4
 """Extrapolated linearly implicit Euler, and its order."""
 
 _DORMAND_PRINCE = (
@@ -31,21 +31,27 @@ _DORMAND_PRINCE_ERRORS = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 3392
 
 
 @cache
-def method_named(name: str) -> Method:
+def method_named(name: str) -> IntegrationMethod:
     """Coefficients of a method.
 
     SciPy holds them, but takes longer to load than many deployments to compute: those of Dormand and Prince (1980),
     which nearly all motions take, stand here.
     """
-    if name == IMPLICIT:
-        return Method(np.zeros((ORDER, ORDER)), np.zeros(ORDER), np.zeros((2, ORDER + 1)), ORDER, ORDER)
+    if name == IMPLICIT_METHOD:
+        return IntegrationMethod(
+            np.zeros((IMPLICIT_ORDER, IMPLICIT_ORDER)),
+            np.zeros(IMPLICIT_ORDER),
+            np.zeros((2, IMPLICIT_ORDER + 1)),
+            IMPLICIT_ORDER,
+            IMPLICIT_ORDER,
+        )
     if name == "dormand-prince":
         return _dormand_prince()
-    if name not in SOLVERS:
+    if name not in SCIPY_SOLVERS:
         raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join(INTEGRATORS)}")
     from scipy import integrate  # noqa: PLC0415 - see above
 
-    solver = getattr(integrate, SOLVERS[name])
+    solver = getattr(integrate, SCIPY_SOLVERS[name])
     stages = solver.n_stages
     a = np.zeros((stages, stages))
     a[:, : solver.A.shape[1]] = solver.A[:stages, :stages]
@@ -53,13 +59,13 @@ def method_named(name: str) -> Method:
         errors, order = np.array([solver.E5, solver.E3]), 8
     else:
         errors, order = np.array([solver.E, np.zeros(stages + 1)]), solver.error_estimator_order + 1
-    return Method(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order, 0)
+    return IntegrationMethod(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order, 0)
 
 
-def _dormand_prince() -> Method:
+def _dormand_prince() -> IntegrationMethod:
     stages = len(_DORMAND_PRINCE)
     a = np.zeros((stages, stages))
     for row, weights in enumerate(_DORMAND_PRINCE[:-1], 1):
         a[row, :row] = weights
     errors = np.array([_DORMAND_PRINCE_ERRORS, np.zeros(stages + 1)])
-    return Method(a, np.array(_DORMAND_PRINCE[-1]), errors, 5, 0)
+    return IntegrationMethod(a, np.array(_DORMAND_PRINCE[-1]), errors, 5, 0)

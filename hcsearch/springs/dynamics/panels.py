@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, Whole
+from hcsearch.basics.arrays import Reals, WholeNumbers
 from hcsearch.basics.equality import ByValue
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.bodies import Body, joined, prism
+from hcsearch.springs.dynamics.bodies import Body, joined_body, prism_body
 from hcsearch.springs.dynamics.mirror import Mirror
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class PanelTree(ByValue):
     shares : (n_joints,), 1/2 where the joint lies across a mirror plane and half of it is left, else 1.
     """
 
-    joints: tuple[Joint, ...]
+    joints: tuple[TreeJoint, ...]
     bodies: tuple[Body, ...]
     welds: tuple[Weld, ...]
-    joint_of: Whole
-    body_of: Whole
+    joint_of: WholeNumbers
+    body_of: WholeNumbers
     cuts: tuple[tuple[int, int, int], ...]
     shares: Reals
 
@@ -43,7 +43,7 @@ def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
     """Mass properties of each panel; density in kg/m^3."""
     pattern = linkage.pattern
     return [
-        joined(prism(pattern.facets[facet], pattern.thickness, density) for facet in facets)
+        joined_body(prism_body(pattern.facets[facet], pattern.thickness, density) for facet in facets)
         for facets in pattern.panels
     ]
 
@@ -69,7 +69,7 @@ def panel_tree(
     for i, step in enumerate(steps):
         sense = 1.0 if hinges[step.hinge].first == step.before else -1.0
         axis, point = sense * linkage.directions[step.hinge], linkage.points[step.hinge]
-        joints.append(Joint(int(body_of[step.before]), axis, point))
+        joints.append(TreeJoint(int(body_of[step.before]), axis, point))
         across = mirror is not None and mirror.panels[step.after] == step.after
         bodies.append(panels[step.after].share((0.5 if across else 1.0) / copies[step.after]))
         joint_of[step.hinge] = i

@@ -14,39 +14,45 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
-from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
+from hcsearch.kernels.multibody.between import (
+    INTERPOLATED_STATE_RESIDUAL,
+    StateSeries,
+    largest_opening,
+    open_state_share,
+    refined_motion,
+)
 from hcsearch.kernels.multibody.cuts import cut_angles
-from hcsearch.kernels.multibody.motion import hold_for
+from hcsearch.kernels.multibody.motion import discrete_state_for
 from hcsearch.kernels.multibody.steps import StepPlan
-from hcsearch.kernels.multibody.sweeps import move, place
+from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.springs.dynamics.interpolation import between
+from hcsearch.springs.dynamics.interpolation import interpolate_motion
 from hcsearch.springs.dynamics.methods import method_named
 from hcsearch.springs.dynamics.system import System
 
-Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
+SimulationStop = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
 """`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
 numbers `diverged`; the `energy` balance does not hold; stops `jammed`, event after event without going on."""
 
-ENDINGS: dict[int, Ending] = {
-    kernel.TIME_OUT: "time",
-    kernel.FLAT: "flat",
-    kernel.REST: "rest",
-    kernel.TOO_MANY: "steps",
-    kernel.NO_STEP: "stuck",
-    kernel.OPEN: "open",
-    kernel.WRONG: "diverged",
-    kernel.UNBALANCED: "energy",
-    kernel.JAMMED: "jammed",
+SIMULATION_STOPS: dict[int, SimulationStop] = {
+    kernel.ENDING_TIME_OUT: "time",
+    kernel.ENDING_FLAT: "flat",
+    kernel.ENDING_REST: "rest",
+    kernel.ENDING_TOO_MANY_STEPS: "steps",
+    kernel.ENDING_SMALL_STEP: "stuck",
+    kernel.ENDING_OPEN: "open",
+    kernel.ENDING_INVALID_NUMBER: "diverged",
+    kernel.ENDING_UNBALANCED: "energy",
+    kernel.ENDING_JAMMED: "jammed",
 }
 """Endings by the numbers that the kernel gives them."""
-TOGETHER = 100
+OPENING_BATCH_STEPS = 100
 """Steps whose openings of loops are computed together."""
 _KINDS = {
-    recording.HIT: "hit",
-    recording.LET_GO: "released",
-    recording.SNAP_UP: "snap",
-    recording.SNAP_DOWN: "snap",
+    recording.RECORDED_HIT: "hit",
+    recording.RECORDED_RELEASE: "released",
+    recording.RECORDED_SNAP_UP: "snap",
+    recording.RECORDED_SNAP_DOWN: "snap",
 }
 
 
@@ -76,7 +82,7 @@ class Motion(ByValue):
         projection, rad or gap over size; of cut hinges, what their springs give way.
     """
 
-    ending: Ending
+    ending: SimulationStop
     cubic: bool
     times: Reals
     q: Reals
@@ -111,10 +117,10 @@ class Motion(ByValue):
 
         The error of a step of length h is O(h^6), with cubics O(h^4).
         """
-        return between(self.times, self.q, self.v, None if self.cubic else self.a, times)
+        return interpolate_motion(self.times, self.q, self.v, None if self.cubic else self.a, times)
 
 
-class Wanted(TypedDict, total=False):
+class SimulationOptions(TypedDict, total=False):
     """What a simulation is asked for; `plan_for` has the defaults.
 
     end : s. tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
@@ -138,14 +144,14 @@ class Wanted(TypedDict, total=False):
     longest_step: float
 
 
-def simulate(
+def simulate_system(
     system: System,
     q: Reals,
     v: Reals | None = None,
     *,
     method: str = "dormand-prince",
     max_steps: int = 20_000,
-    **wanted: Unpack[Wanted],
+    **wanted: Unpack[SimulationOptions],
 ) -> Motion:
     """Follow a system from a closed state, velocities 0 unless given, to a time (s)."""
     n = system.n_joints
@@ -153,10 +159,12 @@ def simulate(
     plan = plan_for(system, **wanted)
     mechanism = system.mechanism
     coordinates = np.array(q, float)
-    hold = hold_for(mechanism, coordinates)
+    hold = discrete_state_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
-    kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
-    return motion_of(record, system)
+    kernel.simulate_motion(
+        mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
+    )
+    return motion_of_record(record, system)
 
 
 def plan_for(
@@ -174,7 +182,7 @@ def plan_for(
     first_step: float = 0.0,
     longest_step: float = math.inf,
 ) -> StepPlan:
-    """What the kernel is asked for; see `Wanted`."""
+    """What the kernel is asked for; see `SimulationOptions`."""
     return StepPlan(
         end=float(end),
         tolerance=float(tolerance),
@@ -190,7 +198,7 @@ def plan_for(
     )
 
 
-def joined(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
+def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
     """Motions one after the other as one; starts : s, when each begins. Energies taken add up, others follow on."""
 
     def together(name: str) -> Reals:
@@ -224,33 +232,33 @@ def joined(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
     )
 
 
-def closed_between(system: System, motion: Motion) -> tuple[States, Reals]:
-    """The states of a motion, closed ones put between where loops open by more than `OPEN`, and what they still open.
+def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
+    """States of a motion, refined where loops open by more than `INTERPOLATED_STATE_RESIDUAL`, and the residual left.
 
     States are times (k,), coordinates, velocities and accelerations (k, n_joints); openings are of each step (k - 1,),
-    the largest of `TOGETHER` steps. Loops that springs close, or that are cut open, stay as they are.
+    the largest of `OPENING_BATCH_STEPS` steps. Loops that springs close, or that are cut open, stay as they are.
     """
     mechanism = system.mechanism
     states, work = _refined(system, motion), work_for(mechanism.tree)
     gaps = np.zeros(len(states[0]) - 1)
-    for k in range(0, len(gaps), TOGETHER):
-        times, q, v, a = (part[k : k + TOGETHER + 1] for part in states)
-        gaps[k : k + TOGETHER] = opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
+    for k in range(0, len(gaps), OPENING_BATCH_STEPS):
+        times, q, v, a = (part[k : k + OPENING_BATCH_STEPS + 1] for part in states)
+        gaps[k : k + OPENING_BATCH_STEPS] = largest_opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
     return states, gaps
 
 
 def greatest_opening(system: System, motion: Motion) -> float:
     """Greatest closure residual at the states of `closed_between`, and between them; rad, or gap over size."""
     tree = system.mechanism.tree
-    return float(opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
+    return float(largest_opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
 
 
-def _refined(system: System, motion: Motion) -> States:
+def _refined(system: System, motion: Motion) -> StateSeries:
     mechanism = system.mechanism
-    states: States = (motion.times, motion.q, motion.v, motion.a)
+    states: StateSeries = (motion.times, motion.q, motion.v, motion.a)
     if motion.cubic or not len(mechanism.tree.rows):
         return states
-    return refined(mechanism, states, OPEN, work_for(mechanism.tree))
+    return refined_motion(mechanism, states, INTERPOLATED_STATE_RESIDUAL, work_for(mechanism.tree))
 
 
 def loose_states(system: System, motion: Motion) -> float:
@@ -258,7 +266,7 @@ def loose_states(system: System, motion: Motion) -> float:
     mechanism = system.mechanism
     if system.closure_stiffness or not len(mechanism.tree.rows):
         return 0.0
-    return float(loose_share(mechanism.tree, motion.q, work_for(mechanism.tree)))
+    return float(open_state_share(mechanism.tree, motion.q, work_for(mechanism.tree)))
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
@@ -267,15 +275,15 @@ def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
     work = work_for(mechanism.tree)
     angles, rates = np.empty((len(q), len(system.cuts))), np.empty((len(q), len(system.cuts)))
     for k in range(len(q)):
-        place(mechanism.tree, q[k], work)
-        move(mechanism.tree, v[k], work)
+        place_bodies(mechanism.tree, q[k], work)
+        move_bodies(mechanism.tree, v[k], work)
         cut_angles(mechanism.cuts, work, angles[k], rates[k])
     return angles, rates
 
 
-def record_for(n: int, steps: int) -> recording.Record:
+def record_for(n: int, steps: int) -> recording.SimulationRecord:
     """An empty record with room for so many steps of n joints."""
-    return recording.Record(
+    return recording.SimulationRecord(
         times=np.empty(steps + 1),
         q=np.empty((steps + 1, n)),
         v=np.empty((steps + 1, n)),
@@ -290,7 +298,7 @@ def record_for(n: int, steps: int) -> recording.Record:
     )
 
 
-def motion_of(record: recording.Record, system: System) -> Motion:
+def motion_of_record(record: recording.SimulationRecord, system: System) -> Motion:
     """What a record holds."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
@@ -299,7 +307,7 @@ def motion_of(record: recording.Record, system: System) -> Motion:
     if system.overdamped:  # the kernel writes velocities where accelerations are else
         v, a = a, v
     return Motion(
-        ENDINGS[ending],
+        SIMULATION_STOPS[ending],
         system.overdamped or system.closure_stiffness > 0.0,
         record.times[:states].copy(),
         record.q[:states].copy(),

@@ -11,14 +11,14 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.multibody.cuts import Cuts
+from hcsearch.kernels.multibody.cuts import CutHinges
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
 from hcsearch.kernels.multibody.targets import Targets, no_targets
-from hcsearch.kernels.multibody.tree import INERTIA, MASS
-from hcsearch.scenes.laws import FREE, Law, tables_of
+from hcsearch.kernels.multibody.tree import BODY_INERTIA, BODY_MASS
+from hcsearch.scenes.laws import FREE_LAW, Law, tables_of_laws
 from hcsearch.springs.dynamics.bodies import Body
-from hcsearch.springs.dynamics.trees import GROUND, Joint, Weld, tree_of
+from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld, tree_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class JointDrive:
     damping : N m s/rad. lower, upper : rad, infinite where there is no stop.
     """
 
-    law: Law = FREE
+    law: Law = FREE_LAW
     damping: float = 0.0
     lower: float = -math.inf
     upper: float = math.inf
@@ -78,7 +78,7 @@ class System(ByValue):
     targets : of drives; None without drives.
     """
 
-    joints: tuple[Joint, ...]
+    joints: tuple[TreeJoint, ...]
     bodies: tuple[Body, ...]
     drives: tuple[JointDrive, ...]
     welds: tuple[Weld, ...] = ()
@@ -106,8 +106,8 @@ class System(ByValue):
         tree = tree_of(self.joints, self.bodies, self.welds, gravity=self.gravity, size=self.size)
         loads = np.zeros((0, 3))
         if self.overdamped:
-            loads = np.outer(tree.bodies[:, MASS], tree.gravity)
-            tree.bodies[:, INERTIA:] = 0.0
+            loads = np.outer(tree.bodies[:, BODY_MASS], tree.gravity)
+            tree.bodies[:, BODY_INERTIA:] = 0.0
             tree.gravity[:] = 0.0
         hinges = self._hinges(self.drives)
         area = self.size**2
@@ -128,7 +128,7 @@ class System(ByValue):
         return system
 
     def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
-        pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])
+        pieces, breaks, cubics, energies = tables_of_laws([drive.law for drive in drives])
         return Hinges(
             pieces=pieces,
             breaks=breaks,
@@ -146,7 +146,7 @@ class System(ByValue):
     def _arm(self, body: int, point: Reals) -> Reals:
         return point if body == GROUND else point - self.joints[body].point
 
-    def _cuts(self) -> Cuts:
+    def _cuts(self) -> CutHinges:
         points = [
             [*self._arm(body, cut.ends[0]), *self._arm(body, cut.ends[1])]
             for cut in self.cuts
@@ -157,7 +157,7 @@ class System(ByValue):
             across = np.cross(cut.axis, np.eye(3)[np.abs(cut.axis).argmin()])
             across /= np.linalg.norm(across)
             frames.append([*cut.axis, *across, *np.cross(cut.axis, across)])
-        return Cuts(
+        return CutHinges(
             bodies=np.array([(cut.first, cut.second) for cut in self.cuts], np.int64).reshape(-1, 2),
             points=np.array(points, float).reshape(-1, 12),
             frames=np.array(frames, float).reshape(-1, 9),

@@ -10,14 +10,14 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.multibody.tree import Tree
+from hcsearch.kernels.multibody.tree import BodyTree
 from hcsearch.springs.dynamics.bodies import Body
 
 GROUND = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Joint(ByValue):
+class TreeJoint(ByValue):
     """A joint by which one body hangs on another of a lower number, or on the ground.
 
     axis : unit vector; point : on the joint's line, m; both in the reference state. slides : along it, else about it.
@@ -56,13 +56,13 @@ class Weld(ByValue):
 
 
 def tree_of(
-    joints: Sequence[Joint],
+    joints: Sequence[TreeJoint],
     bodies: Sequence[Body],
     welds: Sequence[Weld] = (),
     *,
     gravity: Sequence[float] = (0.0, 0.0, 0.0),
     size: float = 1.0,
-) -> Tree:
+) -> BodyTree:
     """The tables of a tree; body i hangs on joint i. Gravity in m/s^2; gaps count divided by `size` (m)."""
     n = len(joints)
     origin = np.zeros(3)
@@ -89,7 +89,7 @@ def tree_of(
     counts = np.bincount([body for body, _ in slot_of], minlength=n) if slot_of else np.zeros(n, np.int64)
     links[:, 3] = np.cumsum(counts)
     links[:, 2] = links[:, 3] - counts
-    return Tree(
+    return BodyTree(
         bodies=table,
         links=links,
         welds=np.array([(weld.first, weld.second) for weld in welds], np.int64).reshape(-1, 2),
@@ -109,7 +109,7 @@ def tree_of(
     )
 
 
-def _slots(joints: Sequence[Joint], ends: Sequence[tuple[int, int]]) -> dict[tuple[int, int], int]:
+def _slots(joints: Sequence[TreeJoint], ends: Sequence[tuple[int, int]]) -> dict[tuple[int, int], int]:
     """Number of each pair of a body and a row that passes through it, by body and then by row."""
     through: list[set[int]] = [set() for _ in joints]
     for row, pair in enumerate(ends):

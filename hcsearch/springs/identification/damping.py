@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.identification.vibration import Mode
 
-MOST_HINGES = 1000
+MAX_TESTED_HINGES = 1000
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def hinge_damping(frequency: float, damping: float, inertia: float, hinges: int)
     """
     if not 0.0 < inertia < math.inf:
         raise HcsearchError(f"a moment of inertia of {inertia:g} kg m^2: give a positive number")
-    if not 1 <= hinges <= MOST_HINGES:
-        raise HcsearchError(f"a block on {hinges} hinges: give 1 to {MOST_HINGES}")
+    if not 1 <= hinges <= MAX_TESTED_HINGES:
+        raise HcsearchError(f"a block on {hinges} hinges: give 1 to {MAX_TESTED_HINGES}")
     critical = 2.0 * inertia * 2.0 * math.pi * frequency
     return damping * critical / hinges

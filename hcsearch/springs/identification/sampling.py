@@ -12,14 +12,14 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.terminal import short
 
-LEAST_SAMPLES = 64
+MIN_VIBRATION_SAMPLES = 64
 """Fewer do not show a vibration."""
-JITTER = 0.1
+MAX_JITTER_SHARE = 0.1
 """How far a time may be from even sampling, as a share of a step."""
-COARSE = 0.98
+MAX_ROUNDING_UNIT_SHARE = 0.98
 """Rounding explains uneven steps only where its unit is below this share of a step: times in whole steps are exact."""
-MOST_DECIMALS = 12
-ROUNDED = 1e-4
+MAX_TIME_DECIMALS = 12
+TIME_ROUNDING_SLACK = 1e-4
 """Share of its unit by which rounding seems to move a time further, as the narrowest strip is searched for."""
 
 
@@ -35,14 +35,18 @@ def sampling_rate(times: Reals, path: str) -> float:
     step = float(numbers @ times / (numbers @ numbers))
     width = _strip(times, numbers, step, unit)
     if not (steps > 0.0).all():
-        if (steps >= 0.0).all() and step < COARSE * unit and width <= unit * (1.0 + ROUNDED):
+        if (
+            (steps >= 0.0).all()
+            and step < MAX_ROUNDING_UNIT_SHARE * unit
+            and width <= unit * (1.0 + TIME_ROUNDING_SLACK)
+        ):
             raise HcsearchError(
                 f"the times of {path} are rounded to {unit:g} s, more than a step: give the sampling rate by --rate HZ"
             )
         k = int(np.argmin(steps > 0.0))
         raise HcsearchError(f"{times[k + 1]:g} s comes after {times[k]:g} s in {path}: sort the rows, each time once")
-    rounding = unit * (1.0 + ROUNDED) if unit < COARSE * step else 0.0
-    if width > max(2.0 * JITTER * step, rounding):
+    rounding = unit * (1.0 + TIME_ROUNDING_SLACK) if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
+    if width > max(2.0 * MAX_JITTER_SHARE * step, rounding):
         raise HcsearchError(f"{path} is not sampled evenly{_place(times, steps, unit)}")
     return 1.0 / step
 
@@ -50,7 +54,7 @@ def sampling_rate(times: Reals, path: str) -> float:
 def _unit(times: Reals) -> float:
     """What the last digit of the largest times counts, s; 0 where times have all the digits of a computer."""
     decimals = np.full(len(times), -1)
-    for k in range(MOST_DECIMALS + 1):
+    for k in range(MAX_TIME_DECIMALS + 1):
         scaled = times * 10.0**k
         open_yet = decimals < 0
         decimals[open_yet & (abs(scaled - np.round(scaled)) <= 1e-6)] = k
@@ -98,10 +102,12 @@ def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
     """How to keep a stretch without gaps: the last that is long enough for a vibration, or else the longest."""
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
-    k = -1 if lengths[-1] >= LEAST_SAMPLES else int(lengths.argmax())
+    k = -1 if lengths[-1] >= MIN_VIBRATION_SAMPLES else int(lengths.argmax())
     begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
-    if lengths[k] < LEAST_SAMPLES:
-        return f"measure anew: at most {lengths.max()} samples follow each other, and {LEAST_SAMPLES} are needed"
+    if lengths[k] < MIN_VIBRATION_SAMPLES:
+        return (
+            f"measure anew: at most {lengths.max()} samples follow each other, and {MIN_VIBRATION_SAMPLES} are needed"
+        )
     if k == -1:
         return f"begin after it by --from {begin}"
     return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
@@ -114,13 +120,15 @@ def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.in
     """
     for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
         usual = float(steps[steps < most].mean())
-        rounding = unit if unit < COARSE * usual else 0.0
+        rounding = unit if unit < MAX_ROUNDING_UNIT_SHARE * usual else 0.0
         gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
         counted = np.ones(len(steps))
         counted[gaps] = np.maximum(1.0, np.round(steps[gaps] / usual))
         numbers = np.concatenate(([0.0], np.cumsum(counted)))
         numbers -= numbers.mean()
         step = float(numbers @ times / (numbers @ numbers))
-        if _strip(times, numbers, step, unit) <= max(2.0 * JITTER * step, rounding * (1.0 + ROUNDED)):
+        if _strip(times, numbers, step, unit) <= max(
+            2.0 * MAX_JITTER_SHARE * step, rounding * (1.0 + TIME_ROUNDING_SLACK)
+        ):
             break
     return step, gaps

@@ -15,22 +15,22 @@ from scipy.stats import t as t_distribution
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.scenes.laws import Law, linear, quadratic, tabulated
-from hcsearch.scenes.spring_files import FOLDED
+from hcsearch.scenes.laws import Law, linear_law, quadratic_law, tabulated_law
+from hcsearch.scenes.spring_files import MAX_FOLD_ANGLE
 
-LEAST_ANGLES = 5
-MOST_FREE = 8
+MIN_FIT_ANGLES = 5
+MAX_CURVE_COEFFICIENTS = 8
 """Coefficients of the curve that laws are measured against: a cubic spline of five pieces."""
-TABLE_POINTS = 9
-SURE = 0.99
+LAW_TABLE_POINTS = 9
+LAW_REFUSAL_CONFIDENCE = 0.99
 """How surely a curve must fit better than a law before the law is refused."""
-MISFIT = 0.005
+LAW_MISFIT_SHARE = 0.005
 """Systematic error of a law that no measurement of a spring shows: share of the greatest moment, rms."""
-TURN = 0.05
+UNLOADING_ANGLE_SHARE = 0.05
 """By how much of its range the angle must go back to be unloading: less is noise."""
-FALL = 0.05
+DOUBTED_FALL_SHARE = 0.05
 """Share of the greatest moment by which a law falls over the measured angles before that is doubted."""
-CONFIDENCE = 0.95
+ESTIMATE_CONFIDENCE = 0.95
 
 _TERMS: dict[str, tuple[str, ...]] = {
     "linear": ("stiffness",),
@@ -73,11 +73,11 @@ class SpringFit:
     @property
     def sufficient(self) -> bool:
         """Whether the data ask for no other law."""
-        return self.sureness < SURE or self.misfit < MISFIT
+        return self.sureness < LAW_REFUSAL_CONFIDENCE or self.misfit < LAW_MISFIT_SHARE
 
 
 @dataclass(frozen=True)
-class Spring:
+class IdentifiedSpring:
     """What moment-angle data say of a spring.
 
     fits : simplest first, the table last. loading, unloading : pairs with growing angles, and with angles that go back.
@@ -98,13 +98,13 @@ class Spring:
     def doubts(self) -> tuple[str, ...]:
         """What no spring of a hinge shows, in sentences that say what may be wrong with the measurement."""
         doubts, (low, high) = [], self.span
-        if max(-low, high) > FOLDED:
+        if max(-low, high) > MAX_FOLD_ANGLE:
             doubts.append(
                 f"angles go from {low:.4g} to {high:.4g} rad, and hinges turn from 0 (flat) to pi: leave out what is "
                 "beyond, or change the unit in the name of the column"
             )
         begin, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
-        if begin - end > FALL * max(abs(begin), abs(end)):
+        if begin - end > DOUBTED_FALL_SHARE * max(abs(begin), abs(end)):
             doubts.append(
                 f"the moment falls from {begin:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
                 "rad; a hinge turns from 0 (flat) to pi (folded): write pi or 180 degrees minus an angle that counts "
@@ -123,7 +123,7 @@ class Spring:
         return tuple(doubts)
 
 
-def identify_spring(angles: Reals, moments: Reals) -> Spring:
+def fit_spring(angles: Reals, moments: Reals) -> IdentifiedSpring:
     """The law of a spring from fold angles (rad) and the moments (N m) that hold them, in the order measured.
 
     Linear and quadratic laws, each through the origin or preloaded, are compared with a cubic spline of five pieces
@@ -147,11 +147,11 @@ def identify_spring(angles: Reals, moments: Reals) -> Spring:
         names = (*terms, "hysteresis")[: len(solution.values)]
         fits.append(_described(kind, names, _law(dict(zip(terms, solution.values, strict=False))), solution, spline))
     curve = BSpline(knots, spline.values[: len(knots) - degree - 1], degree)
-    nodes = np.linspace(angles.min(), angles.max(), TABLE_POINTS)
-    law = tabulated(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
+    nodes = np.linspace(angles.min(), angles.max(), LAW_TABLE_POINTS)
+    law = tabulated_law(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
     fits.append(_described("table", ("hysteresis",)[: int(both)], law, spline, spline))
     span = (float(angles.min()), float(angles.max()))
-    return Spring(tuple(fits), int((~unloading).sum()), int(unloading.sum()), span)
+    return IdentifiedSpring(tuple(fits), int((~unloading).sum()), int(unloading.sum()), span)
 
 
 def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
@@ -159,8 +159,8 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
     if not (np.isfinite(angles).all() and np.isfinite(moments).all()):
         raise HcsearchError("angles or moments hold values that are not numbers: leave those rows out")
     distinct = len(np.unique(angles))
-    if distinct < LEAST_ANGLES:
-        raise HcsearchError(f"{distinct} different angles do not determine a law: measure at {LEAST_ANGLES} or more")
+    if distinct < MIN_FIT_ANGLES:
+        raise HcsearchError(f"{distinct} different angles do not determine a law: measure at {MIN_FIT_ANGLES} or more")
     if np.ptp(moments) == 0.0:
         raise HcsearchError(f"the moment is {moments[0]:g} N m at every angle: is the gauge connected?")
     return angles, moments
@@ -168,7 +168,7 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
 
 def _unloading(angles: Reals) -> NDArray[np.bool_]:
     """Which angles lie on the way back: after a peak and before a trough, unless the turn is mere noise."""
-    turn = TURN * float(np.ptp(angles))
+    turn = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
     back = np.zeros(len(angles), bool)
     way = top = bottom = 0
     for k, angle in enumerate(angles):
@@ -187,7 +187,7 @@ def _unloading(angles: Reals) -> NDArray[np.bool_]:
 def _knots(angles: Reals) -> tuple[Reals, int]:
     """Knots and degree of the spline: at most five pieces, each with as many of the different angles."""
     distinct = np.unique(angles)
-    size = min(MOST_FREE, len(distinct) // 2)
+    size = min(MAX_CURVE_COEFFICIENTS, len(distinct) // 2)
     degree = min(3, size - 1)
     breaks = np.quantile(distinct, np.linspace(0.0, 1.0, size - degree + 1))
     return np.concatenate([[breaks[0]] * degree, breaks, [breaks[-1]] * degree]), degree
@@ -215,7 +215,7 @@ def _least_squares(columns: Reals, moments: Reals) -> _Solution:
 def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution, spline: _Solution) -> SpringFit:
     """A fit with the last of its values by name, and how it compares with the spline."""
     rows = len(solution.moments)
-    half = t_distribution.ppf(0.5 + CONFIDENCE / 2.0, solution.freedom)
+    half = t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, solution.freedom)
     estimates = {
         name: SpringEstimate(float(value), float(error), float(value - half * error), float(value + half * error))
         for name, value, error in zip(
@@ -240,7 +240,7 @@ def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution,
 
 def _law(values: dict[str, float]) -> Law:
     rounded = {name: _six_digits(value) for name, value in values.items()}
-    return (quadratic if "growth" in rounded else linear)(**rounded)
+    return (quadratic_law if "growth" in rounded else linear_law)(**rounded)
 
 
 def _six_digits(value: float) -> float:

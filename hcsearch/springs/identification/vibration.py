@@ -12,24 +12,24 @@ from scipy.signal import firwin, oaconvolve
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.springs.identification.sampling import LEAST_SAMPLES
+from hcsearch.springs.identification.sampling import MIN_VIBRATION_SAMPLES
 
-Complexes = NDArray[np.complex128]
+ComplexNumbers = NDArray[np.complex128]
 
-MOST_SAMPLES = 2000
+MAX_DECOMPOSED_SAMPLES = 2000
 """Longer records are cut and thinned to at most so many: the decomposition takes the cube of their number."""
-STILL = 0.8
+DECAY_VARIANCE_SHARE = 0.8
 """What decays has less than this share of its variance in the quarter after."""
-MOST_ORDER = 20
-LEAST_ORDERS = 10
+MAX_MODEL_ORDER = 20
+MIN_STABLE_ORDERS = 10
 """A pole is physical if it occurs in so many orders in a row; those of noise seldom last for seven."""
-SAME_FREQUENCY, SAME_DAMPING = 0.01, 0.05
+FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.05
 """How much both may change from one order to the next, as shares."""
-ALIKENESS = 0.95
+MIN_MODE_ASSURANCE = 0.95
 """How alike its shapes over the channels must be (modal assurance criterion)."""
-LEAST_SHARE = 1e-6
+MIN_MODE_ENERGY_SHARE = 1e-6
 """Of the energy, that a mode must have; what thinning lets through of higher modes is less."""
-LEAST_SURENESS = 3.0
+MIN_DAMPING_SIGNIFICANCE = 3.0
 """How many times its standard error a mode's damping ratio must be; most poles of noise that got so far are less."""
 
 
@@ -75,7 +75,7 @@ def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
     Errors: HcsearchError for too few samples, numbers that are not finite, channels that are constant.
     """
     records = _lively(_checked(accelerations, rate))
-    thinning = -(-records.shape[1] // MOST_SAMPLES)
+    thinning = -(-records.shape[1] // MAX_DECOMPOSED_SAMPLES)
     if thinning > 1:
         records, rate = _thinned(records, thinning), rate / thinning
     poles = _physical_poles(records, rate)
@@ -83,7 +83,10 @@ def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
     # what has no whole cycle in the record cannot be distinguished from drift
     poles = poles[abs(poles) * records.shape[1] > 2.0 * math.pi * rate]
     vibration = _described(records, rate, poles)
-    sure = [mode.share > LEAST_SHARE and mode.damping > LEAST_SURENESS * mode.damping_error for mode in vibration.modes]
+    sure = [
+        mode.share > MIN_MODE_ENERGY_SHARE and mode.damping > MIN_DAMPING_SIGNIFICANCE * mode.damping_error
+        for mode in vibration.modes
+    ]
     return vibration if all(sure) else _described(records, rate, poles[sure])
 
 
@@ -93,8 +96,8 @@ def _checked(accelerations: Reals, rate: float) -> Reals:
         raise HcsearchError(f"a sampling rate of {rate:g} Hz: give a positive number")
     if not np.isfinite(records).all():
         raise HcsearchError("accelerations hold values that are not numbers: cut the record before or after them")
-    if records.shape[1] < LEAST_SAMPLES:
-        raise HcsearchError(f"{records.shape[1]} samples do not show a vibration: give {LEAST_SAMPLES} or more")
+    if records.shape[1] < MIN_VIBRATION_SAMPLES:
+        raise HcsearchError(f"{records.shape[1]} samples do not show a vibration: give {MIN_VIBRATION_SAMPLES} or more")
     for k, record in enumerate(records):
         if np.ptp(record) == 0.0:
             raise HcsearchError(f"acceleration {k} is {record[0]:g} all the time: leave out what was not measured")
@@ -103,9 +106,9 @@ def _checked(accelerations: Reals, rate: float) -> Reals:
 
 def _lively(records: Reals) -> Reals:
     """A long record without the halves at its end in which nothing decays any more: there is only noise."""
-    while (samples := records.shape[1]) > MOST_SAMPLES:
+    while (samples := records.shape[1]) > MAX_DECOMPOSED_SAMPLES:
         third, fourth = np.array_split(records[:, samples // 2 :], 2, axis=1)
-        if float(fourth.var(axis=1).sum()) < STILL * float(third.var(axis=1).sum()):
+        if float(fourth.var(axis=1).sum()) < DECAY_VARIANCE_SHARE * float(third.var(axis=1).sum()):
             break
         records = records[:, : samples // 2]
     return records
@@ -117,7 +120,7 @@ def _thinned(records: Reals, factor: int) -> Reals:
     return np.asarray(oaconvolve(records, low_pass[None, :], mode="valid", axes=1)[:, ::factor])
 
 
-def _physical_poles(records: Reals, rate: float) -> Complexes:
+def _physical_poles(records: Reals, rate: float) -> ComplexNumbers:
     """Poles s (1/s, positive imaginary part) that decay and stay where they are over many orders."""
     channels, samples = records.shape
     block_rows = samples // 2
@@ -128,18 +131,22 @@ def _physical_poles(records: Reals, rate: float) -> Complexes:
     rank = int((values > values[0] * max(hankel.shape) * np.finfo(float).eps).sum())
     chains: list[_Chain] = []
     ended: list[_Chain] = []
-    for order in range(1, MOST_ORDER + 1):
+    for order in range(1, MAX_MODEL_ORDER + 1):
         grown = []
         poles, shapes = _poles(left[:, : min(order, rank)], channels, rate)
         for pole, shape in zip(poles, shapes, strict=True):
-            alike = [chain for chain in chains if _near(chain.pole, pole) and _likeness(chain.shape, shape) > ALIKENESS]
+            alike = [
+                chain
+                for chain in chains
+                if _near(chain.pole, pole) and _likeness(chain.shape, shape) > MIN_MODE_ASSURANCE
+            ]
             before = min(alike, key=lambda chain: abs(chain.pole - pole), default=None)
             if before is not None:
                 chains.remove(before)
             grown.append(_Chain(pole, shape, 1 + (before.length if before else 0)))
         ended += chains
         chains = grown
-    return np.array([chain.pole for chain in ended + chains if chain.length >= LEAST_ORDERS], complex)
+    return np.array([chain.pole for chain in ended + chains if chain.length >= MIN_STABLE_ORDERS], complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,11 +154,11 @@ class _Chain:
     """A pole, its shape over the channels, and in how many orders in a row it has occurred."""
 
     pole: complex
-    shape: Complexes
+    shape: ComplexNumbers
     length: int
 
 
-def _poles(left: Reals, channels: int, rate: float) -> tuple[Complexes, Complexes]:
+def _poles(left: Reals, channels: int, rate: float) -> tuple[ComplexNumbers, ComplexNumbers]:
     """Decaying poles of one order with positive imaginary part, and their shapes over the channels, one a row."""
     state = lstsq(left[:-channels], left[channels:])[0]
     eigenvalues, vectors = np.linalg.eig(state)
@@ -163,15 +170,15 @@ def _poles(left: Reals, channels: int, rate: float) -> tuple[Complexes, Complexe
 
 def _near(one: complex, two: complex) -> bool:
     dampings = -one.real / abs(one), -two.real / abs(two)
-    same = abs(abs(one) - abs(two)) < SAME_FREQUENCY * abs(two)
-    return same and abs(dampings[0] - dampings[1]) < SAME_DAMPING * max(dampings)
+    same = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
+    return same and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
 
 
-def _likeness(one: Complexes, two: Complexes) -> float:
+def _likeness(one: ComplexNumbers, two: ComplexNumbers) -> float:
     return float(abs(np.vdot(one, two)) ** 2 / (np.vdot(one, one).real * np.vdot(two, two).real))
 
 
-def _described(records: Reals, rate: float, poles: Complexes) -> FreeVibration:
+def _described(records: Reals, rate: float, poles: ComplexNumbers) -> FreeVibration:
     """Modes with their shares and standard errors, from amplitudes fitted to the whole record."""
     time = np.arange(records.shape[1]) / rate
     waves = np.exp(np.outer(time, poles))
@@ -189,7 +196,7 @@ def _described(records: Reals, rate: float, poles: Complexes) -> FreeVibration:
     return FreeVibration(tuple(modes), noise)
 
 
-def _pole_errors(time: Reals, waves: Complexes, amplitudes: Reals, columns: Reals) -> Reals:
+def _pole_errors(time: Reals, waves: ComplexNumbers, amplitudes: Reals, columns: Reals) -> Reals:
     """Root E of the covariance E E^T of (decay, angular frequency) of all modes for noise 1, amplitudes unknown."""
     count = waves.shape[1]
     basis = qr(columns, mode="economic")[0]

@@ -11,9 +11,9 @@ import numpy as np
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 
-Levels = tuple[int, ...]
+CatalogueLevels = tuple[int, ...]
 
-NEAR = 1e-9
+STIFFNESS_TOLERANCE = 1e-9
 """Share by which two equal stiffnesses may differ: sums of decimals are rounded."""
 
 
@@ -25,18 +25,20 @@ def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.
     if not springs or not all(0.0 < spring < math.inf for spring in springs):
         raise HcsearchError("a catalogue has springs above 0 N m/rad: write --catalogue 0.07,0.10")
     stiffest = max(springs)
-    if stiffest > upper * (1.0 + NEAR):
+    if stiffest > upper * (1.0 + STIFFNESS_TOLERANCE):
         low = softest or stiffest / 200.0
         raise HcsearchError(
             f"the catalogue has a spring of {stiffest:g} N m/rad, and springs are tried up to {upper:g} N m/rad: add "
             f"--spring-range {low:g},{stiffest:g}, or leave that spring out"
         )
-    return tuple(level for level in sorted(_made_of(springs)) if level <= upper * (1.0 + NEAR))
+    return tuple(level for level in sorted(_made_of(springs)) if level <= upper * (1.0 + STIFFNESS_TOLERANCE))
 
 
 def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ...]:
     """The springs of a catalogue that make a level of `catalogue_levels` in parallel: the fewest."""
-    return next(made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= NEAR * stiffness)
+    return next(
+        made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= STIFFNESS_TOLERANCE * stiffness
+    )
 
 
 def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
@@ -49,12 +51,12 @@ def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
     return made
 
 
-def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> Levels:
+def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> CatalogueLevels:
     """The level nearest to each stiffness."""
     return tuple(int(np.abs(np.array(levels) - value).argmin()) for value in stiffnesses)
 
 
-def neighbours(chosen: Levels, levels: int) -> list[Levels]:
+def neighbouring_levels(chosen: CatalogueLevels, levels: int) -> list[CatalogueLevels]:
     """All sets that differ in one place, by one level."""
     return [
         (*chosen[:k], level + step, *chosen[k + 1 :])
@@ -64,9 +66,13 @@ def neighbours(chosen: Levels, levels: int) -> list[Levels]:
     ]
 
 
-def descend(
-    starts: Sequence[Levels], levels: int, costs: Callable[[list[Levels]], Sequence[float]], *, budget: int
-) -> dict[Levels, float]:
+def descend_levels(
+    starts: Sequence[CatalogueLevels],
+    levels: int,
+    costs: Callable[[list[CatalogueLevels]], Sequence[float]],
+    *,
+    budget: int,
+) -> dict[CatalogueLevels, float]:
     """Search the sets around some: from the best one seen whose neighbours have not been asked for, to these.
 
     Ends when all neighbours of the best sets are known or when the budget of sets, 1 or more, is spent; returns all of
@@ -75,14 +81,14 @@ def descend(
     """
     first = list(dict.fromkeys(starts))[:budget]
     seen = dict(zip(first, map(float, costs(first)), strict=True))
-    opened: set[Levels] = set()
+    opened: set[CatalogueLevels] = set()
     while len(seen) < budget:
         waiting = [chosen for chosen in seen if chosen not in opened]
         if not waiting:
             break
         best = min(waiting, key=lambda chosen: (seen[chosen], chosen))
         opened.add(best)
-        fresh = [chosen for chosen in neighbours(best, levels) if chosen not in seen][: budget - len(seen)]
+        fresh = [chosen for chosen in neighbouring_levels(best, levels) if chosen not in seen][: budget - len(seen)]
         if fresh:
             seen.update(zip(fresh, map(float, costs(fresh)), strict=True))
     return seen

@@ -11,23 +11,23 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
-from hcsearch.springs.deployment.agreement import Agreement, confirmed
-from hcsearch.springs.deployment.deploying import Deployment, deploy
-from hcsearch.springs.deployment.outcomes import Check
-from hcsearch.springs.tuning.catalogue import Levels, descend, nearest_levels
-from hcsearch.springs.tuning.objective import DEFAULT, Scales, objective
-from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
-from hcsearch.springs.tuning.search import MORE, SpringSearch, spread_out, strategy_from
+from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
+from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.tuning.catalogue import CatalogueLevels, descend_levels, nearest_levels
+from hcsearch.springs.tuning.objective import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
+from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness_of_sets, sampled_setups
+from hcsearch.springs.tuning.search import MIN_OBJECTIVE_GAIN, SpringSearch, stiffnesses_of_groups, strategy_from
 
-STAGES = ((8, 4), (3, 8))
+SAMPLING_STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
-STARTS = 31
+CATALOGUE_START_COUNT = 31
 """Sets, beside the best, that are rounded to catalogue springs, where the search of catalogue springs begins."""
-TRIES = 6
+MAX_CONFIRMATIONS = 6
 """Sets that are simulated precisely until one is confirmed."""
-HARDENED = STAGES[0][0] // 2 + 1
+ROBUST_SET_COUNT = SAMPLING_STAGES[0][0] // 2 + 1
 """Sets that the search for robust ones leaves, which are evaluated."""
-HARDENING = (8, 4)
+ROBUST_SEARCH_SIZES = (8, 4)
 """Sets of a generation of the search for robust ones, and samples that each is judged by."""
 
 
@@ -41,16 +41,16 @@ class SpringSet:
     """
 
     stiffnesses: tuple[float, ...]
-    check: Check
+    check: DeploymentCheck
     deployment: Deployment | None = None
     robustness: Robustness | None = None
-    scales: Scales = DEFAULT
+    scales: SceneScales = DEFAULT_SCENE_SCALES
     agreement: Agreement | None = None
 
     @property
     def value(self) -> float:
         """The objective, with no slack for loops that give way."""
-        return objective(self.check, 0.0, self.scales)
+        return tuning_objective(self.check, 0.0, self.scales)
 
     @property
     def confirmed(self) -> bool:
@@ -71,7 +71,7 @@ class SpringSet:
         return None if self.deployment is None else self.deployment.flat_time
 
 
-class Shares(NamedTuple):
+class EvaluationShares(NamedTuple):
     """How many evaluations there are in all, and how many are kept for robust sets and for catalogue springs."""
 
     total: int
@@ -79,16 +79,18 @@ class Shares(NamedTuple):
     rounded: int
 
 
-def shares_of(evaluations: int, samples: int, catalogue: bool) -> Shares:
+def evaluation_shares(evaluations: int, samples: int, catalogue: bool) -> EvaluationShares:
     """The shares of a number of evaluations; the rest is the search's, one at least."""
     rounded = min(max(1, evaluations // 4), evaluations - 1) if catalogue else 0
-    return Shares(evaluations, min(HARDENED, evaluations // 8) if samples else 0, rounded)
+    return EvaluationShares(evaluations, min(ROBUST_SET_COUNT, evaluations // 8) if samples else 0, rounded)
 
 
-class Finder:
+class SpringSetFinder:
     """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
 
-    def __init__(self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: Shares) -> None:
+    def __init__(
+        self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: EvaluationShares
+    ) -> None:
         self.search, self.setup, self.samples, self.spread, self.shares = search, setup, samples, spread, shares
         self.evaluator = search.evaluator
         self.best: SpringSet | None = None
@@ -110,38 +112,38 @@ class Finder:
         clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
         if not self.samples or not clear:
             return []
-        chances = most_robust(self.evaluator, clear, self.spread, STAGES, self.search.seed)
+        chances = most_robust(self.evaluator, clear, self.spread, SAMPLING_STAGES, self.search.seed)
         first, chance = chances[0]
         if not chance.failures:
             return []
         tied, seed = self.search.tied, self.search.seed
         begin = np.log([clear[first][hinges[0]] for hinges in tied])
         rng = np.random.default_rng([seed, 1_000_000])
-        strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
+        strategy = strategy_from(begin, 0.04, self.search.bounds, ROBUST_SEARCH_SIZES[0], rng)
         trials: list[tuple[float, int, Reals]] = []
         least, idle = math.inf, 0
-        generations = max(1, self.shares.total // (2 * HARDENING[0] * HARDENING[1]))
+        generations = max(1, self.shares.total // (2 * ROBUST_SEARCH_SIZES[0] * ROBUST_SEARCH_SIZES[1]))
         for k in range(generations):
             points = np.array(strategy.ask())
-            near = [spread_out(np.exp(point), tied) for point in points]
+            near = [stiffnesses_of_groups(np.exp(point), tied) for point in points]
             means = self._means(near)
             strategy.tell(list(points), means)
             trials += [(mean, len(trials) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
             self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
-            least, idle = (min(means), 0) if min(means) < least - MORE else (least, idle + 1)
+            least, idle = (min(means), 0) if min(means) < least - MIN_OBJECTIVE_GAIN else (least, idle + 1)
             if strategy.stop() or idle == 2:
                 break
-        middle = spread_out(np.exp(strategy.result.xfavorite), tied)
+        middle = stiffnesses_of_groups(np.exp(strategy.result.xfavorite), tied)
         left = self.shares.total - self.evaluator.done - self.shares.rounded
-        return [middle, *(one for _, _, one in sorted(trials)[: HARDENED - 1])][: max(0, left)]
+        return [middle, *(one for _, _, one in sorted(trials)[: ROBUST_SET_COUNT - 1])][: max(0, left)]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
         """Mean objective of each set over the same few samples."""
-        count = HARDENING[1]
+        count = ROBUST_SEARCH_SIZES[1]
         setups = [
             setup
             for one in sets
-            for setup in sampled(self.evaluator.setup, one, self.spread, count, self.search.seed + 1)
+            for setup in sampled_setups(self.evaluator.setup, one, self.spread, count, self.search.seed + 1)
         ]
         values = [self.evaluator.value(check) for check in self.evaluator.of_setups(setups)]
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
@@ -154,18 +156,20 @@ class Finder:
             return None
         tied = self.search.tied
         # sets further from the best one may round to better ones
-        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
+        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:CATALOGUE_START_COUNT]]
         starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
 
-        def sets(chosen: Sequence[Levels]) -> list[Reals]:
-            return [spread_out([levels[level] for level in one], tied) for one in chosen]
+        def sets(chosen: Sequence[CatalogueLevels]) -> list[Reals]:
+            return [stiffnesses_of_groups([levels[level] for level in one], tied) for one in chosen]
 
-        def costs(chosen: list[Levels]) -> list[float]:
+        def costs(chosen: list[CatalogueLevels]) -> list[float]:
             values = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return values
 
-        seen = descend(starts, len(levels), costs, budget=min(left, max(self.shares.rounded, STARTS + 1)))
+        seen = descend_levels(
+            starts, len(levels), costs, budget=min(left, max(self.shares.rounded, CATALOGUE_START_COUNT + 1))
+        )
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
         clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
         return self._chosen(sets(clear or ranked[:1]))
@@ -182,10 +186,10 @@ class Finder:
         if self.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
             springs = [place.stiffnesses for place in clear]
-            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
+            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, SAMPLING_STAGES, self.search.seed)]
             clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
         tried: list[SpringSet] = []
-        for place in clear[:TRIES]:
+        for place in clear[:MAX_CONFIRMATIONS]:
             self.search.progress(total, total, "confirming")
             tried.append(self.precise(place))
             if tried[-1].confirmed:
@@ -195,8 +199,8 @@ class Finder:
     def precise(self, place: SpringSet) -> SpringSet:
         """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
         setup = with_stiffnesses(self.setup, place.stiffnesses)
-        deployment = deploy(self.evaluator.linkage, setup, self.evaluator.formulation)
-        return replace(place, deployment=deployment, agreement=confirmed(deployment))
+        deployment = simulate_deployment(self.evaluator.linkage, setup, self.evaluator.formulation)
+        return replace(place, deployment=deployment, agreement=confirm_deployment(deployment))
 
     def sampled(self, place: SpringSet) -> SpringSet:
         """With what becomes of samples of the tolerances, where they are wanted."""
@@ -204,7 +208,7 @@ class Finder:
             return place
         total = self.search.budget
         self.search.progress(total, total, "drawing samples")
-        (chance,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
+        (chance,) = robustness_of_sets(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
         return replace(place, robustness=chance)
 
 

@@ -14,54 +14,54 @@ from hcsearch.basics.vocabulary import Formulation
 from hcsearch.motion.collision.margins import scale_of
 from hcsearch.motion.collision.reaches import slack_of
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup, settle, with_stiffnesses
+from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment import VERSION
-from hcsearch.springs.deployment.checking import Screen, check, screen_of
-from hcsearch.springs.deployment.compiling import Compiled, compile_scene
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment import DEPLOYMENT_VERSION
+from hcsearch.springs.deployment.checking import CheckedPanels, check_deployments, checked_panels_of
+from hcsearch.springs.deployment.compiling import CompiledScene, compile_scene
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.springs import stiffnesses_of, with_springs
-from hcsearch.springs.tuning.objective import Scales, objective
+from hcsearch.springs.tuning.objective import SceneScales, tuning_objective
 from hcsearch.system.machine import usable_cores
 
-TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
+TUNING_STEP_TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
-STRICT = 0.75
+TUNING_MARGIN_SHARE = 0.75
 """Share of the scene's margin by which panels are shrunk on every face while springs are searched for: less than what
 is asked for in the end, so that a set that is clear in the search is clear in the scene itself, too."""
-SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
+SOFTENED_SETUP_VALUES = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is chosen is confirmed in the scene itself."""
 
 
-class Key(NamedTuple):
+class EvaluationKey(NamedTuple):
     """The key of an evaluation of one array: the setting (scene and method, as JSON), the springs."""
 
     setting: str
     springs: str
 
 
-class Memory(Protocol):
+class EvaluationMemory(Protocol):
     """Where evaluations of one array are kept."""
 
-    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+    def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
         """Those of the keys that are known."""
 
-    def record(self, checks: Mapping[Key, Check]) -> None:
+    def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
         """Keep more checks, all of them or none."""
 
 
-class Own:
+class RunMemory:
     """A memory of one run."""
 
     def __init__(self) -> None:
-        self._known: dict[Key, Check] = {}
+        self._known: dict[EvaluationKey, DeploymentCheck] = {}
 
-    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+    def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
         """Those of the keys that are known."""
         return {key: self._known[key] for key in keys if key in self._known}
 
-    def record(self, checks: Mapping[Key, Check]) -> None:
+    def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
         """Keep more checks."""
         self._known |= checks
 
@@ -76,20 +76,20 @@ class Evaluator:
     """
 
     def __init__(
-        self, linkage: Linkage, scene: Scene | Setup, formulation: Formulation, memory: Memory | None = None
+        self, linkage: Linkage, scene: Scene | Setup, formulation: Formulation, memory: EvaluationMemory | None = None
     ) -> None:
         self.linkage, self.formulation = linkage, formulation
-        setup = settle(scene, linkage)
-        self.setup = softened(setup) if formulation == "compliant" else setup
-        self.strict = STRICT * setup.margin
-        self.scales = Scales(scale_of(linkage), setup.seconds)
+        setup = setup_of_scene(scene, linkage)
+        self.setup = softened_setup(setup) if formulation == "compliant" else setup
+        self.strict = TUNING_MARGIN_SHARE * setup.margin
+        self.scales = SceneScales(scale_of(linkage), setup.seconds)
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.recalled = self.samples_recalled = self.before = 0
-        self._memory = Own() if memory is None else memory
-        self._sets: set[Key] = set()
-        self._samples: set[Key] = set()
-        self._base: Compiled | None = None
-        self._screens: dict[frozenset[tuple[int, int]], Screen] = {}
+        self._memory = RunMemory() if memory is None else memory
+        self._sets: set[EvaluationKey] = set()
+        self._samples: set[EvaluationKey] = set()
+        self._base: CompiledScene | None = None
+        self._screens: dict[frozenset[tuple[int, int]], CheckedPanels] = {}
 
     @property
     def done(self) -> int:
@@ -101,7 +101,7 @@ class Evaluator:
         """How many scenes have been asked for that are no sets of springs."""
         return len(self._samples)
 
-    def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[Check]:
+    def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[DeploymentCheck]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
         whole : whether motions that collide are followed to their end, too. What was once is not checked otherwise.
@@ -120,7 +120,7 @@ class Evaluator:
         self._sets |= set(keys)
         return self._checked(keys, setups, known, self._sprung, whole)
 
-    def of_setups(self, setups: Sequence[Setup]) -> list[Check]:
+    def of_setups(self, setups: Sequence[Setup]) -> list[DeploymentCheck]:
         """Check setups that may differ in anything, all with linear springs."""
         keys = [self._key(setup, False) for setup in setups]
         known = dict(self._memory.recall(keys))
@@ -129,27 +129,32 @@ class Evaluator:
         self._samples |= fresh
         return self._checked(keys, setups, known, self._compiled, whole=False)
 
-    def slack(self, check: Check) -> float:
+    def slack(self, check: DeploymentCheck) -> float:
         """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
         return self.reach * check.opening
 
-    def value(self, check: Check) -> float:
+    def value(self, check: DeploymentCheck) -> float:
         """The objective."""
-        return objective(check, self.slack(check), self.scales)
+        return tuning_objective(check, self.slack(check), self.scales)
 
-    def _sprung(self, setup: Setup) -> Compiled:
+    def _sprung(self, setup: Setup) -> CompiledScene:
         assert self._base is not None
         stiffnesses = np.empty(self._base.system.n_joints)
         stiffnesses[self._base.joint_of] = stiffnesses_of(setup)
         return with_springs(self._base, stiffnesses)
 
-    def _compiled(self, setup: Setup) -> Compiled:
+    def _compiled(self, setup: Setup) -> CompiledScene:
         # whether folded stops can be reached depends on the springs, which change
         return compile_scene(self.linkage, setup, self.formulation, keep=frozenset({"stops"}))
 
     def _checked(
-        self, keys: Sequence[Key], setups: Sequence[Setup], known: dict[Key, Check], compiled: Any, whole: bool
-    ) -> list[Check]:
+        self,
+        keys: Sequence[EvaluationKey],
+        setups: Sequence[Setup],
+        known: dict[EvaluationKey, DeploymentCheck],
+        compiled: Any,
+        whole: bool,
+    ) -> list[DeploymentCheck]:
         """The checks of setups, of which the memory knows some."""
         missing = {key: setup for key, setup in zip(keys, setups, strict=True) if key not in known}
         if missing:
@@ -159,28 +164,28 @@ class Evaluator:
             known |= checks
         return [known[key] for key in keys]
 
-    def _run(self, scenes: Sequence[Compiled], whole: bool) -> list[Check]:
+    def _run(self, scenes: Sequence[CompiledScene], whole: bool) -> list[DeploymentCheck]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
         for scene in scenes:
             if scene.apart not in self._screens:
-                own = screen_of(scene, self.strict)
+                own = checked_panels_of(scene, self.strict)
                 # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
                 self._screens[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         screens = [self._screens[scene.apart] for scene in scenes]
         threads = max(1, min(usable_cores(), len(scenes)))
-        tolerance = TOLERANCES[self.formulation]
-        return check(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
+        tolerance = TUNING_STEP_TOLERANCES[self.formulation]
+        return check_deployments(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
 
-    def _key(self, setup: Setup, whole: bool) -> Key:
+    def _key(self, setup: Setup, whole: bool) -> EvaluationKey:
         values = {own.name: getattr(setup, own.name) for own in fields(setup)}
         for name in ("name", "laws", "spring_range"):
             del values[name]
         springs = stiffnesses_of(setup)
-        values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
-        values |= {"margin": self.strict, "whole": whole, "version": VERSION}
-        return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
+        values |= {"formulation": self.formulation, "tolerance": TUNING_STEP_TOLERANCES[self.formulation]}
+        values |= {"margin": self.strict, "whole": whole, "version": DEPLOYMENT_VERSION}
+        return EvaluationKey(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 
-def softened(setup: Setup) -> Setup:
+def softened_setup(setup: Setup) -> Setup:
     """A setup with the stops and dampers that `compliant` is searched with."""
-    return replace(setup, **SOFT)  # type: ignore[arg-type]
+    return replace(setup, **SOFTENED_SETUP_VALUES)  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Any
 
 from hcsearch.basics.play import millimetres
-from hcsearch.shape.labels import Labels, plain
+from hcsearch.shape.labels import Labels, label_data
 from hcsearch.springs.deployment.facts import play_facts
 from hcsearch.springs.deployment.reasons import reason_with_clearance
 from hcsearch.springs.tuning.catalogue import springs_for
@@ -14,20 +14,20 @@ from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.tuning import Tuning
 
 
-def facts(tuning: Tuning) -> dict[str, Any]:
+def tuning_facts(tuning: Tuning) -> dict[str, Any]:
     """A tuning as plain data; keys name their units. Stiffnesses are in the order of `hinges`."""
-    hinges = [plain(name) for name in tuning.labels.hinges]
+    hinges = [label_data(name) for name in tuning.labels.hinges]
     sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
     return {
         "formulation": tuning.formulation,
         "spring_range_N_m_rad": list(tuning.setup.spring_range),
         "seconds": tuning.setup.seconds,
-        "use": advice(tuning),
+        "use": tuning_advice(tuning),
         "hinges": hinges,
         "merged_panels": list(tuning.labels.merged),
         "tied_hinges": [[hinges[k] for k in group] for group in tuning.tied],
         **{name: None if one is None else _set_facts(one, tuning.labels) for name, one in sets.items()},
-        "buy": None if (each := bought(tuning)) is None else _bought_facts(each),
+        "buy": None if (each := springs_to_buy(tuning)) is None else _bought_facts(each),
         "evaluations": tuning.evaluations,
         "known_before": tuning.recalled,
         "samples": tuning.samples,
@@ -44,7 +44,9 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
         "outcome": check.outcome,
         "clear": check.clear,
         "collision_s": None if check.collision is None else check.collision[0],
-        "collision_panels": None if check.collision is None else [plain(labels.panels[k]) for k in check.collision[1]],
+        "collision_panels": None
+        if check.collision is None
+        else [label_data(labels.panels[k]) for k in check.collision[1]],
         **({"min_clearance_mm": millimetres(check.gap)} if precise is None else play_facts(precise)),
         "objective": one.value,
         "confirmed": one.confirmed,
@@ -57,7 +59,7 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
     }
 
 
-def advice(tuning: Tuning) -> str:
+def tuning_advice(tuning: Tuning) -> str:
     """What to rely on: the least favourable of the precise simulation and of the samples."""
     one = tuning.chosen
     name = "catalogue springs" if one is tuning.rounded else "tuned springs"
@@ -74,16 +76,16 @@ def advice(tuning: Tuning) -> str:
     return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
 
 
-def bought(tuning: Tuning) -> list[tuple[float, ...]] | None:
+def springs_to_buy(tuning: Tuning) -> list[tuple[float, ...]] | None:
     """The catalogue springs at each hinge, N m/rad, in parallel; None unless catalogue springs are those to use."""
     if not tuning.catalogue or tuning.chosen is not tuning.rounded:
         return None
     return [springs_for(stiffness, tuning.catalogue) for stiffness in tuning.chosen.stiffnesses]
 
 
-def shopping(tuning: Tuning) -> str:
+def shopping_sentence(tuning: Tuning) -> str:
     """What to buy, and the hinges that do not get one spring, in one line."""
-    each = bought(tuning)
+    each = springs_to_buy(tuning)
     if each is None:
         none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
         return f"nothing of the catalogue: {none}"
@@ -119,7 +121,7 @@ def _bought_facts(each: list[tuple[float, ...]]) -> dict[str, Any]:
     }
 
 
-def sentence(one: SpringSet, labels: Labels) -> str:
+def spring_set_sentence(one: SpringSet, labels: Labels) -> str:
     """What became of a set, in one line."""
     check, precise, chance = one.check, one.deployment, one.robustness
     if precise is None:

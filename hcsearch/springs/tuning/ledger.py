@@ -6,30 +6,30 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hcsearch.springs.deployment.outcomes import Check
-from hcsearch.springs.tuning.evaluation import Key
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.tuning.evaluation import EvaluationKey
 from hcsearch.store import Database, find_evaluations, record_evaluations
 
 
-class Ledger:
+class DatabaseMemory:
     """The evaluations of a subject (its notation and sizes, in one text) in a database: a memory of an evaluator."""
 
     def __init__(self, database: Database, subject: str) -> None:
         self._database, self._subject = database, subject
         rows = find_evaluations(database, subject)
-        self._known = {Key(row["setting"], row["springs"]): check_of(row) for row in rows}
+        self._known = {EvaluationKey(row["setting"], row["springs"]): check_of_row(row) for row in rows}
 
-    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+    def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
         """Those of the keys that are known."""
         return {key: self._known[key] for key in keys if key in self._known}
 
-    def record(self, checks: Mapping[Key, Check]) -> None:
+    def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
         """Store more checks, in one transaction."""
         record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in checks.items()])
         self._known |= checks
 
     @staticmethod
-    def row(subject: str, key: Key, check: Check) -> dict[str, Any]:
+    def row(subject: str, key: EvaluationKey, check: DeploymentCheck) -> dict[str, Any]:
         """A row of the table."""
         time, panels = (None, (None, None)) if check.collision is None else check.collision
         return {
@@ -51,13 +51,13 @@ _REALS = ("gap", "speed", "remaining", "end_remaining", "widest", "drift", "open
 _COUNTS = ("steps", "evaluations", "looks")
 
 
-def check_of(row: Mapping[str, Any]) -> Check:
+def check_of_row(row: Mapping[str, Any]) -> DeploymentCheck:
     """The check that a row of the table holds."""
     collision = None
     if row["collision_time"] is not None:
         collision = (row["collision_time"], (row["first_panel"], row["second_panel"]))
     reals: dict[str, Any] = {name: math.nan if row[name] is None and name != "gap" else row[name] for name in _REALS}
-    return Check(
+    return DeploymentCheck(
         outcome=row["outcome"],
         end_time=row["end_time"],
         clear=None if row["clear"] is None else bool(row["clear"]),

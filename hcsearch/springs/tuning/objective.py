@@ -5,25 +5,25 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 
-SPEED = 5.0
+APPROACH_SPEED_SCALE = 5.0
 """Approach speed that is worth as much as all of the way from folded to flat, m/s: p of eq. 4.26 is its inverse."""
-AMPLE = 2e-3
+AMPLE_GAP = 2e-3
 """A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
 
 
-class Scales(NamedTuple):
-    """Lengths and times of a scene over those of the scene `default`, in which `SPEED` and `AMPLE` are given."""
+class SceneScales(NamedTuple):
+    """Lengths and times of a scene over those of `default`, for which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` hold."""
 
     length: float = 1.0
     time: float = 1.0
 
 
-DEFAULT = Scales()
+DEFAULT_SCENE_SCALES = SceneScales()
 
 
-def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> float:
+def tuning_objective(check: DeploymentCheck, slack: float = 0.0, scales: SceneScales = DEFAULT_SCENE_SCALES) -> float:
     """The less, the better; least for what becomes flat and clear.
 
     slack : what panels may be elsewhere as the loops give way, m.
@@ -32,13 +32,13 @@ def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> flo
     where there is none. That says nothing of deployments that stop short of flat, and equals 0 for collisions at any
     time that are slow enough. So here:
 
-    - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE` count as that, and less than 1: what
+    - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE_GAP` count as that, and less than 1: what
       is certain of the gap, which impacts that open the loops lessen;
     - else 1 + the mean fold angle over pi that is left when panels come together (or may do so), or where it
       is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
       p v_a, and 1 where the simulation gave up.
     """
-    ample, speed = AMPLE * scales.length, SPEED * scales.length / scales.time
+    ample, speed = AMPLE_GAP * scales.length, APPROACH_SPEED_SCALE * scales.length / scales.time
     if check.deploys:
         gap = ample if check.gap is None else min(check.gap, ample)
         return min((slack - gap) / ample, 0.999)

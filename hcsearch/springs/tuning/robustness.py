@@ -10,10 +10,10 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
 
-CONFIDENCE = 0.95
+ROBUSTNESS_CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Spread:
     start: float = 0.001
 
 
-SPREADS = tuple(field.name for field in fields(Spread))
+SPREAD_NAMES = tuple(field.name for field in fields(Spread))
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Robustness:
 
     @cached_property
     def interval(self) -> tuple[float, float]:
-        """Clopper and Pearson's interval (1934) of the probability of collision, at `CONFIDENCE`."""
+        """Clopper and Pearson's interval (1934) of the probability of collision, at `ROBUSTNESS_CONFIDENCE`."""
         return _interval(self.collisions, self.samples)
 
     @cached_property
@@ -64,11 +64,13 @@ class Robustness:
 def _interval(count: int, samples: int) -> tuple[float, float]:
     from scipy.stats import binomtest  # noqa: PLC0415 - takes longer to load than a check
 
-    ends = binomtest(count, samples).proportion_ci(CONFIDENCE, method="exact")
+    ends = binomtest(count, samples).proportion_ci(ROBUSTNESS_CONFIDENCE, method="exact")
     return float(ends.low), float(ends.high)
 
 
-def sampled(setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int) -> list[Setup]:
+def sampled_setups(
+    setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int
+) -> list[Setup]:
     """Setups within the tolerances of one, the same for the same seed.
 
     Relative values are lognormal, so that none is negative; what is 0 stays 0. Where samples of two spring sets have
@@ -92,13 +94,13 @@ def sampled(setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, 
     return setups
 
 
-def robustness(
+def robustness_of_sets(
     evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
 ) -> list[Robustness]:
     """The probability of collision of spring sets in the evaluator's scene, from random samples, all in one call."""
-    setups = [setup for one in sets for setup in sampled(evaluator.setup, one, spread, samples, seed)]
+    setups = [setup for one in sets for setup in sampled_setups(evaluator.setup, one, spread, samples, seed)]
     checks = evaluator.of_setups(setups)
-    return [counted(checks[k : k + samples]) for k in range(0, len(checks), samples)]
+    return [robustness_of_checks(checks[k : k + samples]) for k in range(0, len(checks), samples)]
 
 
 def most_robust(
@@ -116,12 +118,14 @@ def most_robust(
     chances: dict[int, Robustness] = {}
     for kept, samples in stages:
         left = left[:kept]
-        chances = dict(zip(left, robustness(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True))
+        chances = dict(
+            zip(left, robustness_of_sets(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True)
+        )
         left = sorted(left, key=lambda k, of=chances: (of[k].failures, k))  # type: ignore[misc]
     return [(k, chances[k]) for k in left]
 
 
-def counted(checks: Sequence[Check]) -> Robustness:
+def robustness_of_checks(checks: Sequence[DeploymentCheck]) -> Robustness:
     """Samples counted by what became of them."""
     collisions = sum(check.clear is not True for check in checks)
     return Robustness(len(checks), collisions, sum(not check.deploys for check in checks))

@@ -19,23 +19,23 @@ import numpy as np
 
 from hcsearch.basics.arrays import Reals
 from hcsearch.basics.equality import ByValue
-from hcsearch.springs.deployment.outcomes import Check
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
 from hcsearch.system.terminal import short
 
-Progress = Callable[[int, int, str], None]
+TuningProgress = Callable[[int, int, str], None]
 
-GENERATION, GENERATIONS = 16, 40
+GENERATION_SIZE, MAX_GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it starts anew."""
-LATER, MORE = 2, 0.01
+MAX_IDLE_GENERATIONS, MIN_OBJECTIVE_GAIN = 2, 0.01
 """Generations without a gain, of this in the objective, after the first set that becomes flat and clear."""
-APART = 0.05
+DISTINCT_STIFFNESS_SHARE = 0.05
 """Sets count as different where a stiffness differs by this share."""
-GOOD = -0.999
+AMPLE_GAP_OBJECTIVE = -0.999
 """Objective of a set whose gap is ample."""
 
 
-def spread_out(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
+def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
     """Stiffnesses of all hinges from those of the tied groups, to four digits: nobody makes springs more precisely."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
@@ -48,23 +48,23 @@ def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, b
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)
-    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION)
+    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION_SIZE)
     logarithms: Reals = low + (high - low) * points
     logarithms[0] = np.log([start[hinges[0]] for hinges in tied])
     return logarithms
 
 
-class SpentError(Exception):
+class EvaluationsSpentError(Exception):
     """The evaluations are spent."""
 
 
 @dataclass(frozen=True, eq=False)
-class Place(ByValue):
+class SeenSpringSet(ByValue):
     """A spring set that was seen: logarithms of the tied groups' stiffnesses, and its check."""
 
     point: Reals
     stiffnesses: Reals
-    check: Check
+    check: DeploymentCheck
     value: float
 
 
@@ -72,14 +72,14 @@ class SpringSearch:
     """The search for springs: starts of CMA-ES until a set becomes flat and clear, or evaluations are spent."""
 
     def __init__(
-        self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: Progress
+        self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: TuningProgress
     ) -> None:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
         self.spent = 0
-        self.best: Place | None = None
-        self.clear: list[Place] = []
+        self.best: SeenSpringSet | None = None
+        self.clear: list[SeenSpringSet] = []
         self.success = False
-        self._own: Place | None = None
+        self._own: SeenSpringSet | None = None
         low, high = evaluator.setup.spring_range
         self.bounds = self.low, self.high = math.log(low), math.log(high)
 
@@ -91,14 +91,14 @@ class SpringSearch:
             while not self.success:
                 self._round(number, first[0])
                 number += 1
-        except SpentError:
+        except EvaluationsSpentError:
             pass
 
     def candidates(self) -> list[Reals]:
         """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
         kept: list[Reals] = []
         for place in sorted(self.clear, key=lambda place: place.value):
-            if all(np.abs(np.log(place.stiffnesses / other)).max() > APART for other in kept):
+            if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in kept):
                 kept.append(place.stiffnesses)
         return kept or ([self.best.stiffnesses] if self.best else [])
 
@@ -106,11 +106,11 @@ class SpringSearch:
         """Objectives of points, (k, len(tied)), checked together; those beyond the bounds count as on them."""
         inside = np.clip(points[: self.budget - self.spent], self.low, self.high)
         if not len(inside):
-            raise SpentError
-        sets = [spread_out(np.exp(point), self.tied) for point in inside]
+            raise EvaluationsSpentError
+        sets = [stiffnesses_of_groups(np.exp(point), self.tied) for point in inside]
         self.spent += len(sets)
         places = [
-            Place(point, stiffnesses, check, self.evaluator.value(check))
+            SeenSpringSet(point, stiffnesses, check, self.evaluator.value(check))
             for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
         ]
         self.clear += [place for place in places if place.check.deploys]
@@ -119,9 +119,9 @@ class SpringSearch:
             self.best = least
         if self._own is None or least.value < self._own.value:
             self._own = least
-        self.progress(self.spent, self.budget, summary(self.best.check))
+        self.progress(self.spent, self.budget, check_summary(self.best.check))
         if len(inside) < len(points):
-            raise SpentError
+            raise EvaluationsSpentError
         return np.array([place.value for place in places])
 
     def _round(self, number: int, start: Reals) -> None:
@@ -137,20 +137,20 @@ class SpringSearch:
             # the middle of the sets that do is further from those that do not
             self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
 
-    def _evolve(self, start: Reals, rng: np.random.Generator) -> Place:
+    def _evolve(self, start: Reals, rng: np.random.Generator) -> SeenSpringSet:
         """The best set of one start."""
-        strategy = strategy_from(start, 0.2, self.bounds, GENERATION, rng)
+        strategy = strategy_from(start, 0.2, self.bounds, GENERATION_SIZE, rng)
         idle, least = 0, math.inf
-        while not strategy.stop() and idle < LATER:
+        while not strategy.stop() and idle < MAX_IDLE_GENERATIONS:
             points = np.array(strategy.ask())
             values = self.values(points)
             strategy.tell(list(points), values.tolist())
             assert self._own is not None
             own = self._own
-            if own.value <= GOOD:
+            if own.value <= AMPLE_GAP_OBJECTIVE:
                 break
             if own.check.deploys:
-                idle = 0 if own.value < least - MORE else idle + 1
+                idle = 0 if own.value < least - MIN_OBJECTIVE_GAIN else idle + 1
                 least = min(least, own.value)
         assert self._own is not None
         return self._own
@@ -182,7 +182,7 @@ def strategy_from(
     options = {
         "bounds": [low, high],
         "popsize": population,
-        "maxiter": GENERATIONS,
+        "maxiter": MAX_GENERATIONS,
         "tolfun": 1e-3,
         "tolx": 1e-2,
         "verbose": -9,
@@ -192,7 +192,7 @@ def strategy_from(
     return cma.CMAEvolutionStrategy(start, share * (high - low), options)
 
 
-def summary(check: Check) -> str:
+def check_summary(check: DeploymentCheck) -> str:
     """A check in a few words."""
     if check.deploys:
         return "flat, clear" if check.gap is None else f"flat, clear by {short(1e3 * check.gap, 2)} mm"

@@ -11,19 +11,25 @@ from hcsearch.basics.arrays import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup, settle
+from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.springs import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.catalogue import catalogue_levels
-from hcsearch.springs.tuning.choice import Finder, SpringSet, shares_of
-from hcsearch.springs.tuning.evaluation import TOLERANCES, Evaluator, Memory
-from hcsearch.springs.tuning.objective import Scales
+from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares
+from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator
+from hcsearch.springs.tuning.objective import SceneScales
 from hcsearch.springs.tuning.robustness import Spread
-from hcsearch.springs.tuning.search import Place, Progress, SpringSearch, first_generation, spread_out
+from hcsearch.springs.tuning.search import (
+    SeenSpringSet,
+    SpringSearch,
+    TuningProgress,
+    first_generation,
+    stiffnesses_of_groups,
+)
 from hcsearch.system.figures import load_matplotlib
 
-EVALUATIONS, SAMPLES = 500, 64
+DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT = 500, 64
 """Sets of springs that are tried, and samples of the tolerances that are drawn for a set that is confirmed."""
 
 
@@ -32,7 +38,7 @@ NO_LABELS = Labels((), ())
 
 @dataclass(frozen=True)
 class Tuning:
-    """The result of `tune`; `springs` has the stiffnesses to use.
+    """The result of `tune_springs`; `springs` has the stiffnesses to use.
 
     setup : the scene of the simulations, in numbers of the linkage. formulation : the equations of motion.
     tied : the groups of hinges that have equal springs, by their places in the linkage.
@@ -73,18 +79,18 @@ class Tuning:
         return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
 
 
-def tune(
+def tune_springs(
     linkage: Linkage,
     scene: Scene | Setup,
     formulation: Formulation | None = None,
     *,
     catalogue: Sequence[float] = (),
-    evaluations: int = EVALUATIONS,
-    samples: int = SAMPLES,
+    evaluations: int = DEFAULT_EVALUATION_COUNT,
+    samples: int = DEFAULT_SAMPLE_COUNT,
     spread: Spread | None = None,
     seed: int = 0,
-    memory: Memory | None = None,
-    progress: Progress | None = None,
+    memory: EvaluationMemory | None = None,
+    progress: TuningProgress | None = None,
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
@@ -96,9 +102,9 @@ def tune(
     The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
     """
-    if formulation is not None and formulation not in TOLERANCES:
-        raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TOLERANCES)}")
-    setup = settle(scene, linkage)
+    if formulation is not None and formulation not in TUNING_STEP_TOLERANCES:
+        raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TUNING_STEP_TOLERANCES)}")
+    setup = setup_of_scene(scene, linkage)
     if setup.free:
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
     load_matplotlib()  # as cma does later, but whatever windows a notebook asks for
@@ -111,13 +117,13 @@ def tune(
             f"{stiffest:g}: {_remedy(float(given.min()), float(given.max()), softest)}"
         )
     levels = catalogue_levels(catalogue, stiffest, softest) if catalogue else ()
-    start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
+    start = stiffnesses_of_groups([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
     first = first_generation(start, tied, seed, (softest, stiffest))
     evaluator = _evaluator(linkage, setup, formulation, first, memory, evaluations)
-    shares = shares_of(evaluations - evaluator.before, samples, bool(catalogue))
+    shares = evaluation_shares(evaluations - evaluator.before, samples, bool(catalogue))
     budget = max(1, shares.total - shares.hardened - shares.rounded)
     search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
-    finder = Finder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
+    finder = SpringSetFinder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
     interrupted = False
     rounded = None
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
@@ -159,7 +165,7 @@ def _silent(done: int, total: int, note: str) -> None:
     """Show nothing."""
 
 
-def _seen(place: Place, scales: Scales) -> SpringSet:
+def _seen(place: SeenSpringSet, scales: SceneScales) -> SpringSet:
     return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales=scales)
 
 
@@ -168,8 +174,8 @@ def _evaluator(
     setup: Setup,
     formulation: Formulation | None,
     first: Reals,
-    memory: Memory | None,
-    evaluations: int = EVALUATIONS,
+    memory: EvaluationMemory | None,
+    evaluations: int = DEFAULT_EVALUATION_COUNT,
 ) -> Evaluator:
     """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays become flat.
 
@@ -179,7 +185,7 @@ def _evaluator(
         return Evaluator(linkage, setup, formulation, memory)
     exact = Evaluator(linkage, setup, "constrained", memory)
     tied = tied_hinges(linkage, setup.held)
-    sets = [spread_out(np.exp(point), tied) for point in first][:evaluations]
+    sets = [stiffnesses_of_groups(np.exp(point), tied) for point in first][:evaluations]
     if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
         return exact
     other = Evaluator(linkage, setup, "compliant", memory)

@@ -46,7 +46,7 @@ from hcsearch.cases.replays.stacks import stacks_of
 from hcsearch.motion.collision.distances import nearest_panels
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.pattern import RIGID, Crease, Pair, Pattern
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, Pattern
 
 Payload = dict[str, Any]
 
@@ -111,9 +111,11 @@ def replay_in(payload: Payload) -> Replay:
     step = 1e-3 * payload["unit"]
     corners = (step * np.array(payload["corners"], float)).reshape(-1, 2).tolist()
     hinges = payload["hinges"]
-    creases: dict[Pair, Crease] = {}
+    creases: dict[FacetPair, Crease] = {}
     for i, j, hinge in payload["creases"]:
-        creases[i, j] = RIGID if hinge < 0 else Crease("top" if hinges[hinge][4] else "bottom", bool(hinges[hinge][5]))
+        creases[i, j] = (
+            RIGID_CREASE if hinge < 0 else Crease("top" if hinges[hinge][4] else "bottom", bool(hinges[hinge][5]))
+        )
     faces = tuple(map(tuple, payload["facets"]))
     pattern = Pattern(tuple((x, y) for x, y in corners), faces, creases, step * payload["thickness"])
     collision, labels = payload["collision"], payload["labels"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database
 from hcsearch.system.machine import default_database
 
@@ -18,4 +18,4 @@ def database_option(database: Database | None) -> str:
 
 def scene_option(name: str, where: str) -> str:
     """The option that names a scene, where it is not the usual one, and the database that may hold it."""
-    return "" if name == DEFAULT else f" --scene {shlex.quote(name)}{where}"
+    return "" if name == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(name)}{where}"

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import DESIGNS, Quantity
 
 Row = Mapping[str, object]
@@ -60,6 +60,6 @@ class ReportData:
     notes: Sequence[str] = ()
     size: tuple[float, float] | None = None
     columns: Sequence[Quantity] = DESIGNS
-    scene: str = DEFAULT
+    scene: str = DEFAULT_SCENE_NAME
     where: str = ""
     pages: str = ""

@@ -19,9 +19,9 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.twisting import twist
-from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of
-from hcsearch.springs.deployment.agreement import confirmed
-from hcsearch.springs.deployment.deploying import deploy
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
+from hcsearch.springs.deployment.agreement import confirm_deployment
+from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import payload_of
 from hcsearch.web.report.commands import database_option, scene_option
@@ -36,14 +36,19 @@ NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` in 
 
 
 def design_data(
-    circuit: Circuit, foldings: Sequence[Folding], db: str, database: Database | None, number: int, scene: str = DEFAULT
+    circuit: Circuit,
+    foldings: Sequence[Folding],
+    db: str,
+    database: Database | None,
+    number: int,
+    scene: str = DEFAULT_SCENE_NAME,
 ) -> DesignData:
     """Everything known of a design, whose circuit is in canonical order, and of some of its foldings in a scene.
 
     database : from `open_readonly`, or None, and then motions are planned and simulated anew. number : its id there.
     db : names the database, for what is looked up by name.
     """
-    values = SCENES[DEFAULT] if database is None else stored_scene(database, scene)
+    values = SCENES[DEFAULT_SCENE_NAME] if database is None else stored_scene(database, scene)
     panel = panel_of(values, circuit.grid.name)
     stored = _Known() if database is None else _known(database, number, circuit, scene)
     ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
@@ -76,7 +81,7 @@ class _Known:
     """
 
     number: int = 0
-    scene: str = DEFAULT
+    scene: str = DEFAULT_SCENE_NAME
     where: str = ""
     design: Row = field(default_factory=dict)
     rows: Mapping[int, Row] = field(default_factory=dict)
@@ -152,13 +157,13 @@ def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], d
         motions.append(ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
-    name = DEFAULT if best is None else asked_scene(best, verdict)
+    name = DEFAULT_SCENE_NAME if best is None else asked_scene(best, verdict)
     try:
         case = resolve(folding.notation, db, scene=name)
-        deployment = deploy(case.linkage, case.setup, case.formulation or "constrained")
+        deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
-    agreement = confirmed(deployment) if stored.paths is None else None
+    agreement = confirm_deployment(deployment) if stored.paths is None else None
     said = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=said)
     payload = payload_of(replay)

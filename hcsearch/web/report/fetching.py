@@ -13,7 +13,7 @@ from importlib.metadata import version
 from hcsearch.basics.errors import DatabaseError, NotationError
 from hcsearch.cases.replays.sources import stored_replays
 from hcsearch.designs.circuit import Circuit
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import (
     Database,
     Summary,
@@ -34,7 +34,7 @@ BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 
 
 def fetch(
-    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST, scene: str = DEFAULT
+    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST, scene: str = DEFAULT_SCENE_NAME
 ) -> ReportData:
     """Read what a report on a query shows; the database must come from `open_readonly`.
 
@@ -186,7 +186,7 @@ def _scene_of(database: Database, run: Row) -> str:
             f"database {database.location} is damaged, the arguments of run {run['id']} are no object in JSON: restore "
             "a copy, or mend it with `sqlite3 FILE`"
         )
-    return str(arguments.get("scene", DEFAULT))
+    return str(arguments.get("scene", DEFAULT_SCENE_NAME))
 
 
 def _players_of(database: Database, designs: Sequence[Row], scene: str) -> dict[FoldingKey, Payload]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.basics.arrays import Reals
-from hcsearch.cases.replays.replay import Replay, thinned
+from hcsearch.cases.replays.replay import Replay, thin_states
 from hcsearch.springs.deployment.deploying import Deployment
-from hcsearch.springs.deployment.facts import energies
+from hcsearch.springs.deployment.facts import deployment_energies
 from hcsearch.web.player import Payload
 from hcsearch.web.report.plots import Curve, Mark, plot
 
@@ -85,12 +85,12 @@ def _angles(replay: Replay, marks: Sequence[Mark]) -> Plot:
 
 
 def _energies(deployment: Deployment, marks: Sequence[Mark]) -> Plot | None:
-    kinds = _changing(energies(deployment))
+    kinds = _changing(deployment_energies(deployment))
     times = np.asarray(deployment.motion.times, float)
     if not kinds:
         return None
     columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
-    kept, _ = thinned(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
+    kept, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
     names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
     curves = [Curve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
     title = "Energies"

@@ -8,7 +8,7 @@ from typing import cast
 from hcsearch.basics.play import play_sentence
 from hcsearch.basics.vocabulary import STATUSES, Way
 from hcsearch.scenes import joined_name
-from hcsearch.scenes.looks import Look, described
+from hcsearch.scenes.looks import SceneVariant, describe_spring_set
 from hcsearch.store import StoredVerdict
 from hcsearch.web.report.data import Row
 
@@ -47,7 +47,11 @@ def play_of(row: Row) -> str | None:
 
 def springs_in(row: Row) -> str:
     """The springs and the flat pairs of a deployment."""
-    text = f"springs: {described(str(row['springs']))}" if row["springs"] else f"springs of the scene {row['base']}"
+    text = (
+        f"springs: {describe_spring_set(str(row['springs']))}"
+        if row["springs"]
+        else f"springs of the scene {row['base']}"
+    )
     return f"{text}, flat pairs {row['pairs']}"
 
 
@@ -78,5 +82,5 @@ def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
         return None
     deployed = None
     if best is not None and best["status"] == "deploys":
-        deployed = Look(cast("Way", best["pairs"]), str(best["springs"]), first=best["scene"] == best["base"])
+        deployed = SceneVariant(cast("Way", best["pairs"]), str(best["springs"]), first=best["scene"] == best["base"])
     return StoredVerdict(status, cast("Way | None", folding.get("flat_pairs")), deployed)

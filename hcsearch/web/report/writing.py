@@ -9,7 +9,7 @@ from pathlib import Path
 from hcsearch.basics.errors import QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, open_readonly
 from hcsearch.system.outputs import write_output
 from hcsearch.web.report.design_fetching import design_data
@@ -29,7 +29,7 @@ def write_report(
     limit: int | None = LIMIT,
     sort: str = BEST_FIRST,
     title: str = "",
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
 ) -> Path:
     """Write the report on the designs that a query selects, and return its path.
 
@@ -53,7 +53,7 @@ def write_design(
     *,
     db: str,
     number: int | None = None,
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
 ) -> Path:
     """Write the page of a design, and return its path.
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from urllib.parse import quote, urlencode
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import grammar
 
 Shape = Literal["cards", "table"]
@@ -38,8 +38,8 @@ class Asked:
     query: str = ""
     sort: str = ""
     page: int | None = None
-    scene: str = DEFAULT
-    usual: str = DEFAULT
+    scene: str = DEFAULT_SCENE_NAME
+    usual: str = DEFAULT_SCENE_NAME
     shape: Shape = "cards"
     columns: str = ""
     limit: int | None = None

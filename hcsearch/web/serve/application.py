@@ -24,7 +24,7 @@ from werkzeug.wrappers import Request, Response
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.cases.names import stored_circuit
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
@@ -71,7 +71,9 @@ class Application:
     verdicts are shown of, where an address names none. host : that the server listens on.
     """
 
-    def __init__(self, database: Database, db: str, *, scene: str = DEFAULT, host: str = "127.0.0.1") -> None:
+    def __init__(
+        self, database: Database, db: str, *, scene: str = DEFAULT_SCENE_NAME, host: str = "127.0.0.1"
+    ) -> None:
         self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
         self.closed = False
         self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
@@ -179,7 +181,7 @@ class Application:
     def _scene(self, name: str) -> str:
         """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
         name, known = name or self.scene, scene_names(self.database)
-        if name not in known and (name != DEFAULT or known):
+        if name not in known and (name != DEFAULT_SCENE_NAME or known):
             raise QueryError(f"no verdicts of the scene {name!r} in {self.database.location}: see /deployments")
         return name
 

@@ -11,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import SCENIC, Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.player.scripts import as_script
@@ -99,7 +99,7 @@ def render_list(database: Database, asked: Asked, counts: Counts, long_lists: Lo
         raise
     except HcsearchError as error:
         wrong, status = str(error), 400
-    scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
+    scenes = list(dict.fromkeys((DEFAULT_SCENE_NAME, *scene_names(database))))
     text = render(
         "list.html",
         asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),

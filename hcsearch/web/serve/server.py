@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database
 from hcsearch.web.serve.connections import Patience, Server
 
@@ -64,7 +64,7 @@ def run(
     listening: socket.socket,
     *,
     host: str,
-    scene: str = DEFAULT,
+    scene: str = DEFAULT_SCENE_NAME,
     started: Callable[[], None] = lambda: None,
 ) -> None:
     """Answer requests until KeyboardInterrupt, which is raised again when everything has ended.

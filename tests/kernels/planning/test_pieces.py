@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.kernels.planning.pieces import (
-    CONTRACTION,
-    LEBESGUE,
-    NODES,
-    ROUNDING,
+    CHEBYSHEV_NODE_COUNT,
+    LEBESGUE_CONSTANT,
+    LOOP_POSE_ROUNDING,
+    MAX_CONTRACTION_FACTOR,
     _opening,
     _scale,
     _screws,
     _shift,
+    new_piece_tables,
     prove_piece,
-    tables_for,
 )
 from hcsearch.motion.planning.groups import group_of_all
 from hcsearch.motion.planning.problems import loops_of
@@ -102,7 +102,7 @@ def piece_of(drawn):
 
 def proved(sample, course, shares, before=None):
     loops = loops_of(sample.linkage)
-    tables = tables_for(loops, group_of_all(loops))
+    tables = new_piece_tables(loops, group_of_all(loops))
     before = np.zeros(sample.linkage.n_hinges) if before is None else before
     factor, wander = prove_piece(loops, group_of_all(loops), course, shares, before, math.inf, tables)
     return factor, wander, tables
@@ -175,8 +175,8 @@ def test_the_derivative_of_the_map_on_the_course_is_that_of_naive_products(drawn
     factor, _, tables = proved(sample, course, shares)
     if not math.isfinite(factor):
         return
-    for node in range(NODES):
-        state = at(tables.about, math.cos(math.pi * (node + 0.5) / NODES))
+    for node in range(CHEBYSHEV_NODE_COUNT):
+        state = at(tables.about, math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT))
         own = tables.scaling @ screws(sample.linkage, tables, state) @ tables.basis.T - np.eye(6)
         np.testing.assert_allclose(tables.turned[node], own, atol=1e-9)
     dense = [
@@ -193,7 +193,7 @@ def test_the_derivative_of_the_map_on_the_course_is_that_of_naive_products(drawn
 def test_a_newton_step_is_nowhere_longer_than_its_bound(drawn):
     sample, course, shares, _ = piece_of(drawn)
     loops = loops_of(sample.linkage)
-    tables = tables_for(loops, group_of_all(loops))
+    tables = new_piece_tables(loops, group_of_all(loops))
     _shift(course, sum(shares) / 2, (shares[1] - shares[0]) / 2, tables.about)
     tables.angles[:] = tables.about[:, 0]
     most = _screws(loops, group_of_all(loops), tables)
@@ -212,7 +212,7 @@ def test_a_newton_step_is_nowhere_longer_than_its_bound(drawn):
 def test_a_closed_state_lies_beside_every_state_of_a_proved_piece(drawn):
     sample, course, shares, rng = piece_of(drawn)
     factor, wander, tables = proved(sample, course, shares)
-    if factor > CONTRACTION:
+    if factor > MAX_CONTRACTION_FACTOR:
         return
     for share in (*shares, rng.uniform(*shares)):
         state, y = at(course, share), np.zeros(6)
@@ -233,7 +233,7 @@ def test_closed_states_on_the_straight_way_between_two_lie_within_the_bow(drawn,
     alone = proved(sample, course, shares)
     factor, wander, tables = proved(sample, course, shares, before)
     assert wander >= max(before.sum(), 0.999 * alone[1])
-    if factor > CONTRACTION:
+    if factor > MAX_CONTRACTION_FACTOR:
         return
     state, ends = at(course, shares[0]), []
     for off in (np.zeros(len(before)), before):
@@ -251,10 +251,10 @@ def test_closed_states_on_the_straight_way_between_two_lie_within_the_bow(drawn,
 
 
 def test_interpolation_exceeds_values_by_no_more_than_its_constant():
-    nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    nodes = np.cos(np.pi * (np.arange(CHEBYSHEV_NODE_COUNT) + 0.5) / CHEBYSHEV_NODE_COUNT)
     x = np.linspace(-1, 1, 4001)[:, None]
     weights = [np.prod([(x[:, 0] - q) / (p - q) for q in nodes if q != p], axis=0) for p in nodes]
-    assert np.abs(weights).sum(axis=0).max() <= LEBESGUE
+    assert np.abs(weights).sum(axis=0).max() <= LEBESGUE_CONSTANT
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -262,20 +262,22 @@ def test_rounding_is_what_it_is_taken_for(name):
     sample, rng = planned(name), np.random.default_rng(0)
     linkage = sample.linkage
     loops = loops_of(linkage)
-    tables = tables_for(loops, group_of_all(loops))
+    tables = new_piece_tables(loops, group_of_all(loops))
     for _ in range(20):
         tables.angles[:] = rng.uniform(0, math.pi, linkage.n_hinges)
         most = _screws(loops, group_of_all(loops), tables)
         reach = np.linalg.norm(linkage.points, axis=1).max() / (linkage.pattern.size * tables.lengths.min())
         exact = opened(linkage, tables, tables.angles, np.longdouble)
         rough = opened(linkage, tables, tables.angles)
-        assert np.linalg.norm((exact - rough).astype(float)) <= ROUNDING * linkage.n_hinges * (1 + most + reach)
+        assert np.linalg.norm((exact - rough).astype(float)) <= LOOP_POSE_ROUNDING * linkage.n_hinges * (
+            1 + most + reach
+        )
 
 
 def test_redundant_closure_is_not_proved():
     linkage = joined("square:01222300:0", "rigid")  # six hinges, one freedom: closure is redundant all along
     loops = loops_of(linkage)
-    tables = tables_for(loops, group_of_all(loops))
+    tables = new_piece_tables(loops, group_of_all(loops))
     course = np.zeros((linkage.n_hinges, 4))
     course[:, 0] = linkage.folded
     bounds = prove_piece(loops, group_of_all(loops), course, (0.0, 1.0), np.zeros(linkage.n_hinges), math.inf, tables)

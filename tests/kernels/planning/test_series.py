@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from hcsearch.kernels.planning.series import ORDERS, write_series
+from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, write_series
 
 
 def hat(twist):
@@ -31,7 +31,7 @@ def test_terms_are_those_of_the_product_of_exponentials(m, k, seed):
     rng = np.random.default_rng(seed)
     screws, order = lines(rng, m + 1), rng.permutation(m + 1)[:m]
     course, columns = rng.normal(size=(m + 1, 4)), rng.normal(size=(m + 1, k))
-    terms, slopes = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, k))
+    terms, slopes = np.zeros((SERIES_ORDER_COUNT, 6)), np.zeros((SERIES_ORDER_COUNT, 6, k))
     write_series(screws, order, course, columns, terms, slopes)
 
     def closure(s, beside=0.0):
@@ -44,9 +44,9 @@ def test_terms_are_those_of_the_product_of_exponentials(m, k, seed):
     count, r, h = 64, 0.4, 1e-5
     around = r * np.exp(2j * np.pi * np.arange(count) / count)
     values = np.array([closure(s) for s in around])
-    orders = np.fft.fft(values, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
+    orders = np.fft.fft(values, axis=0)[:SERIES_ORDER_COUNT] / count / r ** np.arange(SERIES_ORDER_COUNT)[:, None]
     assert (np.abs(terms - orders.real) <= 1e-9 * (1 + np.abs(terms))).all()
     for j in range(k):
         rise = np.array([closure(s, h * columns[:, j]) - closure(s, -h * columns[:, j]) for s in around]) / (2 * h)
-        orders = np.fft.fft(rise, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
+        orders = np.fft.fft(rise, axis=0)[:SERIES_ORDER_COUNT] / count / r ** np.arange(SERIES_ORDER_COUNT)[:, None]
         assert (np.abs(slopes[:, :, j] - orders.real) <= 1e-5 * (1 + np.abs(orders).max())).all()

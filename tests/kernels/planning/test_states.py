@@ -8,12 +8,33 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from hcsearch.kernels.planning.chords import link, separated
-from hcsearch.kernels.planning.closing import close, keep_closed, new_closing, open_by, span, take_off
-from hcsearch.kernels.planning.contacts import SHARE, move_panels, near_contacts, near_stops, opened_by, write_row
-from hcsearch.kernels.planning.sliding import FLATTEST, _allow, _ascend, slide
-from hcsearch.kernels.planning.space import new_stack, new_work, pick, place
-from hcsearch.kernels.planning.trees import MOST, add, cell, keep_new, nearest, new_tree
+from hcsearch.kernels.planning.chords import link_states, separated
+from hcsearch.kernels.planning.closing import (
+    close_state,
+    keep_closed,
+    largest_closure_residual,
+    new_closing,
+    remove_span,
+    write_closure_basis,
+)
+from hcsearch.kernels.planning.contacts import (
+    SPARE_GAP_SHARE,
+    condition_change,
+    move_panels,
+    near_contacts,
+    near_stops,
+    write_condition_row,
+)
+from hcsearch.kernels.planning.sliding import MIN_CONDITION_NORM, _allow, _ascend, slide
+from hcsearch.kernels.planning.space import new_space_work, new_state_stack, pick_state, place_state
+from hcsearch.kernels.planning.trees import (
+    MAX_STATES_PER_CELL,
+    add_state,
+    cell_slot,
+    keep_new_states,
+    nearest_state,
+    new_tree,
+)
 from hcsearch.motion.collision.distances import proximal_distances
 from hcsearch.motion.planning.problems import loops_of, space_of
 from tests import planned as samples
@@ -48,7 +69,7 @@ def test_closing_ends_at_a_closed_state_within_the_stops(drawn, far):
     work = new_closing(loops)
     moved = np.clip(state + far * rng.uniform(-1, 1, len(state)), 0, math.pi)
     closed = moved.copy()
-    if not close(loops, closed, 1e-11, 0.0, 40, work):
+    if not close_state(loops, closed, 1e-11, 0.0, 40, work):
         assert far > 1e-3
         return
     assert samples.open_by(sample.linkage, closed) < 1e-10
@@ -80,7 +101,7 @@ def test_spans(rows, columns, rank, seed):
     jacobian = rng.normal(size=(rows, rank)) @ rng.normal(size=(rank, columns))
     work = new_closing(loops_of(planned("hex:0234550132:4").linkage))
     work = work._replace(jacobian=jacobian, basis=np.zeros((rows, columns)))
-    count = span(work, 1e-9)
+    count = write_closure_basis(work, 1e-9)
     assert count == rank
     basis = work.basis[:count]
     np.testing.assert_allclose(basis @ basis.T, np.eye(count), atol=1e-12)
@@ -93,8 +114,8 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
     sample, angles, _ = state_of(drawn)
     linkage = sample.linkage
     space = space_of(linkage, MARGIN)
-    state = pick(new_stack(space, 1), 0)
-    assert place(space, angles, -math.inf, state)
+    state = pick_state(new_state_stack(space, 1), 0)
+    assert place_state(space, angles, -math.inf, state)
     solids = solids_at(linkage, angles, space.prisms)
     exact = proximal_distances(linkage, angles[None])
     whole = {tuple(pair): gap for pair, gap in zip(exact.pairs.tolist(), exact.gaps[:, 0], strict=True)}
@@ -112,7 +133,7 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
         if gap <= space.near:  # corners of shrunk prisms are off by no more than this
             assert whole[between] - 1e-12 <= gap or whole[between] <= 0
             assert gap <= whole[between] + 8 * MARGIN
-    assert not place(space, angles, state.gaps.min() + 1e-9, pick(new_stack(space, 1), 0))
+    assert not place_state(space, angles, state.gaps.min() + 1e-9, pick_state(new_state_stack(space, 1), 0))
 
 
 @settings(max_examples=12)
@@ -123,8 +144,8 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
     space = space_of(linkage, MARGIN)
     p = number % len(space.pairs)
     space = space._replace(pairs=space.pairs[p : p + 1].copy(), near=math.inf)
-    state, work = pick(new_stack(space, 1), 0), new_work(space)
-    place(space, angles, -math.inf, state)
+    state, work = pick_state(new_state_stack(space, 1), 0), new_space_work(space)
+    place_state(space, angles, -math.inf, state)
     count = near_contacts(space, state, 1e-2, 0, work)
     if state.gaps[0] > 1e-2:
         assert count == 0
@@ -147,7 +168,7 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
         corners, under = heights(angles)
         expected.append((np.array(slopes).T, corners - under.max()))
     for k in range(count):
-        write_row(space, k, work.rows, k, work)
+        write_condition_row(space, k, work.rows, k, work)
     rows, bounds = work.rows[:count], work.conditions.bounds[:count]
     agree = []
     for slopes, gaps in expected:
@@ -155,7 +176,7 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
         agree.append(
             near.sum() == count
             and np.allclose(rows, slopes[near], atol=1e-8)
-            and np.allclose(bounds, SHARE * (space.kept - gaps[near]), atol=1e-12)
+            and np.allclose(bounds, SPARE_GAP_SHARE * (space.kept - gaps[near]), atol=1e-12)
         )
     assert any(agree)
 
@@ -165,16 +186,16 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
 def test_what_a_step_opens_is_the_row_of_a_condition_times_the_step(drawn, number):
     sample, angles, _ = state_of(drawn)
     space = space_of(sample.linkage, MARGIN)
-    state, work = pick(new_stack(space, 1), 0), new_work(space)
-    place(space, angles, -math.inf, state)
+    state, work = pick_state(new_state_stack(space, 1), 0), new_space_work(space)
+    place_state(space, angles, -math.inf, state)
     stops = near_stops(state, 1.0, work)
     assert stops == (angles < 1).sum() + (angles > math.pi - 1).sum()
     count = near_contacts(space, state, 1e-2, stops, work)
     step = np.random.default_rng(number).normal(size=len(angles))
     move_panels(space, step, work)
     for k in range(count):
-        write_row(space, k, work.rows, 0, work)
-        assert opened_by(step, k, work) == pytest.approx(work.rows[0] @ step, abs=1e-12)
+        write_condition_row(space, k, work.rows, 0, work)
+        assert condition_change(step, k, work) == pytest.approx(work.rows[0] @ step, abs=1e-12)
         if k < stops:
             reached = (angles + work.rows[0] * work.conditions.bounds[k])[work.rows[0] != 0]
             assert reached == pytest.approx(0.0 if work.rows[0].max() > 0 else math.pi)
@@ -190,7 +211,7 @@ def test_a_step_is_the_nearest_that_its_conditions_allow(m, count, seed):
     # conditions that are nearly opposite take more rounds than a step has
     assume(np.linalg.svd(rows, compute_uv=False)[-1] > 0.2)
     bounds, wanted = rng.normal(size=count), rng.normal(size=m)
-    work = new_work(space_of(planned("hex:0234550132:4").linkage, MARGIN))
+    work = new_space_work(space_of(planned("hex:0234550132:4").linkage, MARGIN))
     work = work._replace(rows=rows, bounds=bounds, forces=np.zeros(count), step=np.zeros(m))
     work.wanted[1, :m] = wanted
     _ascend(count, work)
@@ -206,12 +227,12 @@ def test_a_step_is_the_nearest_that_its_conditions_allow(m, count, seed):
 def test_a_step_keeps_loops_closed_and_all_stops_and_contacts(drawn, longest):
     sample, angles, rng = state_of(drawn)
     space = space_of(sample.linkage, MARGIN)
-    state, work = pick(new_stack(space, 1), 0), new_work(space)
-    place(space, angles, -math.inf, state)
-    open_by(space.loops, angles, work.closing)
-    rank = span(work.closing, 1e-7)
+    state, work = pick_state(new_state_stack(space, 1), 0), new_space_work(space)
+    place_state(space, angles, -math.inf, state)
+    largest_closure_residual(space.loops, angles, work.closing)
+    rank = write_closure_basis(work.closing, 1e-7)
     wanted = rng.normal(size=(1, len(angles)))
-    take_off(work.closing.basis, rank, wanted, 0)
+    remove_span(work.closing.basis, rank, wanted, 0)
     wanted *= longest / np.abs(wanted).max()
     work.step[:] = work.wanted[1] = wanted[0]
     _allow(space, state, longest, rank, work)
@@ -220,11 +241,11 @@ def test_a_step_keeps_loops_closed_and_all_stops_and_contacts(drawn, longest):
     count = near_contacts(space, state, longest * space.lever, near_stops(state, 2 * longest, work), work)
     for k in range(count):
         row = np.zeros((1, len(angles)))
-        write_row(space, k, row, 0, work)
+        write_condition_row(space, k, row, 0, work)
         opened = row[0] @ step
-        take_off(work.closing.basis, rank, row, 0)
+        remove_span(work.closing.basis, rank, row, 0)
         # what no closed step changes is no condition; others hold but for a share of the step (at most 1.5 % of 400)
-        if np.linalg.norm(row) > FLATTEST:
+        if np.linalg.norm(row) > MIN_CONDITION_NORM:
             short = work.conditions.bounds[k] - opened
             assert short < 0.05 * np.linalg.norm(row) * np.linalg.norm(wanted)
 
@@ -234,9 +255,9 @@ def test_a_step_keeps_loops_closed_and_all_stops_and_contacts(drawn, longest):
 def test_a_slide_leads_to_a_closed_state_with_panels_apart(drawn, longest):
     sample, angles, rng = state_of(drawn)
     space = space_of(sample.linkage, MARGIN)
-    stack, work = new_stack(space, 2), new_work(space)
-    here, there = pick(stack, 0), pick(stack, 1)
-    assume(place(space, angles, space.least, here))
+    stack, work = new_state_stack(space, 2), new_space_work(space)
+    here, there = pick_state(stack, 0), pick_state(stack, 1)
+    assume(place_state(space, angles, space.least, here))
     work.want[:] = rng.normal(size=len(angles))
     far = slide(space, here, longest, 1e-7, work, there)
     assume(far > 0)
@@ -256,10 +277,10 @@ def test_pairs_are_separated_where_one_fixed_direction_does(drawn, to):
     linkage = sample.linkage
     other = sample.states[int(to * (len(sample.states) - 1))]
     space = space_of(linkage, MARGIN)
-    stack = new_stack(space, 2)
-    one, two = pick(stack, 0), pick(stack, 1)
-    place(space, angles, -math.inf, one)
-    place(space, other, -math.inf, two)
+    stack = new_state_stack(space, 2)
+    one, two = pick_state(stack, 0), pick_state(stack, 1)
+    place_state(space, angles, -math.inf, one)
+    place_state(space, other, -math.inf, two)
     both = []
     for (f, g), first, second in zip(space.pairs.tolist(), one.ways, two.ways, strict=True):
         gaps = []
@@ -288,7 +309,7 @@ def test_links_are_lines_of_closed_states(drawn, steps):
     other = path[min(int(drawn[1] * (len(path) - 1)) + steps, len(path) - 1)]
     space = space_of(sample.linkage, MARGIN)
     between = np.zeros((200, len(angles)))
-    count = link(space, angles, other, 0.02, 8, new_stack(space, 12), new_work(space), between)
+    count = link_states(space, angles, other, 0.02, 8, new_state_stack(space, 12), new_space_work(space), between)
     assume(count >= 0)
     line = np.array([angles, *between[:count], other])
     assert np.abs(np.diff(line, axis=0)).max() <= 0.02
@@ -300,12 +321,12 @@ def test_the_nearest_state_of_a_tree():
     rng = np.random.default_rng(5)
     tree = new_tree(200, rng.normal(size=4))
     for _ in range(150):
-        add(tree, int(rng.integers(tree.size[0])), rng.normal(size=4))
+        add_state(tree, int(rng.integers(tree.size[0])), rng.normal(size=4))
     for _ in range(50):
         target, beyond = rng.normal(size=4), rng.choice([-1.0, 0.5, 2.0, 1e9])
         squares = ((tree.angles[: tree.size[0]] - target) ** 2).sum(axis=1)
         squares[squares <= beyond] = math.inf
-        node, least = nearest(tree, target, beyond)
+        node, least = nearest_state(tree, target, beyond)
         if beyond > 1e8:
             assert (node, least) == (-1, math.inf)
         else:
@@ -315,17 +336,17 @@ def test_the_nearest_state_of_a_tree():
 
 def test_a_tree_keeps_few_states_of_a_cell_and_none_beyond_its_room():
     tree = new_tree(20, np.zeros(3))
-    for k in range(MOST + 3):
-        add(tree, 0, np.full(3, 1e-3 * k))
-    assert keep_new(tree, 1)
-    assert tree.size[0] == 1 + MOST  # two of this cell, the rest of the line is cut off
-    add(tree, 0, np.full(3, 2e-3))
-    assert not keep_new(tree, 1 + MOST)
-    assert tree.size[0] == 1 + MOST
-    while add(tree, 0, np.ones(3)) >= 0:
+    for k in range(MAX_STATES_PER_CELL + 3):
+        add_state(tree, 0, np.full(3, 1e-3 * k))
+    assert keep_new_states(tree, 1)
+    assert tree.size[0] == 1 + MAX_STATES_PER_CELL  # two of this cell, the rest of the line is cut off
+    add_state(tree, 0, np.full(3, 2e-3))
+    assert not keep_new_states(tree, 1 + MAX_STATES_PER_CELL)
+    assert tree.size[0] == 1 + MAX_STATES_PER_CELL
+    while add_state(tree, 0, np.ones(3)) >= 0:
         pass
     assert tree.size[0] == 20
-    assert cell(tree, 18) == cell(tree, 19) != cell(tree, 0)
+    assert cell_slot(tree, 18) == cell_slot(tree, 19) != cell_slot(tree, 0)
 
 
 def test_how_far_loops_are_open():
@@ -333,8 +354,8 @@ def test_how_far_loops_are_open():
         linkage = planned(name).linkage
         loops, rng = loops_of(linkage), np.random.default_rng(2)
         work = new_closing(loops)
-        assert open_by(loops, linkage.folded, work) < 1e-14
+        assert largest_closure_residual(loops, linkage.folded, work) < 1e-14
         angles = linkage.folded + 1e-3 * rng.normal(size=linkage.n_hinges)
         residual, jacobian = linkage.closure(angles)
-        assert open_by(loops, angles, work) == np.abs(residual).max()
+        assert largest_closure_residual(loops, angles, work) == np.abs(residual).max()
         assert (work.jacobian == jacobian).all()
