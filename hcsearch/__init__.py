@@ -26,7 +26,7 @@ def __getattr__(name: str) -> object:
 
 def _notebook_view(value: object) -> str | None:
     """Return the HTML of a value in a notebook."""
-    from hcsearch.api.notebooks import html_of  # noqa: PLC0415 - loads the player
+    from hcsearch.api.notebook_views import html_of  # noqa: PLC0415 - loads the player
 
     return html_of(value)
 

@@ -52,9 +52,9 @@ from hcsearch.scenes import SCENES as SCENES
 
 # Results
 from hcsearch.springs.deployment.deployed import Deployed as Deployed
-from hcsearch.springs.tuning.tuning import Tuning as Tuning
-from hcsearch.springs.drive.driving import Drive as Drive
-from hcsearch.cases.replays.replay import Replay as Replay
+from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
+from hcsearch.springs.drive.driven_folding import Drive as Drive
+from hcsearch.cases.replay import Replay as Replay
 from hcsearch.search.pipeline import Funnel as Funnel
 
 # Databases
@@ -65,4 +65,4 @@ from hcsearch.store import select_sql as select_sql
 
 # Errors and version
 from hcsearch.basics.errors import HcsearchError as HcsearchError
-from hcsearch.system.release import __version__ as __version__
+from hcsearch.system.machine import __version__ as __version__

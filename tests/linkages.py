@@ -7,7 +7,7 @@ import numpy as np
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.assemblies.joining import placements
+from hcsearch.library.assemblies.overlays import placements
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import SAME_POINT_SHARE
 from hcsearch.shape.pattern import Pattern, overlay

@@ -8,7 +8,7 @@ from hcsearch.basics.errors import HcsearchError, SizeError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, count_array, enumerate_circuits
-from hcsearch.search.enumeration.arrays import array_sweep, frontier_layers
+from hcsearch.search.enumeration.array_circuits import array_sweep, frontier_layers
 from tests import golden, naive
 from tests.strategies import arrays
 

@@ -14,7 +14,7 @@ import pytest
 
 import hcsearch
 from hcsearch import Deployed, Replay, Tuning, deploy, replay, tune
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue
 
 MOVING = "hex:0234550132:4"
 LATER = ("hcsearch.store.migrations.", "hcsearch.__main__")

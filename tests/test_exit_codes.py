@@ -79,7 +79,7 @@ def test_what_cannot_be_loaded_is_no_verdict(run, module):
 
 
 @pytest.mark.parametrize(
-    "broken", ["hcsearch.search.pipeline.shards:run_shard", "hcsearch.search.enumeration.arrays", "numpy"]
+    "broken", ["hcsearch.search.pipeline.shards:run_shard", "hcsearch.search.enumeration.array_circuits", "numpy"]
 )
 def test_a_fault_in_a_worker_process_is_one_line_too(run, broken):
     done = run(broken, *IN_WORKERS, workers=True)
@@ -100,10 +100,10 @@ def test_the_place_and_the_traceback_of_a_fault_are_those_in_the_worker(run):
 def test_a_fault_is_none_of_the_verdicts(run, tmp_path):
     """The commands that end with 1 where nothing deploys."""
     words = {
-        "deploy": ("hcsearch.springs.deployment.deploying:deploy", "hex:0234550132:4"),
-        "check": ("hcsearch.search.own_patterns.checking:check_circuit", "square:0123"),
-        "tune": ("hcsearch.springs.tuning.tuning:tune", "hex:0234550132:4"),
-        "drive": ("hcsearch.springs.drive.driving:drive_along", "hex:0234550132:4"),
+        "deploy": ("hcsearch.springs.deployment.simulated_deployment:deploy", "hex:0234550132:4"),
+        "check": ("hcsearch.search.own_patterns.single_circuits:check_circuit", "square:0123"),
+        "tune": ("hcsearch.springs.tuning.spring_tuning:tune", "hex:0234550132:4"),
+        "drive": ("hcsearch.springs.drive.driven_folding:drive_along", "hex:0234550132:4"),
     }
     for command, (broken, name) in words.items():
         module, _, function = broken.partition(":")

@@ -2,8 +2,7 @@
 
 import pytest
 
-from hcsearch.search.pipeline.amounts import duration, size
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import duration, short, size
 
 
 @pytest.mark.parametrize(

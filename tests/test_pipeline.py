@@ -13,7 +13,7 @@ import pytest
 from hcsearch.basics.errors import ClusterError, SizeError
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch, search_all
-from hcsearch.search.enumeration.growth import expected_circuits
+from hcsearch.search.enumeration.frontier_counts import expected_circuits
 from hcsearch.search.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
 from hcsearch.search.pipeline.estimate import RunEstimate, duration
 from hcsearch.search.pipeline.shards import ShardJob

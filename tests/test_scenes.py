@@ -17,7 +17,7 @@ from hcsearch.scenes.looks import SceneVariant, first_variant, scene_variants, v
 from hcsearch.scenes.scene import check_scene_name
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_file_text, scene_in, scene_with
 from hcsearch.scenes.setup import setup_of_scene
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 
 DEFAULT = SCENES["default"]
 lengths = st.floats(1e-3, 1e7).map(lambda value: float(f"{value:.10g}"))  # mm

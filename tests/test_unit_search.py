@@ -14,24 +14,27 @@ from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.eight_r import eight_r
-from hcsearch.library.assemblies.joining import neighbours
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
+from hcsearch.library.assemblies.named_assembly import Parameters
+from hcsearch.library.assemblies.overlays import neighbours
 from hcsearch.library.assemblies.squares import array_6r, element_6r
-from hcsearch.library.assemblies.units import unit_i, unit_ii, unit_iii
-from hcsearch.library.unit_search.copies import STILL, Placement, Sheet
-from hcsearch.library.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
-from hcsearch.library.unit_search.isosceles import (
+from hcsearch.library.unit_search.copies import STILL, Placement, Rings, Sheet, congruence_key, least_kutzbach, marks_of
+from hcsearch.library.unit_search.elements import (
     KITE,
     PARALLELOGRAM,
+    RigidPair,
+    elements,
+    elements_of,
     isosceles_elements,
     isosceles_shapes,
+    rigid_pairs,
+    untwisted,
     with_triangles,
 )
-from hcsearch.library.unit_search.proofs import freedom, prove
-from hcsearch.library.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
-from hcsearch.library.unit_search.search import Limits, search_elements, search_units
-from hcsearch.motion.collision.penetration import penetration
+from hcsearch.library.unit_search.unit_proofs import freedom, prove
+from hcsearch.library.unit_search.unit_search import Limits, search_elements, search_units
+from hcsearch.motion.collision.distances import penetration
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import VALLEY_CREASE, Pattern, overlay

@@ -10,13 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch import deploy, save
-from hcsearch.cases.replays.sources import replay_case
+from hcsearch.cases.replay_sources import replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.export.formats import FORMATS
-from hcsearch.motion.planning.proofs import Prover
+from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_verdict, open_database, open_readonly, schema, select

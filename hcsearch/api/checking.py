@@ -8,15 +8,14 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.names import design_named
-from hcsearch.cases.places import Place
+from hcsearch.cases.names import Place, design_named
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
-from hcsearch.search.own_patterns.checking import CheckedCircuit, check_circuit
 from hcsearch.search.own_patterns.fold_reading import read_fold
 from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
 from hcsearch.system.terminal import say
 
 Progress = Callable[[int, int, str], None]

@@ -8,13 +8,13 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.places import Place
-from hcsearch.cases.replays.finding import find_path
+from hcsearch.cases.names import Place
+from hcsearch.cases.replay_sources import find_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
-from hcsearch.springs.drive.driving import DRIVE_STAGES, Drive, DriveOptions, DriveProgress, drive_along
+from hcsearch.springs.drive.driven_folding import DRIVE_STAGES, Drive, DriveOptions, DriveProgress, drive_along
 from hcsearch.system.terminal import say
 
 
@@ -32,10 +32,10 @@ def drive(
     """Choose motors that open a folding along a proved path, as `hcsearch drive` does.
 
     what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
-    options : rates, driven hinges and more, a `hcsearch.springs.drive.driving.DriveOptions`.
+    options : rates, driven hinges and more, a `hcsearch.springs.drive.driven_folding.DriveOptions`.
     progress : called with the numbers of steps that are done and of all, and the next step.
 
-    Errors: `hcsearch.springs.drive.driving.NoPathError`, with the reason, where no path is proved.
+    Errors: `hcsearch.springs.drive.driven_folding.NoPathError`, with the reason, where no path is proved.
     """
     check_kinds(drive, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)

@@ -11,12 +11,12 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.places import Place
-from hcsearch.cases.replays.sources import ReplaySource
+from hcsearch.cases.names import Place
+from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
+from hcsearch.export.export_files import export_files, settings_of
 from hcsearch.export.formats import format_of
-from hcsearch.export.writing import export_files, settings_of
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, replacing
 from hcsearch.system.terminal import say

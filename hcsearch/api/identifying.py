@@ -8,10 +8,15 @@ from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, printable
-from hcsearch.springs.identification.damping import HingeTest, hinge_damping, hinge_test
-from hcsearch.springs.identification.springs import IdentifiedSpring, fit_spring
-from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
-from hcsearch.springs.identification.vibration import FreeVibration, identify_modes
+from hcsearch.springs.identification.law_fitting import IdentifiedSpring, fit_spring
+from hcsearch.springs.identification.measurements import read_accelerations, read_measured_moments
+from hcsearch.springs.identification.vibration import (
+    FreeVibration,
+    HingeTest,
+    hinge_damping,
+    hinge_test,
+    identify_modes,
+)
 from hcsearch.system.terminal import say
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.places import Place
+from hcsearch.cases.names import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.motion.certificates import proving
+from hcsearch.motion.certificates import certifying as proving
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, write_output
 
@@ -56,7 +56,7 @@ def prove(
 def verify(path: str | Path) -> Certificate:
     """Check a certificate, as `hcsearch verify` does.
 
-    Errors: `hcsearch.motion.certificates.proving.CertificateError` where it does not prove a claim; InputFileError.
+    Errors: `hcsearch.motion.certificates.certifying.CertificateError` where it does not prove a claim; InputFileError.
     """
     check_kinds(verify, locals())
     return Certificate(Path(path), tuple(proving.verify_certificate(proving.read_certificate(str(path)))))

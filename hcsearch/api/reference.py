@@ -13,8 +13,8 @@ from typing import Any
 from hcsearch.api.kinds import described
 from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import CaseSubject
-from hcsearch.cases.places import Place
-from hcsearch.cases.replays.sources import ReplaySource
+from hcsearch.cases.names import Place
+from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.system.lazy import names_of
 
 TITLE = """# Reference of the Python names

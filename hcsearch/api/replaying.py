@@ -7,10 +7,9 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.places import Place
-from hcsearch.cases.replays.recording import replay_of_deployment
-from hcsearch.cases.replays.replay import Replay
-from hcsearch.cases.replays.sources import ReplaySource, replay_case
+from hcsearch.cases.names import Place
+from hcsearch.cases.replay import Replay
+from hcsearch.cases.replay_sources import ReplaySource, replay_case, replay_of_deployment
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.cases.places import Place, reading_database
+from hcsearch.cases.names import Place, reading_database
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
-from hcsearch.web.report.writing import LIMIT, write_report
+from hcsearch.web.report.report_page import LIMIT, write_report
 
 
 def report(

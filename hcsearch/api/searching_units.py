@@ -7,10 +7,9 @@ from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.places import Place, writing_database
-from hcsearch.library.unit_search.elements import Element, elements
-from hcsearch.library.unit_search.isosceles import isosceles_elements
-from hcsearch.library.unit_search.search import Limits, Progress, Searched, search_elements
+from hcsearch.cases.names import Place, writing_database
+from hcsearch.library.unit_search.elements import Element, elements, isosceles_elements
+from hcsearch.library.unit_search.unit_search import Limits, Progress, Searched, search_elements
 from hcsearch.store import record_units
 
 COPIES = (2, 4)

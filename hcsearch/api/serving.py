@@ -7,10 +7,10 @@ from importlib.util import find_spec
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.places import database_location
+from hcsearch.cases.names import database_location
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.store import check_scene, open_readonly
-from hcsearch.store.pages import SECONDS
+from hcsearch.store.queries import SECONDS
 from hcsearch.system.terminal import say
 
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.names import stored_circuit
-from hcsearch.cases.places import Place, database_location, reading_database
+from hcsearch.cases.names import Place, database_location, reading_database, stored_circuit
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.designs.circuit import Circuit
@@ -90,7 +89,7 @@ def show_page(
     design, db, scene, panel : as in `show`; a circuit is shown in the scene `default`. path : of the file, by default
     reports/design-DESIGN.html.
     """
-    from hcsearch.web.report.writing import write_design  # noqa: PLC0415 - the engine, which texts do without
+    from hcsearch.web.report.report_page import write_design  # noqa: PLC0415 - the engine, which texts do without
 
     check_kinds(show_page, locals())
     name, crease = _split(design)

@@ -11,14 +11,13 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.places import Place, writing_database
+from hcsearch.cases.names import Place, writing_database
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
-from hcsearch.springs.tuning.catalogue import catalogue_levels
-from hcsearch.springs.tuning.ledger import DatabaseMemory
+from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.robustness import Spread
-from hcsearch.springs.tuning.search import TuningProgress
-from hcsearch.springs.tuning.tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
+from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
+from hcsearch.springs.tuning.spring_tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
 from hcsearch.system.terminal import say
 
 

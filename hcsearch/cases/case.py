@@ -20,9 +20,8 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.driving import Drives, drives_in
-from hcsearch.springs.deployment.spring_sets import springs_of
-from hcsearch.springs.deployment.springs import with_springs
+from hcsearch.springs.deployment.drives import Drives, drives_in
+from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.store import StoredPath, StoredVerdict
 
 CaseSubject = str | Folding | Circuit | Linkage

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.scenes.scene import warn_of_panel_size
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from typing import Any
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
-from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.places import Place, database_snapshot
+from hcsearch.cases.names import Place, database_snapshot, is_id, only_folding, refuse_unknown, stored_circuit
 from hcsearch.cases.stored_scenes import only_scene, read_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease

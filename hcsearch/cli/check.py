@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.basics.play import millimetres, play_sentence
+from hcsearch.basics.vocabulary import millimetres, play_sentence
 from hcsearch.cli.cases import case_options, circuit_options
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
@@ -17,7 +17,7 @@ from hcsearch.system.machine import default_database
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hcsearch.search.own_patterns.checking import CheckedCircuit
+    from hcsearch.search.own_patterns.single_circuits import CheckedCircuit
 
 
 @click.command(

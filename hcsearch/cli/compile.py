@@ -43,10 +43,10 @@ def _one_array() -> None:
 def _check() -> None:
     from hcsearch.designs.folding import Folding
     from hcsearch.scenes import SCENES
-    from hcsearch.springs.deployment.checking import check_deployments
     from hcsearch.springs.deployment.compiling import compile_scene
-    from hcsearch.springs.deployment.deploying import simulate_compiled
     from hcsearch.springs.deployment.play import play_of_deployment
+    from hcsearch.springs.deployment.quick_check import check_deployments
+    from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
     check_deployments([compiled], whole=False)
@@ -56,14 +56,14 @@ def _check() -> None:
 def _plan() -> None:
     from hcsearch.designs.folding import Folding
     from hcsearch.designs.panel_sizes import default_panel
-    from hcsearch.motion.planning.motions import plan_motion
+    from hcsearch.motion.planning.motion_search import plan_motion
 
     plan_motion(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 
 
 def _search_on() -> None:
     from hcsearch.designs.folding import Folding
-    from hcsearch.motion.collision.plates import plates_of
+    from hcsearch.motion.collision.shrunk_plates import plates_of
     from hcsearch.motion.locks.enclosures import enclose_ends
     from hcsearch.motion.planning.planner import Planner
 
@@ -87,7 +87,7 @@ _LIST = (
     "circuits.polygons.walk_polygons",
     "circuits.folds.fold_words",
     "circuits.folds.twist_words",
-    "linkage.lines.survey_ends",
+    "linkage.hinge_lines.survey_ends",
     "linkage.loops.generic_states",
     "linkage.cones.settle_ends",
     "circuits.words.array_rows",
@@ -111,54 +111,54 @@ _ONE_ARRAY = (
 )
 _DEPLOY = (
     "multibody.simulation.simulate_motion",
-    "multibody.between.refined_motion",
-    "multibody.between.largest_opening",
-    "multibody.between.open_state_share",
-    "multibody.targets.no_targets",
+    "multibody.events.refined_motion",
+    "multibody.events.largest_opening",
+    "multibody.events.open_state_share",
+    "multibody.hinges.no_targets",
     "multibody.tree.work_for",
-    "collision.approaches.approach_speed",
-    "collision.clearance.judge_clearance",
+    "collision.dips.approach_speed",
+    "collision.clearance_search.judge_clearance",
     "collision.least_gaps.least_pair_gap",
 )
 _CHECK = (
-    "deployment.checking.check_foldings",
+    "deployment_batch.check_foldings",
     "linkage.loops.close_loops",
     "linkage.reaches.pairs_between",
     "multibody.simulation.simulate_motion",
-    "multibody.between.refined_motion",
-    "multibody.between.largest_opening",
-    "multibody.targets.no_targets",
+    "multibody.events.refined_motion",
+    "multibody.events.largest_opening",
+    "multibody.hinges.no_targets",
     "multibody.tree.work_for",
-    "collision.clearance.judge_clearance",
+    "collision.clearance_search.judge_clearance",
     "collision.least_gaps.least_pair_gap",
 )
 _PLAN = (
-    "planning.closing.close_state",
-    "planning.closing.keep_closed",
-    "planning.closing.new_closing",
+    "planning.closed_states.close_state",
+    "planning.closed_states.keep_closed",
+    "planning.closed_states.new_closing",
     "planning.space.new_state_stack",
     "planning.space.new_space_work",
-    "planning.trees.new_tree",
-    "planning.search.fan_out",
-    "planning.search.search_trees",
-    "planning.smoothing.relax_path",
-    "planning.smoothing.shorten_path",
-    "planning.smoothing.thin_path",
+    "planning.tree_search.new_tree",
+    "planning.tree_search.fan_out",
+    "planning.tree_search.search_trees",
+    "planning.path_smoothing.relax_path",
+    "planning.path_smoothing.shorten_path",
+    "planning.path_smoothing.thin_path",
     "planning.tubes.prove_tube",
     "planning.tubes.polishing_residual",
     "planning.series.write_series",
-    "planning.middles.centre_screws",
-    "collision.overlaps.deepest_overlap",
-    "collision.clearance.judge_clearance",
+    "planning.series.centre_screws",
+    "collision.gaps.deepest_overlap",
+    "collision.clearance_search.judge_clearance",
 )
 _SEARCH_ON = (
     "planning.space.new_state_stack",
     "planning.space.new_space_work",
     "planning.space.pick_state",
     "planning.space.place_state",
-    "planning.trees.new_tree",
-    "planning.search.fan_out",
-    "planning.search.search_trees",
+    "planning.tree_search.new_tree",
+    "planning.tree_search.fan_out",
+    "planning.tree_search.search_trees",
     "enclosure.refutation.new_refutation",
     "enclosure.refutation.refutation_with",
     "enclosure.flooding.new_flood",

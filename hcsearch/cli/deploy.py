@@ -78,7 +78,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import deploying
-    from hcsearch.springs.deployment.deploying import omission_savings
+    from hcsearch.springs.deployment.simulated_deployment import omission_savings
 
     if options["output"]:
         check_output(options["output"], TABLES)

@@ -87,8 +87,10 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     proved; 2 for wrong input.
     """
     from hcsearch.api import driving
-    from hcsearch.springs.drive import facts, files, pictures
-    from hcsearch.springs.drive.driving import NoPathError, release_with_latches
+    from hcsearch.springs.drive import drive_facts as facts
+    from hcsearch.springs.drive import drive_facts as files
+    from hcsearch.springs.drive import drive_pictures as pictures
+    from hcsearch.springs.drive.driven_folding import NoPathError, release_with_latches
 
     for path in options["outputs"]:
         check_output(path, (*files.DRIVE_TABLE_SUFFIXES, *files.DRIVE_SCENE_SUFFIXES))
@@ -119,7 +121,7 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
 
 def _drive_options(options: dict[str, Any]) -> Any:
     from hcsearch.shape.labels import is_label
-    from hcsearch.springs.drive.driving import DriveOptions
+    from hcsearch.springs.drive.driven_folding import DriveOptions
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:

@@ -13,9 +13,8 @@ from hcsearch.basics.errors import printable
 from hcsearch.cli.options import Number, examples
 
 if TYPE_CHECKING:
-    from hcsearch.springs.identification.damping import HingeTest
-    from hcsearch.springs.identification.springs import IdentifiedSpring
-    from hcsearch.springs.identification.vibration import FreeVibration
+    from hcsearch.springs.identification.law_fitting import IdentifiedSpring
+    from hcsearch.springs.identification.vibration import FreeVibration, HingeTest
 
 _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hysteresis": "N m"}
 

@@ -58,7 +58,7 @@ def verify(path: str) -> None:
     Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
     """
     from hcsearch.api import proving
-    from hcsearch.motion.certificates.proving import CertificateError
+    from hcsearch.motion.certificates.certifying import CertificateError
 
     try:
         sentences = proving.verify(path).sentences

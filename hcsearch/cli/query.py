@@ -10,7 +10,7 @@ from hcsearch.basics.errors import printable
 from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.store.columns import column_names
-from hcsearch.store.formats import FORMATS
+from hcsearch.store.result_files import FORMATS
 from hcsearch.system.outputs import check_output
 
 _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,status"
@@ -57,7 +57,7 @@ def query(
     circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
     negation.
     """
-    from hcsearch.cases.queries import Query
+    from hcsearch.cases.selections import Query
     from hcsearch.store import format_rows, open_readonly, save_rows
 
     chosen = columns or (_COLUMNS if sql is None else "")

@@ -11,7 +11,7 @@ from hcsearch.basics.errors import QueryError
 from hcsearch.cli.options import database_option, examples, named_numbers, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.store.columns import CRITERIA
-from hcsearch.store.formats import FORMATS
+from hcsearch.store.result_files import FORMATS
 
 if TYPE_CHECKING:
     from hcsearch.search.ranking import Ranked

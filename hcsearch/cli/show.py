@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError, printable
-from hcsearch.basics.play import play_sentence
+from hcsearch.basics.vocabulary import play_sentence
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.scenes import DEFAULT_SCENE_NAME

@@ -17,7 +17,7 @@ from hcsearch.system.terminal import short
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
     from hcsearch.springs.tuning.robustness import Spread
-    from hcsearch.springs.tuning.tuning import Tuning
+    from hcsearch.springs.tuning.spring_tuning import Tuning
 
 
 @click.command(
@@ -81,7 +81,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     springs; 2 for wrong input.
     """
     from hcsearch.api import tuning as tunings
-    from hcsearch.springs.tuning import facts
+    from hcsearch.springs.tuning import tuning_facts as facts
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -118,7 +118,7 @@ def _write(path: str, tuning: Tuning, case: Case) -> None:
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    from hcsearch.springs.tuning import facts
+    from hcsearch.springs.tuning import tuning_facts as facts
 
     setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
     scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
@@ -149,7 +149,7 @@ def _spread(texts: tuple[str, ...]) -> Spread:
 
 
 def _print(tuning: Tuning, case: Case) -> None:
-    from hcsearch.springs.tuning import facts
+    from hcsearch.springs.tuning import tuning_facts as facts
 
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range

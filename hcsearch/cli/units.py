@@ -14,7 +14,7 @@ from hcsearch.cli.progress import Meter
 from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
-    from hcsearch.library.unit_search.search import Searched
+    from hcsearch.library.unit_search.unit_search import Searched
 
 _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue
 from hcsearch.basics.vocabulary import Way
 
 CircuitWords = NDArray[np.int8]

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
 from hcsearch.scenes.laws import Law
@@ -21,7 +20,7 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.body_trees import Body
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch.springs.dynamics.system import JointDrive
 

@@ -6,7 +6,7 @@ from io import StringIO
 from typing import Any
 
 from hcsearch.export.cutting_sheets import COLOURS, Sheet
-from hcsearch.export.settings import Profile
+from hcsearch.export.exported import Profile
 
 SCREEN = 4.0 / 3.0
 """Width over height of the narrowest window in which the whole sheet is in view."""

@@ -16,8 +16,7 @@ from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.export import writers
 
 if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
+    from hcsearch.export.exported import Exported, Settings
 
 Of = Literal["array", "pattern", "motion"]
 Content = str | bytes

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.cases.replays.replay import Replay
+from hcsearch.basics.array_values import Reals
+from hcsearch.cases.replay import Replay
 from hcsearch.export.panel_solids import Side, Solid, fan, solid_of
 
 SECONDS = 4.0

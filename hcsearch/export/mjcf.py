@@ -13,8 +13,7 @@ import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers
-from hcsearch.motion.collision.margins import check_margin
-from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.panel_prisms import check_margin, prisms_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, natural_seconds, setup_of_scene
 from hcsearch.shape.labels import Labels

@@ -5,7 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-from hcsearch.cases.replays.replay import Replay
+from hcsearch.cases.replay import Replay
 from hcsearch.motion.collision.distances import nearest_panels
 
 if TYPE_CHECKING:

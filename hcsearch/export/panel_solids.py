@@ -8,8 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.labels import Labels, is_label, label_ranges
 from hcsearch.shape.linkage import Linkage

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.export.panel_solids import MILLIMETRES, placed, solid_of
 from hcsearch.shape.linkage import Linkage
 

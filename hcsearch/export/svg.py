@@ -9,7 +9,7 @@ from html import escape
 from itertools import pairwise
 
 from hcsearch.export.cutting_sheets import COLOURS, Line, Sheet
-from hcsearch.export.settings import Profile
+from hcsearch.export.exported import Profile
 
 STROKE = 0.1
 """Width of lines, mm."""

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from hcsearch.designs.circuit import Circuit
     from hcsearch.designs.folding import Folding
     from hcsearch.export.cutting_sheets import Sheet
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Profile, SheetKind, State
+    from hcsearch.export.exported import Exported, Profile, SheetKind, State
     from hcsearch.shape.pattern import Pattern
 
 

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError, NotationError
 from hcsearch.scenes.spring_files import check_angles, read_law_points
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.motion.collision.margins import REFERENCE_EDGE_LENGTH, margin_of, scale_of
+from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
 from hcsearch.scenes.laws import Law, law_named, linear_law
 from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of

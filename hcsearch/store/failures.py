@@ -14,7 +14,7 @@ from typing import ParamSpec, TypeVar
 from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 
 from hcsearch.basics.errors import DatabaseError
-from hcsearch.system.disks import locks_files
+from hcsearch.system.machine import locks_files
 
 # A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;
 # after other errors it discards the connection, whose transaction has ended. Without logging set up, nobody reads it.

@@ -12,8 +12,7 @@ import numpy as np
 from sqlalchemy import Row, Select, and_, func
 from sqlalchemy import select as sql_select
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.basics.vocabulary import Status, Way
 from hcsearch.scenes import DEFAULT_SCENE_NAME

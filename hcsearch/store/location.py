@@ -16,7 +16,7 @@ from sqlalchemy.exc import ArgumentError
 
 from hcsearch.basics.errors import DatabaseError, printable
 from hcsearch.store.failures import NO_LOCKS
-from hcsearch.system.disks import locks_files
+from hcsearch.system.machine import locks_files
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")

@@ -11,8 +11,7 @@ from typing import Any
 from sqlalchemy import Connection, and_, case, delete, func, select
 
 from hcsearch.basics.errors import DatabaseError, SceneError
-from hcsearch.basics.play import millimetres
-from hcsearch.basics.vocabulary import STATUSES
+from hcsearch.basics.vocabulary import STATUSES, millimetres
 from hcsearch.designs.records import (
     DeploymentBatch,
     Evidence,
@@ -24,12 +23,11 @@ from hcsearch.designs.records import (
     play_of_batch,
 )
 from hcsearch.store.database import Database
-from hcsearch.store.designs import CHUNK, ids_of
+from hcsearch.store.design_rows import CHUNK, ids_of, insert_rows
 from hcsearch.store.failures import again
 from hcsearch.store.rows import parts_of
+from hcsearch.store.runs import insert_results
 from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
-from hcsearch.store.upsert import insert_rows
-from hcsearch.store.writing import insert_results
 
 Columns = dict[str, list[Any]]
 

@@ -1,4 +1,4 @@
-"""What people read on terminals: numbers, and notices beside the result on stderr, which no program reads."""
+"""What people read on terminals: numbers, times and sizes, and notices beside the result on stderr."""
 
 from __future__ import annotations
 
@@ -22,3 +22,24 @@ def short(value: float, digits: int = 4) -> str:
     """A number to so many digits; only numbers from `PLAIN` on, and very small ones, have powers of ten."""
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < PLAIN else text
+
+
+def duration(seconds: float) -> str:
+    """A time for people, to two digits."""
+    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds > 1.5 * size:
+            return f"{short(seconds / size, 2)} {unit}"
+    return f"{short(seconds, 2)} seconds"
+
+
+def number(count: float) -> str:
+    """A number to two digits, written out."""
+    return f"{float(f'{count:.2g}'):,.0f}"
+
+
+def size(count: float) -> str:
+    """Bytes, to two digits."""
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if count > scale:
+            return f"{short(count / scale, 2)} {unit}"
+    return f"{short(count / 1e3, 2)} kB"

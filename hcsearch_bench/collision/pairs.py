@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 
 Random = np.random.Generator
 

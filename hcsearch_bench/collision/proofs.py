@@ -9,8 +9,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.collision.distances import CORNER_INDEX_BITS, CORNER_INDEX_MASK, write_hull_gaps
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.collision.gjk import CORNER_INDEX_BITS, CORNER_INDEX_MASK, write_hull_gaps
 
 Exact = list[Fraction]
 

@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.motion.collision.distances import Proximity, proximal_distances
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import simulate_compiled
+from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch_bench.collision.proofs import search, settle
 from hcsearch_bench.peers import coal_distances as coal
 from hcsearch_bench.run.timing import Stopwatch, median_time

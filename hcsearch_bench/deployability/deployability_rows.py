@@ -13,13 +13,13 @@ import numpy as np
 from hcsearch.designs.folding import folding_at
 from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
-from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import SPREAD_SPRING_SETS, scene_variants
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import mobility
 from hcsearch.search.stages.motion_batches import motions
-from hcsearch.springs.deployment.verdicts import deploy_foldings
+from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch_bench.run.bench import Say
 from hcsearch_bench.subjects.foldings import packed, untwisted
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import closure, energy_error, places
@@ -18,7 +18,7 @@ from hcsearch_bench.run.work_precision import OURS, UnableError, level_of, risin
 from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
-    from hcsearch.springs.dynamics.simulation import Motion
+    from hcsearch.springs.dynamics.time_integration import Motion
 
 
 OUTPUTS = 100
@@ -126,7 +126,7 @@ def reference_of(case: Case) -> Reference:
 
 
 def _simulated(case: Case, method: str, tolerance: float, longest: float = np.inf, end: float | None = None) -> Motion:
-    from hcsearch.springs.dynamics.simulation import simulate_system
+    from hcsearch.springs.dynamics.time_integration import simulate_system
 
     return simulate_system(
         case.system,

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.dynamics.bodies import Body, prism_body
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, prism_body
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 
 EVALUATED = 100_000
 """Panels times evaluations that are timed together."""
@@ -76,7 +75,7 @@ def _row(kind: str, system: System, repeats: int) -> EvaluationRow:
 
 
 def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
-    from hcsearch.kernels.multibody.motion import accelerate, discrete_state_for, largest_pivot
+    from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
     from hcsearch.kernels.multibody.tree import work_for
     from hcsearch_bench.kernels.repeating import accelerate_often
 
@@ -99,7 +98,7 @@ def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
 
 
 def _step_us(system: System, repeats: int) -> float:
-    from hcsearch.springs.dynamics.simulation import simulate_system
+    from hcsearch.springs.dynamics.time_integration import simulate_system
 
     v = np.zeros(system.n_joints)
 

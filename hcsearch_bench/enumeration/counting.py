@@ -34,7 +34,7 @@ class CountRow:
 def count_states(spec: str) -> Row:
     """Frontier states of a square array, all steps of the sweep together."""
     from hcsearch.designs.grid import GRIDS, parse_array
-    from hcsearch.search.enumeration.arrays import array_sweep, frontier_layers
+    from hcsearch.search.enumeration.array_circuits import array_sweep, frontier_layers
 
     sweep = array_sweep(parse_array(GRIDS["square"], spec))
     return {"states": 0 if sweep is None else sum(size for _, size in frontier_layers(sweep))}

@@ -11,9 +11,9 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import SceneVector
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.tuning.choice import SpringSet
-from hcsearch.springs.tuning.tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
+from hcsearch.springs.tuning.spring_tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
 from hcsearch_bench.run.bench import Say
 
 G = 9.81

@@ -11,9 +11,8 @@ from statistics import median
 import numpy as np
 
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.damping import HingeTest, hinge_test
-from hcsearch.springs.identification.springs import fit_spring
-from hcsearch.springs.identification.vibration import identify_modes
+from hcsearch.springs.identification.law_fitting import fit_spring
+from hcsearch.springs.identification.vibration import HingeTest, hinge_test, identify_modes
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.bench import Say
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.laws import Law
 
 MOST_ANGLE = 13.0 * math.pi / 15.0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch_bench.iftomm.problems import Problem
 from hcsearch_bench.peers.multibody import Peer
 from hcsearch_bench.peers.states import closure, energy_error, places
@@ -16,7 +16,7 @@ from hcsearch_bench.run.timing import measured
 from hcsearch_bench.run.work_precision import OURS, level_of, rising
 
 if TYPE_CHECKING:
-    from hcsearch.springs.dynamics.simulation import Motion
+    from hcsearch.springs.dynamics.time_integration import Motion
 
 
 OUTPUTS = 400
@@ -70,7 +70,7 @@ def measure_ours(
     problem: Problem, method: str, tolerance: float, times: Reals, way: Reals, repeats: int = 1
 ) -> ProblemRow:
     """One run of our engine, repeated."""
-    from hcsearch.springs.dynamics.simulation import simulate_system
+    from hcsearch.springs.dynamics.time_integration import simulate_system
 
     def follow(end: float) -> Motion:
         options = {"method": method, "tolerance": tolerance, "max_steps": MAX_STEPS}

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.dynamics.bodies import Body, joined_body
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, joined_body
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 from hcsearch_bench.iftomm import references
 
 GRAVITY = 9.81

@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 
 Solution = Callable[[Reals], Reals]
 """Values, one row a time, at times (k,), s."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism, accelerate
+from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
 from hcsearch_bench.run.bench import Say
@@ -84,7 +84,7 @@ def measure_extremes(*, quick: bool, say: Say) -> list[ExtremeRow]:
 
 def judge(scene: ExtremeScene) -> ExtremeRow:
     """Follow a scene's path and give the verdict; HcsearchError when it claims more than is true."""
-    from hcsearch.motion.kinematics.rank import rank_at
+    from hcsearch.motion.kinematics.numerical_rank import rank_at
 
     begin = time.perf_counter()
     path = scene.run()
@@ -216,8 +216,8 @@ def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
 
 
 def _starts() -> Iterator[ExtremeScene]:
-    from hcsearch.library.assemblies.assembly import Parameters
     from hcsearch.library.assemblies.eight_r import eight_r
+    from hcsearch.library.assemblies.named_assembly import Parameters
     from hcsearch.motion.paths.branches import find_branches
     from hcsearch.motion.paths.following import PathLimits, follow_path
     from hcsearch.shape.linkage import Linkage
@@ -243,8 +243,8 @@ def _starts() -> Iterator[ExtremeScene]:
 
 
 def _nearly(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.library.assemblies.assembly import Parameters
     from hcsearch.library.assemblies.eight_r import eight_r
+    from hcsearch.library.assemblies.named_assembly import Parameters
     from hcsearch.motion.paths.following import follow_path
     from hcsearch.shape.linkage import Linkage
 
@@ -264,7 +264,7 @@ def _nearly(quick: bool) -> Iterator[ExtremeScene]:
 
 def _folding(element: Linkage) -> Reals:
     """Velocity of the skew-symmetric motion at the flat state of an 8R element."""
-    from hcsearch.library.assemblies.assembly import Parameters
+    from hcsearch.library.assemblies.named_assembly import Parameters
 
     parts = np.arange(element.n_hinges) % 2
     velocity: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)

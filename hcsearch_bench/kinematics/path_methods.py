@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch_bench.run.bench import Say
 
 if TYPE_CHECKING:
@@ -78,9 +78,9 @@ class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
-        from hcsearch.library.assemblies.assembly import Parameters
         from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric
-        from hcsearch.library.assemblies.units import unit_i, unit_ii
+        from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+        from hcsearch.library.assemblies.named_assembly import Parameters
         from hcsearch.shape.linkage import Linkage
 
         self.parameters = Parameters(**parameters)  # type: ignore[arg-type]

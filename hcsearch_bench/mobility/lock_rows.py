@@ -15,7 +15,7 @@ from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.designs.twisting import twist_batch
-from hcsearch.motion.locks.proofs import LockVerdict, lock_at
+from hcsearch.motion.locks.end_locks import LockVerdict, lock_at
 from hcsearch.motion.locks.tightness import Tightness, tightness
 from hcsearch.search.enumeration import FoldedSearch
 from hcsearch.search.stages.mobility import mobility

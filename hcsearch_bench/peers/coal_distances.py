@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 
 TOLERANCE, ROUNDS = 1e-10, 1000
 """Of its search, m: its distances are too great by up to that. They take as long with any, but some get worse below:

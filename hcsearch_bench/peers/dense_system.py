@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
+from hcsearch.springs.dynamics.body_trees import GROUND
 from hcsearch.springs.dynamics.system import System
-from hcsearch.springs.dynamics.trees import GROUND
 from hcsearch_bench.peers.states import TURNS, Places, Trajectory, lines_of, places
 from hcsearch_bench.run.work_precision import UnableError
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.springs.dynamics.trees import GROUND
+from hcsearch.basics.array_values import Reals
+from hcsearch.springs.dynamics.body_trees import GROUND
 from hcsearch_bench.peers.states import GAPS, Trajectory, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.springs.dynamics.trees import GROUND
+from hcsearch.basics.array_values import Reals
+from hcsearch.springs.dynamics.body_trees import GROUND
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 

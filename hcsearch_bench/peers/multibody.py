@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.system import System
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import Trajectory

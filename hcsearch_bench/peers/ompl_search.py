@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.planning.closing import close_state, largest_closure_residual, new_closing
-from hcsearch.kernels.planning.search import MAX_SEARCH_PIECE, fan_out
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.planning.closed_states import close_state, largest_closure_residual, new_closing
 from hcsearch.kernels.planning.space import pick_state, place_state
-from hcsearch.kernels.planning.trees import StateTree, new_tree
-from hcsearch.motion.planning.forests import MAX_ROOT_TRIES, ROOT_START_COUNT, TREE_STATE_CAPACITY
-from hcsearch.motion.planning.planner import Planner
+from hcsearch.kernels.planning.tree_search import MAX_SEARCH_PIECE, StateTree, fan_out, new_tree
+from hcsearch.motion.planning.planner import MAX_ROOT_TRIES, ROOT_START_COUNT, TREE_STATE_CAPACITY, Planner
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import UnableError
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.laws import Law
+from hcsearch.springs.dynamics.body_trees import GROUND, Weld
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, Weld
 from hcsearch_bench.run.work_precision import UnableError
 
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)

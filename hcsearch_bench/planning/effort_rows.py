@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.designs.folding import folding_at
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch_bench.planning.folding_rows import Group
 from hcsearch_bench.run.timing import Stopwatch

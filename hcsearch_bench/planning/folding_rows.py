@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.designs.folding import folding_at
 from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
-from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import locked_with, locks_of, mobility

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.motion.collision.margins import margin_of
+from hcsearch.motion.collision.panel_prisms import margin_of
+from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import Prover
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.run.work_precision import OURS, UnableError

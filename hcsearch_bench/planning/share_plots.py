@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.system.figures import figure_for
 from hcsearch_bench.planning.folding_rows import FoldingRow
 from hcsearch_bench.planning.planning_results import PlanningResults

@@ -15,7 +15,7 @@ from hcsearch_bench.stability.sweeps import FEW, SweepCase
 from hcsearch_bench.stability.truths import largest_energy, states
 
 if TYPE_CHECKING:
-    from hcsearch.springs.deployment.deploying import Deployment
+    from hcsearch.springs.deployment.simulated_deployment import Deployment
 
 
 VERDICTS = ("accurate", "degraded", "refused", "wrong")
@@ -104,8 +104,8 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
     from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.springs.deployment.deploying import deployment_of_motion, simulate_compiled
-    from hcsearch.springs.dynamics.simulation import simulate_system
+    from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion, simulate_compiled
+    from hcsearch.springs.dynamics.time_integration import simulate_system
 
     keep = frozenset(OMISSIONS if case.whole else ())
     compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 
 if TYPE_CHECKING:
     from hcsearch.shape.linkage import Linkage

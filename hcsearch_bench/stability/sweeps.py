@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import INTEGRATORS
 from hcsearch.scenes import Scene
 from hcsearch_bench.stability.strips import SIDE, THICK, StabilitySubject

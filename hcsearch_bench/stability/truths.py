@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 
 if TYPE_CHECKING:
     from hcsearch.basics.vocabulary import Formulation
     from hcsearch.scenes import Scene
     from hcsearch.springs.deployment.compiling import CompiledScene
-    from hcsearch.springs.deployment.deploying import Deployment
-    from hcsearch.springs.dynamics.simulation import Motion
+    from hcsearch.springs.deployment.simulated_deployment import Deployment
+    from hcsearch.springs.dynamics.time_integration import Motion
     from hcsearch_bench.stability.strips import StabilitySubject
 
 
@@ -227,7 +227,7 @@ def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, meth
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
     from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
     from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
-    from hcsearch.springs.dynamics.simulation import simulate_system
+    from hcsearch.springs.dynamics.time_integration import simulate_system
 
     compiled = compile_scene(subject.linkage, scene, formulation, keep=frozenset(OMISSIONS))
     motion = simulate_system(

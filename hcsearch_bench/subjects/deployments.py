@@ -9,14 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
-from hcsearch.springs.deployment.deploying import simulate_compiled
+from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.dynamics.system import System
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)

@@ -26,10 +26,10 @@ from hcsearch.library.assemblies.eight_r import (
     slit_distance,
     ten_triangles,
 )
+from hcsearch.library.assemblies.eight_r_units import unit_i
 from hcsearch.library.assemblies.packages import flat_overlap, package
-from hcsearch.library.assemblies.units import unit_i
 from hcsearch.motion.kinematics.dh import dh_loop
-from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import congruent

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies import modules as m
+from hcsearch.library.assemblies.modules import doubled, folded_to, joined, mirrored, sheet
 from hcsearch.library.assemblies.packages import package
-from hcsearch.library.assemblies.sheets import doubled, folded_to, joined, mirrored, sheet
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
-from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.paths.branches import find_branches
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, overlay

@@ -16,7 +16,7 @@ from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies.packages import package
 from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, RING, array_6r, element_6r, stepwise, thesis_4x4
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
-from hcsearch.motion.kinematics.rank import decide_rank, rank_at
+from hcsearch.motion.kinematics.numerical_rank import decide_rank, rank_at
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.shape.linkage import Linkage
 

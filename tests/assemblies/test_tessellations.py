@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.library.assemblies.joining import neighbours
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.overlays import neighbours
 from hcsearch.library.assemblies.packages import flat_overlap, package
 from hcsearch.library.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
 from hcsearch.library.assemblies.tessellations import ways
-from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import overlay
 from tests.linkages import congruent

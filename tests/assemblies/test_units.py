@@ -10,11 +10,20 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric
-from hcsearch.library.assemblies.joining import join, joinings, placements
+from hcsearch.library.assemblies.eight_r_units import (
+    UNIT_I,
+    UNIT_II,
+    UNIT_III,
+    assemble,
+    matches,
+    unit_i,
+    unit_ii,
+    unit_iii,
+)
+from hcsearch.library.assemblies.overlays import join, joinings, placements
 from hcsearch.library.assemblies.packages import flat_overlap, package
-from hcsearch.library.assemblies.units import UNIT_I, UNIT_II, UNIT_III, assemble, matches, unit_i, unit_ii, unit_iii
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
-from hcsearch.motion.kinematics.rank import decide_rank, rank_at
+from hcsearch.motion.kinematics.numerical_rank import decide_rank, rank_at
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import congruent
 

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.scenes.laws import Law, LawBranch, linear_law
+from hcsearch.springs.dynamics.body_trees import GROUND, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 from hcsearch_bench.iftomm import problem_rows, problems
 from hcsearch_bench.iftomm.iftomm import best_of, goals_of
 from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows

@@ -11,10 +11,10 @@ import pytest
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.locks.end_locks import lock_at
+from hcsearch.motion.planning.motion_search import plan_motion
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.planning.folding_rows import (

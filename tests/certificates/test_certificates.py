@@ -21,10 +21,10 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
-from hcsearch.motion.certificates.proving import CertificateError, prove_folding, verify_certificate
-from hcsearch.motion.certificates.writing import array_data, checksum, lock_claim
+from hcsearch.motion.certificates.certificate_data import array_data, checksum, lock_claim
+from hcsearch.motion.certificates.certifying import CertificateError, prove_folding, verify_certificate
 from hcsearch.motion.locks.enclosures import Enclosure
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.scenes import SCENES
 from tests.planned import joined, region_of
 from tests.strategies import writings

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hcsearch.kernels.enclosure.refutation import refutation_with
+from hcsearch.motion.certificates.certificate_data import array_data
 from hcsearch.motion.certificates.collision_checker import Traced, least, overlaps, pairs_of, part
 from hcsearch.motion.certificates.lock_checker import Array, Equations, centred
-from hcsearch.motion.certificates.writing import array_data
-from hcsearch.motion.collision.plates import plates_of
+from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks.enclosures import rings_of
 from tests.locks.test_enclosures import box_about
 from tests.locks.test_overlaps import closed_states, collide

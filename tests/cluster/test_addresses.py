@@ -10,7 +10,7 @@ import pytest
 
 from hcsearch.basics.errors import ClusterError
 from hcsearch.search.pipeline import Crew
-from hcsearch.search.pipeline.addresses import greets_as_dask, host_and_port
+from hcsearch.search.pipeline.workers import greets_as_dask, host_and_port
 
 
 @contextmanager

@@ -24,7 +24,7 @@ assert next(work) == ("a", 1)
 with (Path(hcsearch.__file__).parent / "designs" / "circuit.py").open("a") as file:
     file.write("# changed")
 if {jobs} == 1:
-    import hcsearch.springs.tuning.search  # which is loaded from other files than the rest
+    import hcsearch.springs.tuning.spring_search  # which is loaded from other files than the rest
     rest = work
 else:
     rest = crew.work(len, ["a", "bb"])  # by processes that start now

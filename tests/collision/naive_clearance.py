@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.interpolate import BPoly
 
-from hcsearch.kernels.collision.distances import hull_distance
+from hcsearch.kernels.collision.gjk import hull_distance
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern

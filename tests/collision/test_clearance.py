@@ -24,21 +24,26 @@ from naive_clearance import (
 from scipy.optimize import brentq, minimize_scalar
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.collision.gaps import first_overlap
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.collision.overlaps import first_overlap
-from hcsearch.kernels.multibody.between import largest_opening
+from hcsearch.kernels.multibody.events import largest_opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.motion.collision.clearance import certify_clearance
-from hcsearch.motion.collision.margins import DEFAULT_PANEL_MARGIN, GAP_RESOLUTION
-from hcsearch.motion.collision.penetration import first_cut
-from hcsearch.motion.collision.prisms import deepest_margin, prisms_of
-from hcsearch.motion.collision.reaches import longest_way, slack_of
-from hcsearch.motion.collision.solids import kept_apart, solid_pairs
+from hcsearch.motion.collision.distances import first_cut
+from hcsearch.motion.collision.panel_prisms import (
+    DEFAULT_PANEL_MARGIN,
+    GAP_RESOLUTION,
+    deepest_margin,
+    kept_apart,
+    prisms_of,
+    solid_pairs,
+)
+from hcsearch.motion.collision.panel_reaches import longest_way, slack_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from tests.linkages import linkage_named
 
 LINKAGES = [

@@ -16,8 +16,7 @@ from hcsearch.kernels.linkage.courses import (
     write_course_rates,
 )
 from hcsearch.kernels.linkage.reaches import PrismPairs
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import solid_pairs
+from hcsearch.motion.collision.panel_prisms import prisms_of, solid_pairs
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),

@@ -9,19 +9,19 @@ from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.collision.distances import exhaustive_gap, hull_distance, hull_gap, write_hull_gaps
+from hcsearch.kernels.collision.gjk import exhaustive_gap, hull_distance, hull_gap, write_hull_gaps
 from hcsearch.motion.collision.distances import (
     CONTACT_GAP_SHARE,
     Proximity,
     approach_speeds,
     nearest_panels,
+    penetration,
     proximal_distances,
 )
-from hcsearch.motion.collision.penetration import penetration
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, Pattern
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from tests.linkages import linkage_named
 
 NOWHERE = (-1, -1, -1, -1)

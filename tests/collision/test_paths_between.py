@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from naive_clearance import chain, fan, hinged, pairs_looked_at
 
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import solid_pairs
+from hcsearch.motion.collision.panel_prisms import prisms_of, solid_pairs
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 

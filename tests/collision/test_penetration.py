@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.motion.collision.penetration import cuts_through, first_cut, penetration
+from hcsearch.motion.collision.distances import cuts_through, first_cut, penetration
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests.linkages import linkage_named

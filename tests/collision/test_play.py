@@ -10,19 +10,17 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, gaps, hinged, moments, pairs_looked_at, random_course, shrunk_solids
 from naive_distances import overlap_along_all
 
-from hcsearch.basics.play import millimetres, play_sentence
+from hcsearch.basics.vocabulary import millimetres, play_sentence
 from hcsearch.cases.resolve import resolve
-from hcsearch.kernels.collision.overlaps import first_overlap
+from hcsearch.kernels.collision.gaps import first_overlap
 from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
-from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, TOUCHING_DISTANCE
-from hcsearch.motion.collision.penetration import deepest_cut, first_cut
-from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.distances import deepest_cut, first_cut
+from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, prisms_of
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.agreement import confirm_deployment
-from hcsearch.springs.deployment.courses import course_of_deployment
 from hcsearch.springs.deployment.deployed import deploy_linkage
-from hcsearch.springs.deployment.deploying import simulate_deployment
-from hcsearch.springs.deployment.play import needed_margin_of
+from hcsearch.springs.deployment.play import course_of_deployment, needed_margin_of
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from tests.linkages import linkage_named
 
 LINKAGES = [

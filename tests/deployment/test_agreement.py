@@ -16,7 +16,7 @@ from hcsearch.springs.deployment.agreement import (
     agreement_tolerances,
     confirm_deployment,
 )
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 
 TIMES = st.floats(1e-6, 1e6)
 

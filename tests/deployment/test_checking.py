@@ -6,9 +6,9 @@ import pytest
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.checking import check_deployments
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import simulate_compiled, simulate_deployment
+from hcsearch.springs.deployment.quick_check import check_deployments
+from hcsearch.springs.deployment.simulated_deployment import simulate_compiled, simulate_deployment
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

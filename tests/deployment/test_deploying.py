@@ -13,12 +13,11 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.arrivals import hinge_arrivals
+from hcsearch.springs.deployment.agreement import hinge_arrivals
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import STEEP_BASE_ANGLE, simulate_compiled, simulate_deployment
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE
-from hcsearch.springs.deployment.spring_sets import springs_of
-from hcsearch.springs.deployment.springs import with_springs
+from hcsearch.springs.deployment.simulated_deployment import STEEP_BASE_ANGLE, simulate_compiled, simulate_deployment
+from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

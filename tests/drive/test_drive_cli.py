@@ -13,7 +13,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.tune import tune
-from hcsearch.springs.drive.timing import time_path
+from hcsearch.springs.drive.trajectory import time_path
 
 QUICK = ("hex:0234435011:1", "--rate", "4", "--acceleration", "40", "--period", "0.005")
 

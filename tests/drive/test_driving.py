@@ -13,22 +13,21 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import read_panel
-from hcsearch.kernels.multibody.targets import write_drive_targets
+from hcsearch.kernels.multibody.hinges import write_drive_targets
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes import SCENES, with_panel
 from hcsearch.scenes.laws import linear_law
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.deploying import compile_driven, simulate_deployment
-from hcsearch.springs.deployment.driving import drives_in, drives_text
-from hcsearch.springs.drive import driving
+from hcsearch.springs.deployment.drives import drives_in, drives_text
+from hcsearch.springs.deployment.simulated_deployment import compile_driven, simulate_deployment
+from hcsearch.springs.drive import driven_folding as driving
 from hcsearch.springs.drive.choosing import choose_driven_hinges, frames_at, least_singular_values, monotone_hinges
-from hcsearch.springs.drive.following import judge_following
+from hcsearch.springs.drive.drive_pictures import envelope
 from hcsearch.springs.drive.gains import static_stability
-from hcsearch.springs.drive.pictures import envelope
-from hcsearch.springs.drive.smoothing import smooth_path
-from hcsearch.springs.drive.timing import time_path
 from hcsearch.springs.drive.torques import torques_along
-from hcsearch.springs.dynamics.simulation import simulate_system
+from hcsearch.springs.drive.tracking import judge_following
+from hcsearch.springs.drive.trajectory import smooth_path, time_path
+from hcsearch.springs.dynamics.time_integration import simulate_system
 
 QUICK = driving.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (

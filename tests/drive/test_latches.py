@@ -8,7 +8,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import setup_of_scene
-from hcsearch.springs.deployment.deploying import compile_driven
+from hcsearch.springs.deployment.simulated_deployment import compile_driven
 from hcsearch.springs.drive.latches import Latch, latches_on, simulate_latched
 from tests.linkages import linkage_named
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hcsearch.scenes.laws import linear_law, quadratic_law
-from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.body_trees import Body, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import TreeJoint, Weld
 from tests.naive import rotation
 
 ALL = (0, 1, 2, 3, 4, 5)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hcsearch.kernels.multibody.between import INTERPOLATED_STATE_RESIDUAL, largest_opening
+from hcsearch.kernels.multibody.events import INTERPOLATED_STATE_RESIDUAL, largest_opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.deploying import simulate_deployment
-from hcsearch.springs.dynamics.simulation import closed_between
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.dynamics.time_integration import closed_between
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

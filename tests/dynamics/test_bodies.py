@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.springs.dynamics.bodies import joined_body, prism_body
+from hcsearch.springs.dynamics.body_trees import joined_body, prism_body
 
 
 @st.composite

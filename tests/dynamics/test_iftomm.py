@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.dynamics.simulation import simulate_system
+from hcsearch.springs.dynamics.body_trees import GROUND, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
+from hcsearch.springs.dynamics.time_integration import simulate_system
 from hcsearch_bench.iftomm import references as iftomm_references
 from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod

@@ -25,9 +25,8 @@ from hcsearch.scenes.laws import (
     tabulated_law,
     tape_spring_law,
 )
-from hcsearch.springs.dynamics.bodies import Body
+from hcsearch.springs.dynamics.body_trees import Body, TreeJoint
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import TreeJoint
 
 Z = np.array([0.0, 0.0, 1.0])
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from naive_dynamics import Twin, along, random_system
 
-from hcsearch.kernels.multibody import motion, sweeps, welds
-from hcsearch.kernels.multibody.contact import push_apart
+from hcsearch.kernels.multibody import accelerations as motion
+from hcsearch.kernels.multibody import sweeps, welds
 from hcsearch.kernels.multibody.hinges import joint_torques, kinetic_energy, lost_power, write_energies
+from hcsearch.kernels.multibody.stops import push_apart
 from hcsearch.kernels.multibody.tree import work_for
 
 SEEDS = range(25)

@@ -13,10 +13,9 @@ from hcsearch.kernels.multibody import sweeps, welds
 from hcsearch.kernels.multibody.tree import WORK_PLACE, WORK_ROTATION, work_for
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.bodies import joined_body
+from hcsearch.springs.dynamics.body_trees import GROUND, joined_body
 from hcsearch.springs.dynamics.panels import panel_bodies, panel_tree
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND
 
 SIZE = (0.05, 0.05, 0.006)
 DENSITY = 1200.0

@@ -14,12 +14,11 @@ from scipy.special import ellipj, ellipk
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes.laws import FREE_LAW, law_named, linear_law, quadratic_law
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.bodies import Body
-from hcsearch.springs.dynamics.methods import SCIPY_SOLVERS, method_named
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld
+from hcsearch.springs.dynamics.integrators import SCIPY_SOLVERS, method_named
 from hcsearch.springs.dynamics.panels import panel_tree
-from hcsearch.springs.dynamics.simulation import simulate_system
 from hcsearch.springs.dynamics.system import JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
+from hcsearch.springs.dynamics.time_integration import simulate_system
 
 Y = np.array([0.0, 1.0, 0.0])
 GRAVITY = (0.0, 0.0, -9.81)

@@ -1,6 +1,6 @@
 """What the tests of solid and simulator formats export: panels of one facet and of several, loops and a chain."""
 
-from hcsearch.cases.replays.recording import replay_of_path
+from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch.shape.labels import labels_of

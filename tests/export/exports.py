@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import foldings
 from hcsearch.export.cutting_sheets import Sheet, sheet_of
-from hcsearch.export.exported import Exported
+from hcsearch.export.export_files import exported_case
+from hcsearch.export.exported import Exported, Settings
 from hcsearch.export.formats import FORMATS, Files
-from hcsearch.export.settings import Settings
-from hcsearch.export.writing import exported_case
 from tests.strategies import circuits
 
 DESIGN = "hex:0234435011:1"

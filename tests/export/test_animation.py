@@ -9,11 +9,10 @@ import pytest
 
 from hcsearch import save
 from hcsearch.basics.errors import OutputError
-from hcsearch.cases.replays.sources import replay_case
+from hcsearch.cases.replay_sources import replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.export.animation import FRAMES, WIDTH, animation_of
+from hcsearch.export.animation import FRAMES, WIDTH, animation_of, painters_order
 from hcsearch.export.formats import format_of
-from hcsearch.export.painting import painters_order
 from tests.export.cases import case, replay
 
 GALLERY = Path(__file__).parents[2] / "reports" / "gallery"

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
+from hcsearch.search.own_patterns.drawn_lines import in_plane, place_text, split_lines
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
-from hcsearch.search.own_patterns.lines import split_lines
-from hcsearch.search.own_patterns.places import in_plane, place_text
 from hcsearch.search.own_patterns.recognition import recognise, sized
-from hcsearch.shape.outlines import without_spurs, without_straight_corners
+from hcsearch.shape.mesh import without_spurs, without_straight_corners
 from tests.export.test_fold_reading import drawn, letters_of
 from tests.strategies import circuits
 

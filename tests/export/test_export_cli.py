@@ -16,13 +16,13 @@ from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS
+from hcsearch.export.exported import Settings, read_state
 from hcsearch.export.formats import FORMATS, Format, format_of
-from hcsearch.export.settings import Settings, read_state
 from hcsearch.scenes import SCENES
 from hcsearch.search.enumeration import PolygonSearch
-from hcsearch.search.own_patterns.checking import check_circuit
 from hcsearch.search.own_patterns.fold_reading import read_fold
 from hcsearch.search.own_patterns.recognition import recognise
+from hcsearch.search.own_patterns.single_circuits import check_circuit
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_design, open_database
 from tests.export.exports import DESIGN, MOVING, exported

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.export import fold
-from hcsearch.export.cut_meshes import mesh_of
+from hcsearch.export.fold import mesh_of
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
 from tests.export.exports import DESIGN, MOVING, exported, folded, written

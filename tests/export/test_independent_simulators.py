@@ -9,11 +9,10 @@ import pytest
 from hcsearch.designs.folding import Folding
 from hcsearch.export.mjcf import mjcf_of
 from hcsearch.export.urdf import urdf_of
-from hcsearch.motion.collision.margins import margin_of
-from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.motion.collision.panel_prisms import margin_of, prisms_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case
 

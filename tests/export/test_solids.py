@@ -12,7 +12,7 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation, Slerp
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replays.recording import replay_of_path
+from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import SECONDS, glb_of
 from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels

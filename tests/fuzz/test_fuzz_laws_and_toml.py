@@ -6,7 +6,7 @@ import random
 import pytest
 
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
+from hcsearch.springs.identification.measurements import read_accelerations, read_measured_moments
 from hcsearch.system.reading import read_toml
 from tests.fuzz.mutations import judge, mutated
 

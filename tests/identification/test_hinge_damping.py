@@ -8,8 +8,7 @@ from statistics import mean, stdev
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.springs.identification.damping import hinge_damping, hinge_test
-from hcsearch.springs.identification.vibration import Mode
+from hcsearch.springs.identification.vibration import Mode, hinge_damping, hinge_test
 
 GOLDEN = json.loads((Path(__file__).parent.parent / "golden" / "thesis_table_4_2.json").read_text(encoding="utf-8"))
 

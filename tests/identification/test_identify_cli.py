@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.tables import read_accelerations, read_measured_moments
+from hcsearch.springs.identification.measurements import read_accelerations, read_measured_moments
 from hcsearch_bench.identification.rig import Rig, pairs
 
 

@@ -10,7 +10,7 @@ from scipy.stats import linregress
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.identification.springs import fit_spring
+from hcsearch.springs.identification.law_fitting import fit_spring
 from hcsearch_bench.identification.rig import pairs
 
 ANGLES = np.linspace(0.0, 2.7, 60)

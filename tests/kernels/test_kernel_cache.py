@@ -35,7 +35,8 @@ from platformdirs.windows import Windows
 import hcsearch.kernels
 from hcsearch.cli.compile import compile_
 from hcsearch.kernels.circuits.words import insert_fingerprints
-from hcsearch.kernels.compiling import cache_folder, cache_locks, compiled, kernel_cache, under_way
+from hcsearch.kernels.compiling import cache_folder, compiled, kernel_cache, under_way
+from hcsearch.kernels.compiling import cache_folder as cache_locks
 from hcsearch.kernels.compiling.numba_internals import NUMBA_INTERNALS, has_internals
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
@@ -279,7 +280,7 @@ def test_a_claim_ends_with_the_process_that_holds_it(tmp_path):
     script = """
         import sys, time
         from pathlib import Path
-        from hcsearch.kernels.compiling.cache_locks import claim
+        from hcsearch.kernels.compiling.cache_folder import claim
         held = claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         time.sleep(60)
@@ -302,7 +303,7 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.compiling.cache_locks import claim
+        from hcsearch.kernels.compiling.cache_folder import claim
         held = claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         sys.stdin.read()
@@ -326,7 +327,7 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.compiling import cache_locks
+        from hcsearch.kernels.compiling import cache_folder as cache_locks
         cache_locks.PATIENCE = 0.0
         for name in sys.argv[2:]:
             cache_locks.claim(Path(sys.argv[1]), name)

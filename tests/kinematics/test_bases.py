@@ -9,16 +9,15 @@ import pytest
 import scipy.linalg
 
 from hcsearch.designs.folding import Folding
-from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
-from hcsearch.library.assemblies.units import unit_i, unit_ii
 from hcsearch.motion.kinematics.closing import ClosingResult
 from hcsearch.motion.kinematics.local import LocalState, local_at
-from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.paths import branches as branching
 from hcsearch.motion.paths.branches import find_branches
-from hcsearch.motion.paths.covering import MIN_CELL_RADIUS, cover_directions
-from hcsearch.motion.paths.quadrics import solve_quadrics
+from hcsearch.motion.paths.quadrics import MIN_CELL_RADIUS, cover_directions, solve_quadrics
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 

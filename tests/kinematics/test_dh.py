@@ -28,7 +28,7 @@ from hcsearch.motion.kinematics.dh import (
     stacked_jacobian,
     transforms,
 )
-from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests import golden

@@ -15,7 +15,7 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
-from hcsearch.motion.kinematics.rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern

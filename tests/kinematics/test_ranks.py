@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from hcsearch.kernels.linkage.lines import whole_rank
+from hcsearch.kernels.linkage.hinge_lines import whole_rank
 
 
 def rank(rows):

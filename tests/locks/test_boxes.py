@@ -6,8 +6,15 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, boxes_outside, states_in
-from hcsearch.motion.locks.layouts import MIN_LAYOUT_SPACE, region_around
+from hcsearch.motion.locks.boxes import (
+    MAX_BOX_ANGLE,
+    MIN_LAYOUT_SPACE,
+    BoxFace,
+    box_faces,
+    boxes_outside,
+    region_around,
+    states_in,
+)
 
 SIZE = 4
 """Boxes of these tests have corners with whole numbers up to this one."""

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, states_in, whole_box
-from hcsearch.motion.locks.cuts import MAX_RECUTS, MIN_CUT_WIDTH, BoxCuts, CutLeaf, divided_leaves, leaves_around
+from hcsearch.motion.locks.partition import MAX_RECUTS, MIN_CUT_WIDTH, BoxCuts, CutLeaf, divided_leaves, leaves_around
 
 
 def rooms(boxes):

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.enclosure.contraction import contract_box, new_contraction
+from hcsearch.kernels.enclosure.contraction import close_within_box, contract_box, new_contraction
 from hcsearch.kernels.enclosure.expansion import (
     EQUATIONS_PER_LOOP,
+    bound_third_order,
     cut_loops,
     expand_closure,
     new_expansion,
@@ -28,7 +29,6 @@ from hcsearch.kernels.enclosure.flooding import (
     new_flood,
     spread_flood,
 )
-from hcsearch.kernels.enclosure.newton import close_within_box
 from hcsearch.kernels.enclosure.refutation import (
     BOX_CLOSED,
     BOX_EMPTY,
@@ -38,15 +38,14 @@ from hcsearch.kernels.enclosure.refutation import (
     refute_box,
     start_refutation,
 )
-from hcsearch.kernels.enclosure.third_order import bound_third_order
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, random_walk
 from hcsearch.library.unit_search.elements import untwisted
-from hcsearch.motion.collision.margins import margin_of
-from hcsearch.motion.collision.plates import plates_of
+from hcsearch.motion.collision.panel_prisms import margin_of
+from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks import enclosures, floods
 from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends, rings_of
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.floods import expected_cube_counts, flood_grid
-from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern

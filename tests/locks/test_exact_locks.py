@@ -15,11 +15,11 @@ from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.unit_search.elements import untwisted
-from hcsearch.motion.kinematics.products import bilinear_products
-from hcsearch.motion.locks import certificates
-from hcsearch.motion.locks import proofs as locks
+from hcsearch.motion.kinematics.local import bilinear_products
+from hcsearch.motion.locks import end_locks as locks
+from hcsearch.motion.locks import exact_checks as certificates
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.lattice import lattice_frame_of, whole_end
-from hcsearch.motion.locks.proofs import lock_at
 from hcsearch.search.stages.mobility import locked_with, mobility
 from hcsearch.shape.linkage import Linkage
 from tests.locks.test_layers import clamp, contact_rows

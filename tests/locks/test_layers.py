@@ -10,9 +10,15 @@ from scipy.optimize import least_squares, linprog
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.packages import flat_overlap, package
 from hcsearch.library.unit_search.elements import elements
-from hcsearch.library.unit_search.proofs import locked
-from hcsearch.motion.locks.layers import LayerContact, contact_rows, layer_contacts, parting_rates
-from hcsearch.motion.locks.proofs import WRENCH_MARGIN, lock_at
+from hcsearch.library.unit_search.unit_proofs import locked
+from hcsearch.motion.locks.end_locks import (
+    WRENCH_MARGIN,
+    LayerContact,
+    contact_rows,
+    layer_contacts,
+    lock_at,
+    parting_rates,
+)
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern
 

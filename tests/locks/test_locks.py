@@ -12,7 +12,7 @@ from hcsearch import enumerate_circuits, twist
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.motion.locks.proofs import WRENCH_MARGIN, lock_at
+from hcsearch.motion.locks.end_locks import WRENCH_MARGIN, lock_at
 from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from hcsearch.kernels.enclosure.contraction import contract_box
-from hcsearch.kernels.enclosure.newton import close_within_box
+from hcsearch.kernels.enclosure.contraction import close_within_box, contract_box
 from hcsearch.kernels.enclosure.overlaps import (
     FORM_HEIGHT,
     FORM_INSIDE,
@@ -30,7 +29,7 @@ from hcsearch.kernels.enclosure.overlaps import (
 )
 from hcsearch.kernels.enclosure.plates import new_facet_view, view_facet
 from hcsearch.kernels.enclosure.refutation import BOX_EMPTY, refutation_with, refute_box
-from hcsearch.motion.collision.plates import plates_of, two_ways
+from hcsearch.motion.collision.shrunk_plates import plates_of, two_ways
 from hcsearch.motion.locks.enclosures import enclose_ends, rings_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.kernels.enclosure.estimates import estimate_box_count
-from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, new_refutation, refute_box
+from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, estimate_box_count, new_refutation, refute_box
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, climb_angles
-from hcsearch.motion.locks import cuts, regions
+from hcsearch.motion.locks import partition as cuts
+from hcsearch.motion.locks import regions
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, states_in
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region

@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.designs.folding import foldings
-from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, joint_parts
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
-from hcsearch.library.assemblies.units import unit_i, unit_ii
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.local import local_at
-from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.paths.following import PathLimits, follow_path
 from hcsearch.motion.paths.quadrics import second_order_forms, solve_quadrics

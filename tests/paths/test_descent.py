@@ -11,11 +11,11 @@ from hcsearch import enumerate_circuits
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of, foldings
 from hcsearch.designs.twisting import twist
-from hcsearch.library.assemblies.assembly import Parameters
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
-from hcsearch.library.assemblies.units import unit_i, unit_ii
-from hcsearch.motion.kinematics.within import close_within_stops, least_energy
-from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.kinematics.within_stops import close_within_stops, least_energy
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.paths.descent import descend_energy, descent_springs, find_descent
 from hcsearch.motion.paths.motions import joined_paths, reversed_path
 from hcsearch.shape.linkage import Linkage

@@ -11,14 +11,13 @@ from scipy.optimize import minimize_scalar
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
-from hcsearch.library.assemblies.assembly import Parameters
 from hcsearch.library.assemblies.eight_r import joint_parts, second_angle, skew_symmetric
-from hcsearch.library.assemblies.units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
-from hcsearch.motion.paths.predictors import PREDICTORS, PathStep
-from hcsearch.motion.paths.walking import Walker
+from hcsearch.motion.paths.stepping import PREDICTORS, PathStep, Walker
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 

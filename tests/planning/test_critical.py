@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from hcsearch.motion.collision.prisms import deepest_margin
+from hcsearch.motion.collision.panel_prisms import deepest_margin
 from hcsearch.motion.planning.critical import (
     MARGIN_GRID_RATIO,
     CriticalMargin,
@@ -12,8 +12,8 @@ from hcsearch.motion.planning.critical import (
     critical_margin,
     critical_margin_grid,
 )
+from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import Prover
 from tests.planned import joined
 
 TRIALS = {

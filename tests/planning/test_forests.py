@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.kernels.collision.overlaps import deepest_overlap
+from hcsearch.kernels.collision.gaps import deepest_overlap
 from hcsearch.kernels.planning.space import new_space_work, new_state_stack
-from hcsearch.kernels.planning.trees import add_state, new_tree
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.planning.forests import Forest, TreeConnection, _between, forest_roots
-from hcsearch.motion.planning.planner import Planner
+from hcsearch.kernels.planning.tree_search import add_state, new_tree
+from hcsearch.motion.collision.panel_prisms import prisms_of
+from hcsearch.motion.planning.planner import Forest, Planner, TreeConnection, _between, forest_roots
 from hcsearch.motion.planning.problems import space_of
 from tests.planned import joined, open_by
 

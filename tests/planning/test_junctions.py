@@ -14,9 +14,9 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.planning.space import new_state_stack, pick_state, place_state
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning import junctions
-from hcsearch.motion.planning.junctions import clear_junctions, junctions_of
+from hcsearch.motion.planning import simple_moves as junctions
 from hcsearch.motion.planning.problems import space_of
+from hcsearch.motion.planning.simple_moves import clear_junctions, junctions_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests.linkages import linkage_named

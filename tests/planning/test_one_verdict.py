@@ -7,7 +7,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.planning.motion_search import plan_motion
 from tests.strategies import words, writings
 
 LISTS = [("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("rectangle", 10)]

@@ -16,13 +16,12 @@ from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
-from hcsearch.kernels.collision.overlaps import deepest_overlap
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.kernels.collision.gaps import deepest_overlap
+from hcsearch.motion.collision.panel_prisms import prisms_of
+from hcsearch.motion.locks.end_locks import lock_at
+from hcsearch.motion.planning.motion_search import plan_motion, reason_of
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import kept_apart, space_of
-from hcsearch.motion.planning.reasons import reason_of
 from tests.planned import SAMPLES, joined, open_by, planned
 from tests.strategies import words
 

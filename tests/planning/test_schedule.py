@@ -10,10 +10,9 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.locks.enclosures import Enclosure
-from hcsearch.motion.planning import motions
-from hcsearch.motion.planning.motions import PlannedMotion, plan_motion
+from hcsearch.motion.planning import motion_search as motions
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, reason_of
 from hcsearch.motion.planning.planner import TreeGrowth
-from hcsearch.motion.planning.reasons import reason_of
 from hcsearch.motion.planning.schedule import (
     DEFAULT_EFFORT_BUDGET,
     BisectionStep,

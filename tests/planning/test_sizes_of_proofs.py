@@ -6,10 +6,10 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.collision.margins import margin_of
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.collision.panel_prisms import margin_of
+from hcsearch.motion.planning.motion_search import plan_motion
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
 
 
 def comb(width, height):

@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from hcsearch.kernels.planning.closing import largest_closure_residual, new_closing
+from hcsearch.kernels.planning.closed_states import largest_closure_residual, new_closing
 from hcsearch.motion.planning import stretches
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.problems import loops_of
-from hcsearch.motion.planning.proofs import CERTIFIED_MARGINS, Prover
-from hcsearch.motion.planning.switches import switch_between
+from hcsearch.motion.planning.stretches import switch_between
 from tests.planned import planned
 
 SWITCHED = "square:012123230301:1"

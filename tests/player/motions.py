@@ -8,9 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cases.replays.recording import replay_of_path
-from hcsearch.cases.replays.replay import Replay
-from hcsearch.cases.replays.sources import replay_case
+from hcsearch.cases.replay import Replay
+from hcsearch.cases.replay_sources import replay_case, replay_of_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel

@@ -13,7 +13,7 @@ from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.ranking import rank_designs, save_ranks
 from hcsearch.store import open_database, open_readonly, schema, select
 from hcsearch.store.columns import CRITERIA
-from hcsearch.web.report.fetching import fetch
+from hcsearch.web.report.data import fetch
 
 NAMES = [quantity.name for quantity in CRITERIA]
 BETTER = [quantity.better for quantity in CRITERIA]

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replays import finding, sources
-from hcsearch.cases.replays.sources import replay_case, stored_replays
+from hcsearch.cases import replay_sources as finding
+from hcsearch.cases import replay_sources as sources
+from hcsearch.cases.replay_sources import replay_case, stored_replays
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, parse_array

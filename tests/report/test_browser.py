@@ -11,10 +11,9 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
-from hcsearch.web.report.data import ReportData
-from hcsearch.web.report.fetching import fetch
-from hcsearch.web.report.page import render
-from hcsearch.web.report.payload import page_data
+from hcsearch.web.report.data import ReportData, fetch
+from hcsearch.web.report.report_page import render
+from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import joined_script
 from tests.report.browser import chromium, complaints, driven
 

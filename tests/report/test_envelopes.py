@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.web.report.envelopes import envelope_at, room_of
+from hcsearch.web.report.design_data import envelope_at, room_of
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
 FOLDINGS = [f for grid, ns in SIZES.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]

@@ -10,9 +10,9 @@ from hcsearch.scenes import Scene
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, select
-from hcsearch.web.report.commands import scene_option
-from hcsearch.web.report.fetching import fetch
-from hcsearch.web.report.writing import write_report
+from hcsearch.web.report.data import fetch
+from hcsearch.web.report.report_page import write_report
+from hcsearch.web.report.templating import scene_option
 from tests.judging import judge
 
 

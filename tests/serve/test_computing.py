@@ -5,8 +5,7 @@ import time
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.web.serve.computing import BusyError, Computing
-from hcsearch.web.serve.keeping import Kept
+from hcsearch.web.serve.jobs import BusyError, Computing, Kept
 
 
 def refused() -> None:

@@ -24,7 +24,7 @@ def application(environ, start_response):
 def serving(**patience):
     from waitress.wasyncore import close_all
 
-    from hcsearch.web.serve.connections import Patience, Server
+    from hcsearch.web.serve.server import Patience, Server
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
         server = Server(application, listening, Patience(**patience), {"threads": 4})

@@ -230,7 +230,7 @@ def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, d
 
 
 def test_a_zero_is_a_zero_in_tables_and_an_error_what_it_is():
-    from hcsearch.web.serve.pages import _cell
+    from hcsearch.web.serve.template_pages import _cell
 
     assert [_cell(value, "least_gap") for value in (-9e-14, 1 / 3, None, 7)] == ["0", "0.3333", "-", "7"]
     assert _cell(4.2e-12, "energy_error") == "4.2e-12"

@@ -3,14 +3,14 @@ import threading
 import pytest
 
 from hcsearch.basics.errors import QueryError
-from hcsearch.web.serve.computing import BusyError
+from hcsearch.web.serve.jobs import BusyError
 
 pytestmark = pytest.mark.extra
 
 
 @pytest.fixture
 def lists():
-    from hcsearch.web.serve.long_lists import LongLists
+    from hcsearch.web.serve.listing import LongLists
 
     return LongLists(most=1, waiting=1, short=0.1, seconds=5.0)
 
@@ -50,7 +50,7 @@ def test_a_turn_is_given_back_after_any_error(lists):
 
 
 def test_who_waits_in_vain_is_refused_and_leaves_the_others_their_turns():
-    from hcsearch.web.serve.long_lists import LongLists
+    from hcsearch.web.serve.listing import LongLists
 
     lists = LongLists(most=1, waiting=1, short=0.01, seconds=0.1)
     assert lists._turns.acquire()
@@ -89,7 +89,7 @@ def test_beyond_its_room_a_long_list_is_refused_and_a_quick_one_answered(lists):
 @pytest.mark.parametrize("address", ["/designs", "/designs?as=table", "/designs.json?limit=2", "/foldings.csv?page=1"])
 def test_a_long_list_without_room_is_answered_with_when_to_ask_again(asking, monkeypatch, address):
     from hcsearch.web.serve import downloads, listing
-    from hcsearch.web.serve.long_lists import LongLists
+    from hcsearch.web.serve.listing import LongLists
 
     def taking_long(ask):
         return lambda *given: slow(given[-1]) if given[-1] < 1 else ask(*given)

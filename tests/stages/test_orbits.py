@@ -12,8 +12,8 @@ from hcsearch.designs.folding import Folding, folding_of, foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import CircuitBatch, StagedDesigns
-from hcsearch.motion.locks.proofs import lock_at
-from hcsearch.motion.planning.motions import plan_motion
+from hcsearch.motion.locks.end_locks import lock_at
+from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import OUTER_FIRST_SET, SPREAD_SPRING_SETS, SPRING_SET_GRADES
 from hcsearch.search.pipeline.shards import candidates_of
@@ -21,9 +21,9 @@ from hcsearch.search.stages.order import STAGES
 from hcsearch.search.stages.stage import run_stages
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import simulate_deployment
+from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of
-from hcsearch.springs.deployment.verdicts import deploy_foldings
 from tests.strategies import rewritten
 
 DEFAULT = SCENES["default"]

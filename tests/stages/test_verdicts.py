@@ -32,18 +32,16 @@ from hcsearch.scenes.scene_file import read_scene_text, scene_in
 from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
-from hcsearch.search.pipeline.rows import design_rows
-from hcsearch.search.pipeline.shards import candidates_of, run_shard
+from hcsearch.search.pipeline.shards import candidates_of, design_rows, run_shard
 from hcsearch.search.stages.motion_batches import motions
 from hcsearch.search.stages.order import STAGES, stages_until
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.agreement import agreement_of_checks, confirm_deployment
-from hcsearch.springs.deployment.checking import check_deployments
 from hcsearch.springs.deployment.compiling import compile_scene
-from hcsearch.springs.deployment.deploying import simulate_deployment
-from hcsearch.springs.deployment.spring_sets import springs_of
-from hcsearch.springs.deployment.springs import with_springs
-from hcsearch.springs.deployment.verdicts import deploy_foldings
+from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
+from hcsearch.springs.deployment.quick_check import check_deployments
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 
 DEFAULT = SCENES["default"]
 STOPS = frozenset({"stops"})
@@ -163,7 +161,7 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
     def jams(checks, tolerances):
         return agreement_of_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
 
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.agreement_of_checks", jams)
+    monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.agreement_of_checks", jams)
     again = deploy_foldings(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
     assert again.deploys.tolist() == [False]
     assert np.isnan(again.time).all()
@@ -174,7 +172,7 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.FOLDINGS_IN_MEMORY", 7)
+    monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.FOLDINGS_IN_MEMORY", 7)
     again = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
     assert again.deploys.tolist() == deployments.deploys.tolist()
     assert again.trials == deployments.trials
@@ -182,7 +180,7 @@ def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatc
 
 def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.springs.deployment.verdicts.MAX_VARIANT_WORK", 20_000)
+    monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.MAX_VARIANT_WORK", 20_000)
     given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
     one, two = (deploy_foldings(*given, threads=threads) for threads in (1, 2))
     assert one.trials == two.trials
@@ -279,7 +277,8 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
     monkeypatch.setattr("hcsearch.search.stages.motion_batches.motions", lambda *_, **_options: motion)
     monkeypatch.setattr(
-        "hcsearch.springs.deployment.verdicts.deploy_foldings", lambda *_: DeploymentBatch(time, time, time, time, ())
+        "hcsearch.springs.deployment.deployment_verdicts.deploy_foldings",
+        lambda *_: DeploymentBatch(time, time, time, time, ()),
     )
     words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from store_samples import as_rows, begin, circuits, record
 
 from hcsearch.basics.errors import QueryError
-from hcsearch.store import Result, files, open_database, open_readonly, save_rows, select, stream, stream_sql
+from hcsearch.store import Result, open_database, open_readonly, save_rows, select, stream, stream_sql
+from hcsearch.store import result_files as files
 from hcsearch.store.columns import DESIGNS
 
 pytestmark = pytest.mark.extra

@@ -23,8 +23,8 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.ranking import rank_designs, save_ranks
+from hcsearch.store import design_rows as designs
 from hcsearch.store import (
-    designs,
     finished_batches,
     open_database,
     open_readonly,

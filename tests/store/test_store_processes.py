@@ -7,7 +7,8 @@ import signal
 import pytest
 from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
 
-from hcsearch.store import designs, finished_batches, open_database, record_batches, select, select_sql
+from hcsearch.store import design_rows as designs
+from hcsearch.store import finished_batches, open_database, record_batches, select, select_sql
 from hcsearch.store.database import open_readonly
 
 PROCESSES = 2

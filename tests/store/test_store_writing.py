@@ -13,7 +13,6 @@ from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, re
 from hcsearch.designs.records import StageResult, WorkKey
 from hcsearch.store import (
     count_arrays,
-    designs,
     finish_run,
     finished_batches,
     open_database,
@@ -22,6 +21,7 @@ from hcsearch.store import (
     select,
     start_run,
 )
+from hcsearch.store import design_rows as designs
 from tests.judging import judge
 
 

@@ -22,9 +22,9 @@ from hcsearch.scenes import SCENES
 from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.choice import SpringSet
-from hcsearch.springs.tuning.facts import shopping_sentence, tuning_advice
 from hcsearch.springs.tuning.robustness import Robustness
-from hcsearch.springs.tuning.tuning import Tuning
+from hcsearch.springs.tuning.spring_tuning import Tuning
+from hcsearch.springs.tuning.tuning_facts import shopping_sentence, tuning_advice
 from hcsearch.store import open_readonly, select
 
 DESIGN = "hex:0233340501:3"
@@ -234,7 +234,7 @@ def evaluations(path):
 
 
 def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
-    from hcsearch.springs.tuning.search import SpringSearch
+    from hcsearch.springs.tuning.spring_search import SpringSearch
 
     def pressed(self, start, first):
         raise KeyboardInterrupt
@@ -248,7 +248,7 @@ def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
 
 
 def test_ctrl_c_leaves_what_was_found(monkeypatch):
-    from hcsearch.springs.tuning.ledger import DatabaseMemory
+    from hcsearch.springs.tuning.evaluation import DatabaseMemory
 
     record, calls = DatabaseMemory.record, []
 

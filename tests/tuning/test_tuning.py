@@ -6,24 +6,23 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.collision.reaches import slack_of
+from hcsearch.motion.collision.panel_reaches import slack_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS, setup_of_scene, with_stiffnesses
-from hcsearch.springs.deployment.deploying import simulate_deployment
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
-from hcsearch.springs.deployment.springs import tied_hinges
-from hcsearch.springs.tuning import tuning
-from hcsearch.springs.tuning.evaluation import Evaluator, RunMemory
-from hcsearch.springs.tuning.objective import tuning_objective
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.deployment.spring_sets import tied_hinges
+from hcsearch.springs.tuning import spring_tuning as tuning
+from hcsearch.springs.tuning.evaluation import Evaluator, RunMemory, tuning_objective
 from hcsearch.springs.tuning.robustness import Spread
-from hcsearch.springs.tuning.search import (
+from hcsearch.springs.tuning.spring_search import (
     DISTINCT_STIFFNESS_SHARE,
     SpringSearch,
     check_summary,
     first_generation,
     stiffnesses_of_groups,
 )
-from hcsearch.springs.tuning.tuning import tune_springs
+from hcsearch.springs.tuning.spring_tuning import tune_springs
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]

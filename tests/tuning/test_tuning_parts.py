@@ -15,20 +15,22 @@ from hcsearch.scenes import SCENES, Scene
 from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_named
 from hcsearch.scenes.setup import setup_of_scene, with_stiffnesses
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.checking import check_deployments, checked_panels_of
 from hcsearch.springs.deployment.compiling import compile_scene
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
-from hcsearch.springs.deployment.springs import stiffnesses_of, tied_hinges, with_springs
-from hcsearch.springs.tuning.catalogue import catalogue_levels, descend_levels, nearest_levels, neighbouring_levels
+from hcsearch.springs.deployment.quick_check import check_deployments, checked_panels_of
+from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges, with_springs
 from hcsearch.springs.tuning.evaluation import (
+    AMPLE_GAP,
+    APPROACH_SPEED_SCALE,
     SOFTENED_SETUP_VALUES,
     TUNING_MARGIN_SHARE,
     TUNING_STEP_TOLERANCES,
+    DatabaseMemory,
     Evaluator,
+    tuning_objective,
 )
-from hcsearch.springs.tuning.ledger import DatabaseMemory
-from hcsearch.springs.tuning.objective import AMPLE_GAP, APPROACH_SPEED_SCALE, tuning_objective
 from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness_of_checks, sampled_setups
+from hcsearch.springs.tuning.spring_search import catalogue_levels, descend_levels, nearest_levels, neighbouring_levels
 from hcsearch.store import open_database, select
 from tests.linkages import linkage_named
 
@@ -261,8 +263,7 @@ def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
 
 @given(checks)
 def test_checks_come_back_as_they_were_stored(one):
-    from hcsearch.springs.tuning.evaluation import EvaluationKey
-    from hcsearch.springs.tuning.ledger import check_of_row
+    from hcsearch.springs.tuning.evaluation import EvaluationKey, check_of_row
 
     with_time = replace(one, collision=(0.1, (2, 5)) if one.clear is False else None)
     row = DatabaseMemory.row("subject", EvaluationKey("setting", "0.1"), with_time)
@@ -270,8 +271,7 @@ def test_checks_come_back_as_they_were_stored(one):
 
 
 def test_numbers_that_overflowed_are_stored_as_nothing():
-    from hcsearch.springs.tuning.evaluation import EvaluationKey
-    from hcsearch.springs.tuning.ledger import check_of_row
+    from hcsearch.springs.tuning.evaluation import EvaluationKey, check_of_row
 
     one = replace(HIT, outcome="diverged", drift=math.inf, speed=math.nan)
     row = DatabaseMemory.row("subject", EvaluationKey("setting", "0.1"), one)

@@ -1,4 +1,4 @@
-"""Vectors and symmetric matrices as tuples, which the compiler keeps in registers.
+"""Vectors, symmetric matrices and screws as tuples, which the compiler keeps in registers.
 
 A vector is (x, y, z); a symmetric matrix is (xx, yy, zz, xy, xz, yz); a rotation is nine numbers of a row, by rows.
 They are read from and written to rows of tables at a column.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import lean
 
 Vector3 = tuple[float, float, float]
@@ -149,3 +149,13 @@ def turn_row(r: Vector3, columns: tuple[Vector3, Vector3, Vector3]) -> Vector3:
     """A row of a rotation that is followed, in its own axes, by another, whose columns `rotation` gives."""
     x, y, z = columns
     return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)
+
+
+@lean
+def add_bracket(one: Reals, two: Reals, total: Reals) -> None:
+    """Add the Lie bracket of two screws, (6,) each, to a third."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        total[i] += one[j] * two[k] - one[k] * two[j]
+        total[3 + i] += one[j] * two[3 + k] - one[k] * two[3 + j]
+        total[3 + i] += one[3 + j] * two[k] - one[3 + k] * two[j]

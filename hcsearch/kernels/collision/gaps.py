@@ -7,12 +7,114 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
-from hcsearch.kernels.collision.distances import gap_along, hull_gap
-from hcsearch.kernels.collision.overlaps import prism_overlap
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import Vector3, dot, vector_at
+from hcsearch.kernels.collision.gjk import gap_along, hull_gap
+from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
+
+OVERLAP_PARALLEL_ANGLE = 1e-6
+"""Edges whose directions differ by less (rad) have no direction across both."""
+
+
+@compiled
+def first_overlap(
+    chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals, allowed: float, depths: Reals
+) -> int:
+    """The first state at which prisms of some pairs cut deeper than allowed into each other; -1 without.
+
+    pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), written for that state, 0 of pairs that
+        are further apart than their spheres.
+    """
+    placed = copy_prisms(prisms)
+    poses = np.empty((len(chain.order), 3, 4))
+    last = np.zeros(len(pairs), np.int64)
+    for k in range(len(states)):
+        place_panels(chain, states[k], poses)
+        place_prisms(prisms, poses, placed)
+        for f in range(len(prisms.panels)):
+            turn_axes(prisms, poses, placed, f)
+        for p in range(len(pairs)):
+            if prism_overlap(placed, pairs[p, 0], pairs[p, 1], allowed, last, p) > allowed:
+                for r in range(len(pairs)):
+                    depths[r] = max(0.0, prism_overlap(placed, pairs[r, 0], pairs[r, 1], -math.inf, last, r))
+                return k
+    return -1
+
+
+@compiled
+def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals) -> float:
+    """How deep prisms of some pairs cut into each other at the worst of some states, 0 where they only touch.
+
+    The same as the greatest of the depths that `first_overlap` writes.
+    """
+    placed = copy_prisms(prisms)
+    poses = np.empty((len(chain.order), 3, 4))
+    last = np.zeros(len(pairs), np.int64)
+    deepest = 0.0
+    for k in range(len(states)):
+        place_panels(chain, states[k], poses)
+        place_prisms(prisms, poses, placed)
+        for f in range(len(prisms.panels)):
+            turn_axes(prisms, poses, placed, f)
+        for p in range(len(pairs)):
+            deepest = max(deepest, prism_overlap(placed, pairs[p, 0], pairs[p, 1], deepest, last, p))
+    return deepest
+
+
+@lean
+def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: WholeNumbers, pair: int) -> float:
+    """Least overlap along all directions, or one that is at most `enough`, which is all that is asked for.
+
+    last : direction that did so before, of each pair; written where one does now.
+    """
+    if sphere_distance(prisms, one, two) >= 0.0:
+        return 0.0
+    least = _along(prisms, one, two, last[pair])
+    if least <= enough:
+        return least
+    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
+    for number in range(a + b + a * b):
+        depth = _along(prisms, one, two, number)
+        least = min(least, depth)
+        if least <= enough:
+            last[pair] = number
+            return least
+    return least
+
+
+@inlined
+def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
+    """Overlap of two prisms along a direction: normals of the first, of the second, then across edges of both."""
+    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
+    if number < a:
+        x, y, z = prisms.normals[one, number]
+    elif number < a + b:
+        x, y, z = prisms.normals[two, number - a]
+    else:
+        s, t, u = prisms.edges[one, (number - a - b) // b]
+        e, f, g = prisms.edges[two, (number - a - b) % b]
+        x, y, z = t * g - u * f, u * e - s * g, s * f - t * e
+        length = math.sqrt(x * x + y * y + z * z)
+        if length < OVERLAP_PARALLEL_ANGLE:
+            return math.inf
+        x, y, z = x / length, y / length, z / length
+    low, high = _extent(prisms, one, (x, y, z))
+    low_two, high_two = _extent(prisms, two, (x, y, z))
+    return min(high - low_two, high_two - low)
+
+
+@inlined
+def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
+    """How far a prism reaches along a direction, back and forth: the vertices of its bottom, and what is above them."""
+    low, high = math.inf, -math.inf
+    half = prisms.counts[f, 0] // 2
+    for k in range(half):
+        far = dot(way, vector_at(prisms.vertices[f], k, 0))
+        low, high = min(low, far), max(high, far)
+    up = dot(way, vector_at(prisms.vertices[f], half, 0)) - dot(way, vector_at(prisms.vertices[f], 0, 0))
+    return low + min(up, 0.0), high + max(up, 0.0)
 
 
 class PanelPairs(NamedTuple):

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra.vectors import Vector3, dot, put_vector, scaled_vector, vector_at, vector_difference
-from hcsearch.kernels.collision.distances import hull_gap
+from hcsearch.kernels.collision.gjk import hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.courses import (
     COURSE_TERM_COUNT,

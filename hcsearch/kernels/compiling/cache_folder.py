@@ -1,4 +1,8 @@
-"""Where compiled kernels are kept: in the user's cache folder, which outlives a checkout and an installation."""
+"""The folder of compiled kernels, in the user's cache, and the locks by which processes write there one at a time.
+
+They order nothing but work: without them a kernel may be compiled twice at once, and one of the same files replaces the
+other.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +14,13 @@ from contextlib import suppress
 from functools import cache
 from multiprocessing import parent_process
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 import numba
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 _TOTAL = 512 * 2**20
 """Bytes to which the folder is pruned: some ten sets of kernels."""
@@ -114,3 +121,28 @@ def prune_folder(folder: Path, total: int = _TOTAL) -> None:
         if taken > total:
             with suppress(OSError):
                 path.unlink()
+
+
+LOCK_TIMEOUT_SECONDS = 600.0
+"""Seconds after which a kernel is compiled although another process, which may be suspended, says that it does so."""
+_LOOK = 0.02  # s, between two looks
+
+
+def claim_kernel(folder: Path, name: str) -> BaseFileLock:
+    """Wait until no other process holds the name of a kernel's file, and hold it.
+
+    Raises OSError where the folder's disk has no locks, or another process holds the name for longer than PATIENCE.
+    """
+    from filelock import FileLock  # noqa: PLC0415 - takes as long to import as kernels to be read, and few runs compile
+
+    lock = FileLock(folder / f"{name}.lock", is_singleton=True)  # one that a process may take twice
+    lock.acquire(timeout=LOCK_TIMEOUT_SECONDS, poll_interval=_LOOK)
+    return lock
+
+
+def release_kernel(lock: BaseFileLock) -> None:
+    """Give a name back, and leave no file; who waits meanwhile finds the kernel."""
+    lock.release()
+    if not lock.is_locked:
+        with suppress(OSError):
+            Path(lock.lock_file).unlink()

@@ -23,7 +23,8 @@ from numba.core import compiler, serialize, types
 from numba.core.caching import NullCache
 from numba.core.compiler_lock import global_compiler_lock
 
-from hcsearch.kernels.compiling import cache_locks, under_way
+from hcsearch.kernels.compiling import cache_folder as cache_locks
+from hcsearch.kernels.compiling import under_way
 from hcsearch.kernels.compiling.cache_folder import (
     prune_folder,
     wanted_folder,
@@ -31,7 +32,7 @@ from hcsearch.kernels.compiling.cache_folder import (
     writable_folder,
     write_atomically,
 )
-from hcsearch.kernels.compiling.settings import use_compiler_settings
+from hcsearch.kernels.compiling.llvm_settings import use_compiler_settings
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
 if TYPE_CHECKING:

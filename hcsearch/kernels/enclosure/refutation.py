@@ -1,6 +1,8 @@
-"""Proofs that a box of fold angles holds no closed state, by branch and bound; closed states by Newton's method.
+"""Proofs that a box of fold angles holds no closed state, by branch and bound, and estimates of their cost.
 
 With panels that do not pass through each other: none at which they are clear.
+
+Source: D. E. Knuth, Math. Comp. 29 (1975) 122.
 """
 
 from __future__ import annotations
@@ -9,11 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.contraction import Contraction, contract_box, new_contraction
+from hcsearch.kernels.enclosure.contraction import (
+    NEWTON_RESIDUAL,
+    Contraction,
+    Newton,
+    close_within_box,
+    contract_box,
+    new_contraction,
+    new_newton,
+)
 from hcsearch.kernels.enclosure.expansion import HingeRings, cut_loops, keep_cuts
-from hcsearch.kernels.enclosure.newton import NEWTON_RESIDUAL, Newton, close_within_box, new_newton
 from hcsearch.kernels.enclosure.overlaps import (
     OVERLAP_AT_MIDDLE,
     OVERLAP_THROUGHOUT,
@@ -187,3 +196,34 @@ def _widest(low: Reals, high: Reals) -> float:
     for h in range(len(low)):
         widest = max(widest, high[h] - low[h])
     return widest
+
+
+@compiled
+def estimate_box_count(
+    rings: HingeRings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation
+) -> tuple[float, int, int]:
+    """How many boxes a search of a box, (n,) each, takes, about.
+
+    Then EMPTY, or CLOSED or OPEN where a probe ends so; and how many boxes the probes took.
+
+    Each probe follows one branch, and takes any of the two halves of a box; the k-th box after the first stands for
+    2^k. The mean over branches is the number of boxes; few branches miss what few others take. A closed state that a
+    probe meets is `work.state`.
+    """
+    np.random.seed(seed)
+    total, tested = 0.0, 0
+    for _ in range(probes):
+        start_refutation(rings, low, high, work)
+        stands_for, verdict = 1.0, BOX_UNFINISHED
+        while verdict == BOX_UNFINISHED:
+            total += stands_for
+            stands_for *= 2.0
+            verdict, side = test_box(rings, 0, work)
+            tested += 1
+            if verdict == BOX_UNFINISHED:
+                split_box(side, 0, work)
+                if np.random.random() < 0.5:
+                    work.lows[0], work.highs[0], work.cuts[0] = work.lows[1], work.highs[1], work.cuts[1]
+        if verdict != BOX_EMPTY:
+            return total, verdict, tested
+    return total / probes, BOX_EMPTY, tested

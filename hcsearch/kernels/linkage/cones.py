@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.kernels.algebra.screws import add_bracket
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.algebra.vectors import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 MAX_EXTREME_RAYS = 2048

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.linkage.reaches import PrismPairs
 

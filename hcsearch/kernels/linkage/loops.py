@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.kernels.algebra.rows import row_product
-from hcsearch.kernels.algebra.screws import add_bracket
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.algebra.matrices import row_product
+from hcsearch.kernels.algebra.vectors import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 

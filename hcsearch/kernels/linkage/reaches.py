@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain

@@ -1,4 +1,4 @@
-"""Where in a step a joint comes to its stop, a law snaps, and whether stops would have to pull."""
+"""Events within a step, and what lies between its states: stops, snaps, how far the loops open there."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles, write_course_rates
+from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate, largest_pivot, project_state
+from hcsearch.kernels.multibody.sweeps import place_bodies
+from hcsearch.kernels.multibody.tree import BodyTree, Work
+from hcsearch.kernels.multibody.welds import weld_errors
 
 NEAR_STOP_ANGLE, PASSED_STOP_ANGLE = 1e-9, 1e-6
 """A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""
@@ -126,3 +130,121 @@ def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
         if hold.held[i]:
             most = max(most, hold.held[i] * forces[i])
     return most
+
+
+StateSeries = tuple[Reals, Reals, Reals, Reals]
+"""Times (k,), coordinates, velocities and accelerations (k, n)."""
+
+INTERPOLATED_STATE_RESIDUAL = 1e-6
+"""Closure residual (rad, or gap over size) up to which loops count as closed between states."""
+RESIDUAL_SAMPLE_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+"""Where the openings of loops are computed between states, as shares of a step."""
+MAX_REFINEMENT_PASSES = 4
+"""A step is halved no more often than this."""
+HELD_JOINT_TOLERANCE = 1e-9
+"""A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
+SIMULATED_STATE_RESIDUAL = 1e-10
+"""Closure residual (rad, or gap over size) up to which loops count as closed at states."""
+
+
+@compiled
+def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work) -> float:
+    """Greatest closure residual (rad, or gap over size) of a motion, also at `RESIDUAL_SAMPLE_SHARES` of each step.
+
+    A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
+    the other.
+    """
+    times, q, v, a = states
+    course, angles = np.empty((q.shape[1], COURSE_TERM_COUNT)), np.empty(q.shape[1])
+    worst = 0.0
+    for k in range(len(times)):
+        place_bodies(tree, q[k], work)
+        worst = max(worst, weld_errors(tree, work, work.errors))
+        h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
+        if h > 0.0:
+            write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            for share in RESIDUAL_SAMPLE_SHARES:
+                write_course_angles(course, share, angles)
+                place_bodies(tree, angles, work)
+                worst = max(worst, weld_errors(tree, work, work.errors))
+    return worst
+
+
+@compiled
+def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
+    """Share of projected states, (k, n), at which loops are open by more than `SIMULATED_STATE_RESIDUAL`.
+
+    Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
+    only seemed to, as on a branch of singular states.
+    """
+    loose = 0
+    for k in range(len(q)):
+        place_bodies(tree, q[k], work)
+        if weld_errors(tree, work, work.errors) > SIMULATED_STATE_RESIDUAL:
+            loose += 1
+    return loose / max(1, len(q))
+
+
+@compiled
+def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
+    """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
+
+    They are those nearest to the polynomials, where Newton finds them, and so again in the halves.
+    """
+    tree, n = mechanism.tree, states[1].shape[1]
+    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    course, scale = np.empty((n, COURSE_TERM_COUNT)), largest_pivot(mechanism, states[1][0], work)
+    for _ in range(MAX_REFINEMENT_PASSES):
+        times, q, v, a = states
+        count = len(times)
+        wide = np.zeros(count, np.bool_)
+        middles = np.empty((3, count, n))
+        for k in range(count - 1):
+            h = times[k + 1] - times[k]
+            if h <= 0.0:
+                continue
+            write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            write_course_angles(course, 0.5, middles[0, k])
+            place_bodies(tree, middles[0, k], work)
+            gap = weld_errors(tree, work, work.errors)
+            if gap > closed:
+                write_course_rates(course, 0.5, h, middles[1, k])
+                for i in range(n):
+                    still = (
+                        abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE
+                        and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
+                    )
+                    hold.held[i] = 1 if still else 0
+                work.clock[0] = 0.5 * (times[k] + times[k + 1])
+                wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
+        more = wide.sum()
+        if more == 0:
+            break
+        rows = count + more
+        states = (np.empty(rows), np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, n)))
+        at = 0
+        for k in range(count):
+            states[0][at], states[1][at], states[2][at], states[3][at] = times[k], q[k], v[k], a[k]
+            at += 1
+            if wide[k]:
+                states[0][at] = 0.5 * (times[k] + times[k + 1])
+                states[1][at], states[2][at], states[3][at] = middles[0, k], middles[1, k], middles[2, k]
+                at += 1
+    return states
+
+
+@compiled
+def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
+    """Move a state onto closure, and write its accelerations; its closure residual then.
+
+    Near singular states Newton may go astray: then the residual is no less than it was.
+    """
+    gap = 0.0
+    for _ in range(2):
+        accelerate(mechanism, hold, q, v, scale, True, work, a)
+        gap, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
+    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    for i in range(len(hold.held)):
+        if hold.held[i]:
+            v[i] = a[i] = 0.0
+    return gap

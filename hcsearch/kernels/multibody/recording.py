@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.multibody.cuts import cut_angles
+from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism
 from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
-from hcsearch.kernels.multibody.motion import DiscreteState, Mechanism
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import Work
+from hcsearch.kernels.multibody.welds import cut_angles
 
 RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 4
 """What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""

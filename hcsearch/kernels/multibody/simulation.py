@@ -6,14 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra.vectors import dot, rotated, vector_at, vector_sum
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
-from hcsearch.kernels.multibody.events import EVENT_SNAP_UP, IntegrationStep, first_event, first_near, greatest_pull
-from hcsearch.kernels.multibody.explicit import IntegrationMethod, write_stage
-from hcsearch.kernels.multibody.hinges import law_moment, write_energies
-from hcsearch.kernels.multibody.motion import (
+from hcsearch.kernels.multibody.accelerations import (
     DiscreteState,
     Mechanism,
     Stepper,
@@ -22,6 +18,9 @@ from hcsearch.kernels.multibody.motion import (
     largest_pivot,
     project_state,
 )
+from hcsearch.kernels.multibody.events import EVENT_SNAP_UP, IntegrationStep, first_event, first_near, greatest_pull
+from hcsearch.kernels.multibody.hinges import law_moment, write_energies
+from hcsearch.kernels.multibody.integrators import IntegrationMethod, write_stage
 from hcsearch.kernels.multibody.recording import (
     RECORDED_RELEASE,
     RECORDED_SNAP_DOWN,
@@ -44,6 +43,7 @@ from hcsearch.kernels.multibody.steps import (
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import BODY_CENTRE, WORK_PLACE, WORK_ROTATION, Work
+from hcsearch.kernels.multibody.welds import cut_energy, cut_gap
 
 ENDING_NONE = -1
 (

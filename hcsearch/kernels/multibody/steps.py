@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
-from hcsearch.kernels.multibody.explicit import IntegrationMethod, explicit_step, write_stage
-from hcsearch.kernels.multibody.implicit import implicit_step
-from hcsearch.kernels.multibody.motion import Stepper, accelerate, project_state
+from hcsearch.kernels.multibody.integrators import IntegrationMethod, explicit_step, implicit_step, write_stage
 
 REACHED_STOP_ANGLE = 1e-11
 """A joint is at a stop within this (rad)."""

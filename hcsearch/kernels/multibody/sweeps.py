@@ -8,7 +8,7 @@ unit force does along each joint gives the Delassus matrix as a sum over joints 
 
 from __future__ import annotations
 
-from hcsearch.basics.arrays import Reals, Signs
+from hcsearch.basics.array_values import Reals, Signs
 from hcsearch.kernels.algebra.vectors import (
     Vector3,
     add_symmetric,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
 
 BODY_AXIS, BODY_OFFSET, BODY_CENTRE, BODY_INERTIA, BODY_MASS = 0, 3, 6, 9, 15

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra.vectors import Vector3, dot, scaled_vector, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.planning.closing import PLANNING_CLOSURE_RESIDUAL, close_state
+from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, close_state
 from hcsearch.kernels.planning.space import (
     PlacedState,
     Space,

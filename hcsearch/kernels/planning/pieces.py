@@ -16,13 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.algebra.rows import row_product, subtract_row
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.algebra.matrices import row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
-from hcsearch.kernels.planning.closing import Loops, write_closure
-from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.middles import centre_screws
+from hcsearch.kernels.planning.closed_states import Group, Loops, write_closure
+from hcsearch.kernels.planning.series import centre_screws
 
 MAX_CONTRACTION_FACTOR = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra.vectors import put_vector, scaled_vector, vector_at
-from hcsearch.kernels.collision.distances import hull_gap
+from hcsearch.kernels.collision.gjk import hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, place_prisms, sphere_distance
-from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
+from hcsearch.kernels.planning.closed_states import Closing, Loops, new_closing
 
 CONDITIONS_PER_HINGE = 24
 """Contact conditions that a step takes into account, for each hinge."""

@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.planning.closing import Closing, Loops, close_state, keep_closed, new_closing
-from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.closed_states import Closing, Group, Loops, close_state, keep_closed, new_closing
 from hcsearch.kernels.planning.pieces import MAX_CONTRACTION_FACTOR, PieceTables, new_piece_tables, prove_piece
 
 MAX_PROOF_PIECES = 20000

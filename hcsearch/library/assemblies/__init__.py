@@ -1,7 +1,8 @@
 """Named assemblies of the thesis, and the general operations that make them."""
 
-from hcsearch.library.assemblies import eight_r, modules, squares, tessellations, units
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies import eight_r, modules, squares, tessellations
+from hcsearch.library.assemblies import eight_r_units as units
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 
 ASSEMBLIES: dict[str, Assembly] = {
     entry.name: entry for module in (eight_r, units, tessellations, squares, modules) for entry in module.ASSEMBLIES

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
 from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric, slit_distance
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.packages import Package, flat_overlap, package
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
-from hcsearch.motion.kinematics.generic import generic_rank
-from hcsearch.motion.kinematics.rank import Rank, rank_at
+from hcsearch.motion.kinematics.generic_rank import generic_rank
+from hcsearch.motion.kinematics.numerical_rank import Rank, rank_at
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 

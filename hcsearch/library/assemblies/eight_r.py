@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Facet, PlanePoint
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern

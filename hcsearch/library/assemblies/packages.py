@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, FacetPair, Pattern, overlay
 
 CIRCUIT, CREASE = "rectangle:1233300011123321", 6

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.assembly import Assembly, Parameters
 from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric
-from hcsearch.library.assemblies.joining import Match, join, neighbours
+from hcsearch.library.assemblies.eight_r_units import matches, unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
+from hcsearch.library.assemblies.overlays import Match, join, neighbours
 from hcsearch.library.assemblies.packages import Package, package
-from hcsearch.library.assemblies.units import matches, unit_i, unit_ii
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern

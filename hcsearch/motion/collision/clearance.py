@@ -16,21 +16,26 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.collision.approaches import approach_speed
-from hcsearch.kernels.collision.clearance import (
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.collision.clearance_search import (
     MOTION_CLEAR,
     MOTION_COLLIDES,
     ClearanceReport,
     ClearanceTolerances,
     judge_clearance,
 )
-from hcsearch.kernels.collision.dips import smallest_dip
+from hcsearch.kernels.collision.dips import approach_speed, smallest_dip
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.least_gaps import least_pair_gap
-from hcsearch.motion.collision.margins import DEFAULT_PANEL_MARGIN, GAP_RESOLUTION, TOUCHING_DISTANCE
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import Solids, collision_solids, solid_pairs
+from hcsearch.motion.collision.panel_prisms import (
+    DEFAULT_PANEL_MARGIN,
+    GAP_RESOLUTION,
+    TOUCHING_DISTANCE,
+    Solids,
+    collision_solids,
+    prisms_of,
+    solid_pairs,
+)
 from hcsearch.shape.linkage import Linkage
 
 

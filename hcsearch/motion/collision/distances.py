@@ -1,4 +1,8 @@
-"""Distances between panels on a motion, and how fast they approach each other (thesis 4.3, 4.4)."""
+"""Distances between panels on a motion, approach speeds, and depths of penetration (thesis 4.3, 4.4).
+
+Two convex prisms are apart, or only touch, where some direction separates them: the normal of a face of either or the
+cross product of two edges. Otherwise the least overlap along these directions is how deep they cut into each other.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,59 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
-from hcsearch.motion.collision.penetration import TOUCHING_DEPTH_SHARE
-from hcsearch.motion.collision.prisms import prisms_of
+from hcsearch.kernels.collision.gaps import PanelPairs, deepest_overlap, first_overlap, gaps_at
+from hcsearch.motion.collision.panel_prisms import facet_pairs, prisms_of
 from hcsearch.shape.linkage import Linkage
+
+TOUCHING_DEPTH_SHARE = 1e-6
+"""Prisms that cut into each other by no more than this share of the pattern's size only touch."""
+
+
+@dataclass(frozen=True)
+class PanelCut:
+    """Two panels that cut into each other at a state, given by its number, and how deep (m)."""
+
+    state: int
+    panels: tuple[int, int]
+    depth: float
+
+
+def first_cut(
+    linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()
+) -> PanelCut | None:
+    """The first of some states, shape (n_states, n_hinges), at which panels cut deeper than allowed (m): the deepest.
+
+    apart : pairs of panels, the lower number first, that are left out, as their stops keep them apart.
+    """
+    pairs = facet_pairs(linkage, apart)
+    depths = np.zeros(len(pairs))
+    states = np.ascontiguousarray(states, float)
+    state = first_overlap(linkage.chain, prisms_of(linkage), pairs, states, float(allowed), depths)
+    if state < 0:
+        return None
+    worst = int(depths.argmax())
+    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
+    return PanelCut(state, (one, two), float(depths[worst]))
+
+
+def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
+    """How deep panels cut into each other at the worst of some states, shape (n_states, n_hinges), in metres."""
+    states = np.ascontiguousarray(states, float)
+    return float(deepest_overlap(linkage.chain, prisms_of(linkage), facet_pairs(linkage, apart), states))
+
+
+def penetration(linkage: Linkage, angles: Reals) -> float:
+    """How deep facets of different panels cut into each other at one state, in metres; 0 where they only touch."""
+    cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
+    return 0.0 if cut is None else cut.depth
+
+
+def cuts_through(linkage: Linkage, states: Reals) -> bool:
+    """Whether panels cut through each other at any of some states, shape (n_states, n_hinges)."""
+    return first_cut(linkage, states, TOUCHING_DEPTH_SHARE * linkage.pattern.size) is not None
+
 
 CONTACT_GAP_SHARE = 2e-5
 """Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage
 
 CLOSED_LOOP_RESIDUAL = 1e-12

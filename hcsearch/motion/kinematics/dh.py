@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage, Walk
 
 SAME_LINE_TOLERANCE = 1e-9

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
-from hcsearch.motion.kinematics.rank import Rank, decide_rank
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.motion.kinematics.numerical_rank import Rank, decide_rank
 from hcsearch.shape.linkage import Linkage
 
 MIN_PIVOT_SHARE = 0.618
@@ -117,3 +118,15 @@ def same_orientation(one: LocalState, two: LocalState) -> bool:
     ranges = np.linalg.slogdet(one.left.T @ two.left)[0]
     rows = np.linalg.slogdet(one.right @ two.right.T)[0]
     return bool(ranges * rows >= 0)
+
+
+def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
+    """Values of the form that `bend` is of a vector with itself, for all pairs, shape (n, n, n_rows).
+
+    vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
+    """
+    own = np.array([bend(vector) for vector in vectors])
+    values = np.empty((len(vectors), len(vectors), own.shape[1]))
+    for i, j in combinations_with_replacement(range(len(vectors)), 2):
+        values[i, j] = values[j, i] = own[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - own[i] - own[j])
+    return values

@@ -14,8 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.vocabulary import MOTION_ENDS, MotionEnd
 from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.plates import Plates

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.enclosure import flooding
 from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.flooding import (

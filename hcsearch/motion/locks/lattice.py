@@ -18,8 +18,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage, Walk
 
 ExactArray = NDArray[np.object_]

@@ -13,8 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.kernels.enclosure.estimates import estimate_box_count
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import (
     BOX_CLOSED,
@@ -23,6 +22,7 @@ from hcsearch.kernels.enclosure.refutation import (
     REFUTATION_TESTED_BOXES,
     Refutation,
     continue_refutation,
+    estimate_box_count,
     reaches_closed_state,
     start_refutation,
 )
@@ -33,12 +33,11 @@ from hcsearch.motion.locks.boxes import (
     box_faces,
     boxes_outside,
     excess_over_box,
+    region_around,
     whole_box,
 )
-from hcsearch.motion.locks.cuts import BoxCuts
 from hcsearch.motion.locks.floods import BOXES_PER_KERNEL_CALL
-from hcsearch.motion.locks.layouts import region_around
-from hcsearch.motion.locks.parts import StateParts
+from hcsearch.motion.locks.partition import BoxCuts, StateParts
 
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""

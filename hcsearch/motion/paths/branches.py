@@ -15,12 +15,11 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import LocalState, local_at
+from hcsearch.motion.paths.motions import STOP_TOLERANCE, stop_margins
 from hcsearch.motion.paths.quadrics import LOCATED_STATE_RESIDUAL, SOLVED_RESIDUAL, second_order_forms, solve_quadrics
-from hcsearch.motion.paths.stops import STOP_TOLERANCE, stop_margins
 from hcsearch.shape.linkage import Linkage
 
 BranchStatus = Literal["finite", "infinitesimal", "undecided"]

@@ -16,12 +16,17 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags, Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.motion.kinematics.local import LocalState, local_at
-from hcsearch.motion.kinematics.within import close_within_stops, least_energy, states_are_linked
-from hcsearch.motion.paths.motions import MotionPath, PathEnding, joined_paths, motion_path_of, reversed_path
-from hcsearch.motion.paths.stops import STOP_TOLERANCE
+from hcsearch.motion.kinematics.within_stops import close_within_stops, least_energy, states_are_linked
+from hcsearch.motion.paths.motions import (
+    STOP_TOLERANCE,
+    MotionPath,
+    PathEnding,
+    joined_paths,
+    motion_path_of,
+    reversed_path,
+)
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 

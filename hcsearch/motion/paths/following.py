@@ -14,14 +14,20 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
-from hcsearch.motion.paths.events import singular_states
-from hcsearch.motion.paths.motions import MotionPath, PathEnding, SingularEvent, motion_path_of
-from hcsearch.motion.paths.predictors import PREDICTORS, PathStep, miss_distance
-from hcsearch.motion.paths.stops import STOP_TOLERANCE, first_stop, stop_margins
-from hcsearch.motion.paths.walking import Advance, Walker
+from hcsearch.motion.paths.motions import (
+    STOP_TOLERANCE,
+    MotionPath,
+    PathEnding,
+    SingularEvent,
+    first_stop,
+    motion_path_of,
+    stop_margins,
+)
+from hcsearch.motion.paths.singular_states import singular_states
+from hcsearch.motion.paths.stepping import PREDICTORS, Advance, PathStep, Walker, miss_distance
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 

@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
-from hcsearch.motion.collision.margins import MIN_PANEL_MARGIN, check_margin, scale_of
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, check_margin, scale_of
+from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.proofs import Prover
 from hcsearch.motion.planning.schedule import LONG_SEARCH_ROUNDS, SEARCH_ROOT_COUNT, SEARCH_SEED_COUNT
 from hcsearch.shape.linkage import Linkage
 

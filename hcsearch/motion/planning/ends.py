@@ -14,11 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.planning.groups import Group
-from hcsearch.kernels.planning.middles import centre_screws
-from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, write_series
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.kernels.planning.closed_states import Group
+from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, centre_screws, write_series
 from hcsearch.motion.locks.lattice import reduced_rows, whole_end
 from hcsearch.shape.linkage import Linkage
 

@@ -6,11 +6,9 @@ import numpy as np
 
 from hcsearch.basics.errors import SizeError
 from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.planning.closing import Loops
+from hcsearch.kernels.planning.closed_states import Loops
 from hcsearch.kernels.planning.space import Space
-from hcsearch.motion.collision.margins import REFERENCE_EDGE_LENGTH, scale_of
-from hcsearch.motion.collision.prisms import prisms_of
-from hcsearch.motion.collision.solids import kept_apart, solid_pairs
+from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, kept_apart, prisms_of, scale_of, solid_pairs
 from hcsearch.shape.linkage import Linkage
 
 LEVER_PER_EDGE = 0.45 / REFERENCE_EDGE_LENGTH

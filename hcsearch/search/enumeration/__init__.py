@@ -10,10 +10,10 @@ from hcsearch.basics.errors import HcsearchError, SizeError, expect_kind
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import Array, Grid, grid_of
 from hcsearch.designs.records import CircuitBatch
-from hcsearch.search.enumeration.arrays import ArraySearch
-from hcsearch.search.enumeration.counting import ArrayCount, count_array
+from hcsearch.search.enumeration.array_circuits import ArraySearch
 from hcsearch.search.enumeration.folded import FoldedSearch
-from hcsearch.search.enumeration.polygons import PolygonSearch
+from hcsearch.search.enumeration.frontier_counts import ArrayCount, count_array
+from hcsearch.search.enumeration.polygon_search import PolygonSearch
 
 __all__ = [
     "ArrayCount",

@@ -15,10 +15,9 @@ from hcsearch.basics.errors import SizeError
 from hcsearch.designs.grid import Grid
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import chains, joining
-from hcsearch.search.enumeration.classes import canonical_batch
-from hcsearch.search.enumeration.growth import connective_constant
-from hcsearch.search.enumeration.plane import LatticePlane
-from hcsearch.search.enumeration.polygons import check_length
+from hcsearch.search.enumeration.frontier_counts import connective_constant
+from hcsearch.search.enumeration.plane import LatticePlane, canonical_batch
+from hcsearch.search.enumeration.polygon_search import check_length
 
 Lists = tuple[chains.HalfChains, chains.HalfChains, NDArray[np.int64]]
 

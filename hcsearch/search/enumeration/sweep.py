@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue
 from hcsearch.basics.errors import SizeError
 from hcsearch.kernels.circuits import frontier
 

@@ -16,15 +16,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
-from hcsearch.search.own_patterns.fold_frames import pattern_frame
-from hcsearch.search.own_patterns.fold_values import MOST, FrameValues
-from hcsearch.search.own_patterns.lines import CrossingError, split_lines
-from hcsearch.search.own_patterns.places import in_plane, place_text
-from hcsearch.shape.mesh import Facet, facet_area
-from hcsearch.shape.outlines import (
+from hcsearch.search.own_patterns.drawn_lines import CrossingError, in_plane, place_text, split_lines
+from hcsearch.search.own_patterns.fold_values import MOST, FrameValues, pattern_frame
+from hcsearch.shape.mesh import (
+    Facet,
     faces_between,
+    facet_area,
     joined_faces,
     without_dead_ends,
     without_spurs,

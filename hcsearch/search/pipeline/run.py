@@ -18,9 +18,17 @@ from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult, Wo
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.search.enumeration import Search
-from hcsearch.search.pipeline.amounts import duration
-from hcsearch.search.pipeline.judging import Judge, JudgedPiece, Piece, check_scene, pieces, seconds_of, unfinished
-from hcsearch.search.pipeline.settling import Settler, tasks
+from hcsearch.search.pipeline.judging import (
+    Judge,
+    JudgedPiece,
+    Piece,
+    Settler,
+    check_scene,
+    pieces,
+    seconds_of,
+    tasks,
+    unfinished,
+)
 from hcsearch.search.pipeline.shards import Output, ShardJob
 from hcsearch.search.pipeline.workers import Crew
 from hcsearch.search.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
@@ -38,6 +46,7 @@ from hcsearch.store import (
     start_run,
     undecided,
 )
+from hcsearch.system.terminal import duration
 
 SMALL, SMALL_JUDGED = 5_000_000, 3_000  # circuits, of the latter where motions follow
 QUICK = 100.0  # core seconds: two processes take some of them to load their kernels

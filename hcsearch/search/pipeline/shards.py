@@ -1,4 +1,4 @@
-"""The work on one shard, a part of a search that is stored as a whole: the stages that depend on no scene."""
+"""The work on one shard, a part of a search that is stored as a whole, and the rows that the store keeps of it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,119 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.equality import ByValue
-from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult
-from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
+from hcsearch.basics.array_values import ByValue
+from hcsearch.designs.grid import Grid, grid_named
+from hcsearch.designs.records import CircuitBatch, DesignBatch, StagedDesigns, StageResult, VerdictBatch
+from hcsearch.kernels.circuits.words import array_rows, fingerprint_rows, write_rows
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene
 from hcsearch.search.enumeration import Search
-from hcsearch.search.pipeline.rows import array_fingerprints, design_rows
 from hcsearch.search.stages.circuits import listed
 from hcsearch.search.stages.stage import Stage, run_stages
+from hcsearch.search.stages.statuses import best_foldings, folding_statuses
+
+
+def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
+    """The rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""
+    circuits, foldings, twists = designs.circuits, designs.foldings, designs.twists
+    array, array_symmetry = _array_texts(search, circuits)
+    best_crease = folding_status = status = None
+    if foldings is not None and designs.mobility is not None:
+        best = best_foldings(designs)
+        best_crease = np.where(best < 0, -1, foldings.crease[best] if len(foldings) else -1)
+        folding_status = folding_statuses(designs)
+        first = best_foldings(designs, folding_status).tolist()
+        status = [None if k < 0 else folding_status[k] for k in first]
+    n_foldings = n_untwisted = min_twist = None
+    if foldings is not None:
+        n_foldings = np.bincount(foldings.row, minlength=len(circuits))
+    if foldings is not None and twists is not None:
+        n_untwisted = np.bincount(foldings.row[twists == 0], minlength=len(circuits))
+        min_twist = np.full(len(circuits), np.iinfo(np.int16).max, np.int16)
+        np.minimum.at(min_twist, foldings.row, twists)
+        min_twist[n_foldings == 0] = -1
+    return DesignBatch(
+        grid=search.grid.name,
+        n=search.n,
+        circuit=circuit_texts(search.grid, circuits.words),
+        array=array,
+        array_symmetry=array_symmetry,
+        symmetry=circuits.symmetry,
+        n_fixed=len(search.grid.point_group) // circuits.symmetry.astype(np.int64),
+        n_foldings=n_foldings,
+        folding_row=None if foldings is None else foldings.row,
+        folding_crease=None if foldings is None else foldings.crease,
+        folding_twist=twists,
+        n_untwisted=n_untwisted,
+        min_twist=min_twist,
+        mobility=designs.mobility,
+        best_crease=best_crease,
+        folding_status=folding_status,
+        status=status,
+    )
+
+
+def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
+    """The rows of verdicts on designs in a scene, all of whose foldings are untwisted."""
+    assert designs.motion is not None
+    foldings, statuses = designs.folded, folding_statuses(designs, scene)
+    best = best_foldings(designs, statuses)
+    return VerdictBatch(
+        circuit=circuit_texts(grid_named(designs.circuits.grid), designs.circuits.words),
+        best_crease=foldings.crease[best].tolist(),
+        status=[str(statuses[k]) for k in best.tolist()],
+        folding_row=foldings.row,
+        folding_crease=foldings.crease,
+        folding_status=[str(word) for word in statuses],
+        motion=designs.motion,
+        deployment=designs.deployment,
+    )
+
+
+def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:
+    """A 128-bit fingerprint of each circuit's array up to congruence, shape (n_circuits, 2)."""
+    if search.target:  # one array, of any width
+        return np.ones((min(len(circuits), 1), 2), np.uint64)
+    rows, heights, _ = _canonical_arrays(search.grid, circuits)
+    prints = np.empty((len(circuits), 2), np.uint64)
+    fingerprint_rows(rows, heights, prints)
+    return prints
+
+
+def _canonical_arrays(
+    grid: Grid, circuits: CircuitBatch
+) -> tuple[NDArray[np.uint64], NDArray[np.int64], NDArray[np.int16]]:
+    rows = np.empty(circuits.words.shape, np.uint64)
+    heights, symmetry = np.empty(len(circuits), np.int64), np.empty(len(circuits), np.int16)
+    bits = 2 if grid.is_triangle else 1
+    array_rows(circuits.words, np.array(grid.row_moves), bits, rows, heights, symmetry)
+    return rows, heights, symmetry
+
+
+def _array_texts(search: Search, circuits: CircuitBatch) -> tuple[list[str], NDArray[np.int16]]:
+    grid = search.grid
+    if search.target:  # one array for all of them, of any width
+        symmetry = np.full(len(circuits), search.group_order, np.int16)
+        return [search.target] * len(circuits), symmetry
+    rows, heights, symmetry = _canonical_arrays(grid, circuits)
+    prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
+    # n cells in connected rows: at most n digits and a dot a row
+    text = np.zeros((len(circuits), len(prefix) + 2 * search.n), np.uint8)
+    write_rows(rows, heights, prefix, text)
+    return _texts(text), symmetry
+
+
+def circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
+    """The notations of circuits."""
+    prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
+    text = np.empty((len(words), len(prefix) + words.shape[1]), np.uint8)
+    text[:, : len(prefix)] = prefix
+    text[:, len(prefix) :] = words + ord("0")
+    return _texts(text)
+
+
+def _texts(text: NDArray[np.uint8]) -> list[str]:
+    """Rows of ASCII codes, ended by zeros, as strings."""
+    return text.view(f"S{text.shape[1]}").ravel().astype(str).tolist() if len(text) else []
 
 
 class Travelling:

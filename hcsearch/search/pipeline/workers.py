@@ -1,4 +1,4 @@
-"""Who works on the shards of a search: this process, other processes of this machine, or the workers of a Dask cluster.
+"""Who works on the shards of a search: this process, others of this machine, or workers of a scheduler.
 
 Results come in the order of the inputs whoever works on them, so a run stores the same rows with the same ids.
 """
@@ -8,6 +8,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import pickle
+import re
+import socket
+import struct
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
@@ -18,7 +22,6 @@ from itertools import islice
 from typing import Any, Protocol, TypeVar
 
 from hcsearch.basics.errors import ClusterError
-from hcsearch.search.pipeline.addresses import greets_as_dask, host_and_port
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.search.pipeline.sameness import (
     Program,
@@ -30,6 +33,46 @@ from hcsearch.search.pipeline.sameness import (
     program,
     work_on,
 )
+
+PATIENCE = 8.0
+"""How long to wait for a scheduler's greeting, its name looked up and the connection made, in seconds."""
+
+_ADDRESS = re.compile(r"(?:tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})", re.ASCII)
+_LONGEST = 1 << 20  # bytes of a greeting, which has some hundred
+
+
+def host_and_port(address: str) -> tuple[str, int]:
+    """Split an address such as tcp://HOST:8786; ClusterError when it is none."""
+    match = _ADDRESS.fullmatch(address)
+    try:
+        if match and 0 < int(match[2]) < 1 << 16 and match[1].isprintable() and match[1].encode("idna"):
+            return match[1].strip("[]"), int(match[2])
+    except UnicodeError:  # a part of the name is empty or too long
+        pass
+    raise ClusterError(f"{address!r} is not the address of a scheduler: write it as tcp://HOST:8786, a port to 65535")
+
+
+def greets_as_dask(host: str, port: int, patience: float = PATIENCE) -> bool:
+    """Whether a server listens there that greets as Dask's schedulers do: at once, by a frame after its length.
+
+    patience : in seconds, for all of it.
+    """
+    answers: list[bool] = []
+    # In a thread: nothing else bounds the time in which a name is looked up.
+    thread = threading.Thread(target=lambda: answers.append(_greets(host, port, patience)), daemon=True)
+    thread.start()
+    thread.join(patience)
+    return answers == [True]
+
+
+def _greets(host: str, port: int, patience: float) -> bool:
+    try:
+        with socket.create_connection((host, port), timeout=patience) as link, link.makefile("rb") as stream:
+            length: int = struct.unpack("<Q", stream.read(8))[0]
+            return 0 < length < _LONGEST and len(stream.read(length)) == length
+    except (OSError, struct.error):
+        return False
+
 
 P = TypeVar("P")
 T = TypeVar("T")

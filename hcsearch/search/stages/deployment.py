@@ -15,7 +15,7 @@ from hcsearch.springs.deployment import DEPLOYMENT_VERSION
 
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
-    from hcsearch.springs.deployment.verdicts import deploy_foldings  # noqa: PLC0415 - its kernels take seconds to load
+    from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings  # noqa: PLC0415 - its kernels take seconds to load
 
     assert designs.mobility is not None
     assert designs.motion is not None

@@ -11,20 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Flags, Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.kernels.linkage.cones import END_LOCKED, END_OPEN, END_PASSED, settle_ends
-from hcsearch.kernels.linkage.lines import survey_ends
+from hcsearch.kernels.linkage.hinge_lines import survey_ends
 from hcsearch.kernels.linkage.loops import generic_states
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
-from hcsearch.motion.kinematics.generic import MAX_GENERIC_ATTEMPTS, generic_rank, leaving_step
-from hcsearch.motion.kinematics.rank import decide_rank
-from hcsearch.motion.locks.proofs import lock_at
+from hcsearch.motion.kinematics.generic_rank import MAX_GENERIC_ATTEMPTS, generic_rank, leaving_step
+from hcsearch.motion.kinematics.numerical_rank import decide_rank
+from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.scenes import Scene
 from hcsearch.search.stages.stage import Stage
 from hcsearch.shape.linkage import Linkage

@@ -7,11 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from hcsearch.basics.arrays import Flags
+from hcsearch.basics.array_values import Flags
 from hcsearch.designs.folding import folding_at, representatives
 from hcsearch.designs.records import CircuitBatch, Evidence, FoldingBatch, Integers, MotionBatch, StoredLock
-from hcsearch.motion.planning.motions import PlannedMotion, motion_from_twin, plan_motion
-from hcsearch.motion.planning.reasons import reason_of
+from hcsearch.motion.planning.motion_search import PlannedMotion, motion_from_twin, plan_motion, reason_of
 from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 from hcsearch.scenes import Scene, panel_of
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from hcsearch.basics.arrays import Flags
+from hcsearch.basics.array_values import Flags
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.designs.records import StagedDesigns, StageResult
 from hcsearch.scenes import Scene

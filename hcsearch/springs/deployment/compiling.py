@@ -1,4 +1,4 @@
-"""A scene compiled to just the terms that it needs, and what was left out, why it may be, and how exact that is."""
+"""A scene compiled to just the terms that it needs, what was left out and how exact that is, and its closed start."""
 
 from __future__ import annotations
 
@@ -9,22 +9,41 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
-from hcsearch.motion.collision.solids import kept_apart
+from hcsearch.motion.collision.panel_prisms import kept_apart
+from hcsearch.motion.kinematics.within_stops import close_within_stops
 from hcsearch.scenes import Scene
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.starts import start_state
-from hcsearch.springs.dynamics.bodies import Body, joined_body
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, joined_body
 from hcsearch.springs.dynamics.mirror import Mirror, mirror_of
 from hcsearch.springs.dynamics.panels import PanelTree, panel_bodies, panel_tree
-from hcsearch.springs.dynamics.simulation import cut_states
 from hcsearch.springs.dynamics.system import CutHinge, JointDrive, System
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
+from hcsearch.springs.dynamics.time_integration import cut_states
+
+
+def start_state(linkage: Linkage, share: float) -> Reals:
+    """Fold angles of the closed state nearest to a share of the folded ones, within the stops.
+
+    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, the start is the folded
+    state itself, as with foldings locked there at first order; those locked there at second order may start 1e-6 to
+    4e-6 rad beside it.
+    """
+    if not 0.0 < share <= 1.0:
+        raise HcsearchError(f"no deployment starts at {share:g} of the folded angles: give a share above 0, up to 1")
+    folded: Reals = linkage.folded
+    if share == 1.0:
+        return folded
+    closed, _ = close_within_stops(linkage, share * folded)
+    if closed is not None:
+        return closed.angles
+    if share < 0.9:
+        raise HcsearchError(f"no closed state lies near {share:g} of the folded angles: start nearer to 1")
+    return folded
+
 
 OMISSIONS = ("half", "third dimension", "stops")
 """What the compiler leaves out of its own accord, by name."""

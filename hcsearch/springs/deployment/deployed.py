@@ -9,10 +9,10 @@ from hcsearch.basics.vocabulary import Formulation, Verdict
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment import facts
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
-from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
-from hcsearch.springs.deployment.driving import Drives
+from hcsearch.springs.deployment.deployment_facts import deployment_facts, deployment_table
+from hcsearch.springs.deployment.drives import Drives
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
@@ -63,15 +63,15 @@ class Deployed:
 
     def facts(self) -> dict[str, Any]:
         """All results as plain data, as `hcsearch deploy --json` prints them; keys name their units."""
-        return facts.deployment_facts(self.deployment, self.agreement)
+        return deployment_facts(self.deployment, self.agreement)
 
     def table(self) -> pd.DataFrame:
         """A pandas table of times, energies, fold angles and rates, as `hcsearch deploy --output` writes it."""
-        return facts.deployment_table(self.deployment)
+        return deployment_table(self.deployment)
 
     def picture(self, path: str) -> None:
         """Draw fold angles and energies over time into a file .svg, .png or .pdf."""
-        from hcsearch.springs.deployment.pictures import draw_deployment  # noqa: PLC0415 - only where a picture is wanted
+        from hcsearch.springs.deployment.deployment_pictures import draw_deployment  # noqa: PLC0415 - only where a picture is wanted
 
         draw_deployment(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import CompiledScene
-from hcsearch.springs.deployment.driving import Drives
+from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.drive.choosing import frames_at
 from hcsearch.springs.drive.torques import Torques
 

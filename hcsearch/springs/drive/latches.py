@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import CompiledScene
-from hcsearch.springs.deployment.deploying import Deployment, deployment_of_motion
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
-from hcsearch.springs.dynamics.simulation import Motion, joined_motion, simulate_system
+from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion
 from hcsearch.springs.dynamics.system import System
+from hcsearch.springs.dynamics.time_integration import Motion, joined_motion, simulate_system
 
 DEPARTURE_ANGLE = 0.05
 """A hinge has left the packed state when it has turned by this (rad)."""

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.springs.deployment.compiling import CompiledScene
 from hcsearch.springs.drive.choosing import DrivenHinges, frames_at
-from hcsearch.springs.drive.timing import TimedPath
+from hcsearch.springs.drive.trajectory import TimedPath
 from hcsearch.springs.dynamics.inverse import joint_forces
 
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.dynamics.body_trees import GROUND
 from hcsearch.springs.dynamics.system import System
-from hcsearch.springs.dynamics.trees import GROUND
 
 
 @dataclass(frozen=True, eq=False)

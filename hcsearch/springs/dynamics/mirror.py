@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 

@@ -12,12 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals, WholeNumbers
-from hcsearch.basics.equality import ByValue
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.bodies import Body, joined_body, prism_body
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, joined_body, prism_body
 from hcsearch.springs.dynamics.mirror import Mirror
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld
 
 
 @dataclass(frozen=True, eq=False)

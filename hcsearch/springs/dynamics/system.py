@@ -9,16 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
-from hcsearch.basics.equality import ByValue
-from hcsearch.kernels.multibody.cuts import CutHinges
-from hcsearch.kernels.multibody.hinges import Hinges, Struts
-from hcsearch.kernels.multibody.motion import Mechanism
-from hcsearch.kernels.multibody.targets import Targets, no_targets
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.kernels.multibody.accelerations import Mechanism
+from hcsearch.kernels.multibody.hinges import Hinges, Struts, Targets, no_targets
 from hcsearch.kernels.multibody.tree import BODY_INERTIA, BODY_MASS
+from hcsearch.kernels.multibody.welds import CutHinges
 from hcsearch.scenes.laws import FREE_LAW, Law, tables_of_laws
-from hcsearch.springs.dynamics.bodies import Body
-from hcsearch.springs.dynamics.trees import GROUND, TreeJoint, Weld, tree_of
+from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, tree_of
 
 
 @dataclass(frozen=True, eq=False)

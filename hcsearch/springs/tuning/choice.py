@@ -9,15 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
-from hcsearch.springs.deployment.deploying import Deployment, simulate_deployment
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
-from hcsearch.springs.tuning.catalogue import CatalogueLevels, descend_levels, nearest_levels
-from hcsearch.springs.tuning.objective import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
 from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness_of_sets, sampled_setups
-from hcsearch.springs.tuning.search import MIN_OBJECTIVE_GAIN, SpringSearch, stiffnesses_of_groups, strategy_from
+from hcsearch.springs.tuning.spring_search import (
+    MIN_OBJECTIVE_GAIN,
+    CatalogueLevels,
+    SpringSearch,
+    descend_levels,
+    nearest_levels,
+    stiffnesses_of_groups,
+    strategy_from,
+)
 
 SAMPLING_STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""

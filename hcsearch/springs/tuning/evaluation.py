@@ -1,28 +1,70 @@
-"""Checks of many spring sets of one array: on all cores, and none twice where a memory keeps them."""
+"""Evaluations of spring sets: the objective, checks on all cores, and a memory in the database."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from hcsearch.basics.arrays import Reals
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Formulation
-from hcsearch.motion.collision.margins import scale_of
-from hcsearch.motion.collision.reaches import slack_of
+from hcsearch.motion.collision.panel_prisms import scale_of
+from hcsearch.motion.collision.panel_reaches import slack_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment import DEPLOYMENT_VERSION
-from hcsearch.springs.deployment.checking import CheckedPanels, check_deployments, checked_panels_of
 from hcsearch.springs.deployment.compiling import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
-from hcsearch.springs.deployment.springs import stiffnesses_of, with_springs
-from hcsearch.springs.tuning.objective import SceneScales, tuning_objective
+from hcsearch.springs.deployment.quick_check import CheckedPanels, check_deployments, checked_panels_of
+from hcsearch.springs.deployment.spring_sets import stiffnesses_of, with_springs
+from hcsearch.store import Database, find_evaluations, record_evaluations
 from hcsearch.system.machine import usable_cores
+
+APPROACH_SPEED_SCALE = 5.0
+"""Approach speed that is worth as much as all of the way from folded to flat, m/s: p of eq. 4.26 is its inverse."""
+AMPLE_GAP = 2e-3
+"""A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
+
+
+class SceneScales(NamedTuple):
+    """Lengths and times of a scene over those of `default`, for which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` hold."""
+
+    length: float = 1.0
+    time: float = 1.0
+
+
+DEFAULT_SCENE_SCALES = SceneScales()
+
+
+def tuning_objective(check: DeploymentCheck, slack: float = 0.0, scales: SceneScales = DEFAULT_SCENE_SCALES) -> float:
+    """The less, the better; least for what becomes flat and clear.
+
+    slack : what panels may be elsewhere as the loops give way, m.
+
+    The thesis minimises f = p v_a - q d_p (eq. 4.26): the approach speed at the first collision, less the smallest gap
+    where there is none. That says nothing of deployments that stop short of flat, and equals 0 for collisions at any
+    time that are slow enough. So here:
+
+    - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE_GAP` count as that, and less than 1: what
+      is certain of the gap, which impacts that open the loops lessen;
+    - else 1 + the mean fold angle over pi that is left when panels come together (or may do so), or where it
+      is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
+      p v_a, and 1 where the simulation gave up.
+    """
+    ample, speed = AMPLE_GAP * scales.length, APPROACH_SPEED_SCALE * scales.length / scales.time
+    if check.deploys:
+        gap = ample if check.gap is None else min(check.gap, ample)
+        return min((slack - gap) / ample, 0.999)
+    value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / speed)
+    value += check.outcome in {"diverged", "out of steps"}
+    # a simulation that overflowed shows nothing
+    return value if math.isfinite(value) else 10.0
+
 
 TUNING_STEP_TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
@@ -189,3 +231,64 @@ class Evaluator:
 def softened_setup(setup: Setup) -> Setup:
     """A setup with the stops and dampers that `compliant` is searched with."""
     return replace(setup, **SOFTENED_SETUP_VALUES)  # type: ignore[arg-type]
+
+
+class DatabaseMemory:
+    """The evaluations of a subject (its notation and sizes, in one text) in a database: a memory of an evaluator."""
+
+    def __init__(self, database: Database, subject: str) -> None:
+        self._database, self._subject = database, subject
+        rows = find_evaluations(database, subject)
+        self._known = {EvaluationKey(row["setting"], row["springs"]): check_of_row(row) for row in rows}
+
+    def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
+        """Those of the keys that are known."""
+        return {key: self._known[key] for key in keys if key in self._known}
+
+    def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
+        """Store more checks, in one transaction."""
+        record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in checks.items()])
+        self._known |= checks
+
+    @staticmethod
+    def row(subject: str, key: EvaluationKey, check: DeploymentCheck) -> dict[str, Any]:
+        """A row of the table."""
+        time, panels = (None, (None, None)) if check.collision is None else check.collision
+        return {
+            "subject": subject,
+            "setting": key.setting,
+            "springs": key.springs,
+            "outcome": check.outcome,
+            "clear": None if check.clear is None else int(check.clear),
+            "end_time": check.end_time,
+            "collision_time": time,
+            "first_panel": panels[0],
+            "second_panel": panels[1],
+            **{name: _finite(getattr(check, name)) for name in _REALS},
+            **{name: getattr(check, name) for name in _COUNTS},
+        }
+
+
+_REALS = ("gap", "speed", "remaining", "end_remaining", "widest", "drift", "opening")
+_COUNTS = ("steps", "evaluations", "looks")
+
+
+def check_of_row(row: Mapping[str, Any]) -> DeploymentCheck:
+    """The check that a row of the table holds."""
+    collision = None
+    if row["collision_time"] is not None:
+        collision = (row["collision_time"], (row["first_panel"], row["second_panel"]))
+    reals: dict[str, Any] = {name: math.nan if row[name] is None and name != "gap" else row[name] for name in _REALS}
+    return DeploymentCheck(
+        outcome=row["outcome"],
+        end_time=row["end_time"],
+        clear=None if row["clear"] is None else bool(row["clear"]),
+        collision=collision,
+        **reals,
+        **{name: row[name] for name in _COUNTS},
+    )
+
+
+def _finite(value: float | None) -> float | None:
+    """A number, or None for what overflowed: not all databases keep such."""
+    return value if value is not None and math.isfinite(value) else None

@@ -1,13 +1,33 @@
-"""What a report shows, as plain values."""
+"""The data of a report, fetched from the database: counts over all that a query selects, and its first designs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
 from typing import Any
 
+from hcsearch.basics.errors import DatabaseError, NotationError
+from hcsearch.cases.replay_sources import stored_replays
+from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.store import (
+    Database,
+    Summary,
+    best_creases,
+    rows_of_designs,
+    scene_names,
+    select,
+    summarize,
+)
 from hcsearch.store.columns import DESIGNS, Quantity
+from hcsearch.web.player import Payload, payload_of
+from hcsearch.web.report.templating import database_option
 
 Row = Mapping[str, object]
 FoldingKey = tuple[int, int]
@@ -63,3 +83,181 @@ class ReportData:
     scene: str = DEFAULT_SCENE_NAME
     where: str = ""
     pages: str = ""
+
+
+PLAYED = 2000
+"""Designs of a page whose motions it holds, the first of them: each takes some 5 kB a folding."""
+BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
+"""Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
+
+
+def fetch(
+    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST, scene: str = DEFAULT_SCENE_NAME
+) -> ReportData:
+    """Read what a report on a query shows; the database must come from `open_readonly`.
+
+    limit : designs on the page, None for all; counts are of all the selected designs in any case. scene : whose
+    verdicts are shown.
+    """
+    selected = select(database, query, sort=sort, limit=limit, scene=scene).records()
+    counts = summarize(database, query, scene)
+    runs = [run for run in select(database, view="runs").records() if (run["grid"], run["n"]) in counts.sizes]
+    ids = [design["id"] for design in selected]
+    return ReportData(
+        title=_title(counts),
+        meta=[
+            ("grid", _listed(grid for grid, _ in counts.sizes)),
+            ("n", _listed(sorted({n for _, n in counts.sizes}))),
+            *([("array", counts.array)] if counts.array is not None else []),
+            ("query", query.strip() or "all designs"),
+            ("kept", _listed(run["keep"] for run in runs)),
+            ("scene", scene),
+            ("hcsearch", version("hcsearch")),
+            ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ],
+        funnel=_funnel(counts),
+        census=list(counts.census),
+        designs=selected,
+        foldings=foldings_of(database, ids, scene),
+        best=best_creases(database, ids, scene),
+        motions=motions_of(database, ids, scene),
+        tried=tried_of(database, ids, scene),
+        players=_players_of(database, selected, scene),
+        total=counts.circuits,
+        notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
+        size=_size(database, runs, scene),
+        scene=scene,
+        where=database_option(database),
+    )
+
+
+def _elsewhere(database: Database, scene: str) -> list[str]:
+    """Say where results are, when none are of this scene."""
+    others = [name for name in scene_names(database) if name != scene]
+    if not others:
+        return []
+    return [f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(others)})."]
+
+
+def _funnel(counts: Summary) -> list[FunnelStage]:
+    """List the numbers of the funnel; None for a stage that ran on none of the designs."""
+    total = counts.circuits
+
+    def known(count: int | None) -> int | None:
+        return count if total else 0
+
+    untwisted, movable, deploys = known(counts.untwisted), known(counts.movable), known(counts.deploys)
+    # Twisted and locked designs are known not to move before any motion was looked for.
+    if untwisted is None or untwisted > (counts.locked or 0):
+        movable = movable if movable or counts.planned else None
+        deploys = deploys if deploys or counts.tried else None
+    return [
+        FunnelStage("fixed circuits", counts.fixed),
+        FunnelStage("array" if counts.arrays == 1 else "arrays", counts.arrays),
+        FunnelStage("non-isomorphic circuits", total, total),
+        FunnelStage("two-stack", known(counts.two_stack), total),
+        FunnelStage("untwisted", untwisted, total),
+        FunnelStage("movable", movable, total),
+        FunnelStage("deployable by springs", deploys, total),
+    ]
+
+
+def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
+    """Rows of `foldings` in a scene, by the id of their design."""
+    by_design: dict[int, list[Row]] = defaultdict(list)
+    for row in rows_of_designs(database, "foldings", ids, scene):
+        by_design[row["design_id"]].append(row)
+    return dict(by_design)
+
+
+def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, str]:
+    """The sentence behind each motion that was planned in a scene."""
+    return {
+        (row["design_id"], row["crease"]): row["reason"] for row in rows_of_designs(database, "motions", ids, scene)
+    }
+
+
+def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
+    """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
+    by_folding: dict[FoldingKey, list[Row]] = defaultdict(list)
+    for row in rows_of_designs(database, "deployments", ids, scene):
+        by_folding[row["design_id"], row["crease"]].append(row)
+    return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
+
+
+def _title(counts: Summary) -> str:
+    if not counts.sizes:
+        return "No designs"
+    if counts.array is not None:
+        return f"Designs of array {counts.array}"
+    sizes = sorted({n for _, n in counts.sizes})
+    span = f"n = {sizes[0]}" if len(sizes) == 1 else f"n = {sizes[0]} to {sizes[-1]}"
+    return f"Designs: {_listed(grid for grid, _ in counts.sizes)}, {span}"
+
+
+def _listed(values: Iterable[object]) -> str:
+    """Write the different values, in the order they come."""
+    return ", ".join(dict.fromkeys(map(str, values))) or "-"
+
+
+def _notes(runs: Sequence[Row]) -> list[str]:
+    """Say what the numbers do not count: designs that were not kept, searches that were not finished."""
+    notes = []
+    whole = {(run["grid"], run["n"]) for run in runs if run["keep"] == "all" and run["target"] == ""}
+    partial = [run for run in runs if run["keep"] != "all" and (run["grid"], run["n"]) not in whole]
+    if partial:
+        keeps = _listed(run["keep"] for run in partial)
+        notes.append(
+            f"Some runs kept only {keeps} designs: the circuits and arrays counted here are those that were kept."
+        )
+    last = {(run["grid"], run["n"], run["target"], run["keep"]): run for run in runs}
+    open_runs = [str(run["id"]) for run in last.values() if run["finished"] is None]
+    if open_runs:
+        notes.append(f"The search is not finished (run {', '.join(open_runs)}): there may be more designs.")
+    return notes
+
+
+def size_of(database: Database, scene: str) -> tuple[float, float] | None:
+    """Length and width of the panels in a scene, where all runs agree on them."""
+    return _size(database, select(database, view="runs").records(), scene)
+
+
+def _size(database: Database, runs: Sequence[Row], scene: str) -> tuple[float, float] | None:
+    own = [run for run in runs if _scene_of(database, run) == scene]
+    # where nothing depends on the scene yet, panels are those of any run
+    runs = own or ([] if scene_names(database) else runs)
+    sizes = {str(run["panel"]) for run in runs if run["panel"]}
+    if len(sizes) != 1:
+        return None
+    match = re.match(r"(\d{1,9}(?:\.\d+)?)x(\d{1,9}(?:\.\d+)?)", sizes.pop(), re.ASCII)
+    return (float(match[1]), float(match[2])) if match else None
+
+
+def _scene_of(database: Database, run: Row) -> str:
+    """The scene of a run, as its arguments name it."""
+    try:
+        arguments = json.loads(str(run["arguments"]))
+    except (ValueError, RecursionError):
+        arguments = None
+    if not isinstance(arguments, dict):
+        raise DatabaseError(
+            f"database {database.location} is damaged, the arguments of run {run['id']} are no object in JSON: restore "
+            "a copy, or mend it with `sqlite3 FILE`"
+        )
+    return str(arguments.get("scene", DEFAULT_SCENE_NAME))
+
+
+def _players_of(database: Database, designs: Sequence[Row], scene: str) -> dict[FoldingKey, Payload]:
+    """What the player takes of the foldings whose path a database holds in a scene, proved or not."""
+    circuits: dict[int, Circuit] = {}
+    for design in designs:
+        if len(circuits) == PLAYED:
+            break
+        if design.get("untwisted"):
+            with suppress(NotationError):  # what cannot be read has no picture either
+                circuits[int(str(design["id"]))] = Circuit.from_notation(str(design["circuit"]))
+    if not circuits:
+        return {}
+    return {
+        (path.design_id, path.crease): payload_of(replay) for path, replay in stored_replays(database, circuits, scene)
+    }

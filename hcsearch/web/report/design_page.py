@@ -11,7 +11,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 from hcsearch.web.player import player_script
-from hcsearch.web.player.scripts import as_script, digest_of
+from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.design_data import DesignData, ShownFolding
 from hcsearch.web.report.plots import swatch
 from hcsearch.web.report.templating import environment, joined_script, page_style, written

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from hcsearch.basics.play import play_sentence
-from hcsearch.basics.vocabulary import STATUSES, Way
+from hcsearch.basics.vocabulary import STATUSES, Way, play_sentence
 from hcsearch.scenes import joined_name
 from hcsearch.scenes.looks import SceneVariant, describe_spring_set
 from hcsearch.store import StoredVerdict

@@ -1,13 +1,17 @@
-"""Templates of pages, in which everything is escaped, numbers in them, and files beside them: styles and scripts."""
+"""Templates of pages, in which everything is escaped; files beside them; options of commands in pages."""
 
 from __future__ import annotations
 
+import shlex
 from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import stylesheet
-from hcsearch.web.player.page import COLOURS
+from hcsearch.store import Database
+from hcsearch.system.machine import default_database
+from hcsearch.web.player.player_page import COLOURS
 
 _TINY = 1e-9
 """What rounding leaves of a zero, in any unit that pages have."""
@@ -56,3 +60,15 @@ def written(value: object) -> str:
 def _grouped(count: int | None) -> str:
     """Write a count with its thousands apart; `-` when not known."""
     return "-" if count is None else f"{count:,}"
+
+
+def database_option(database: Database | None) -> str:
+    """The option that names a database file, where it is not the usual one; URLs of servers may hold passwords."""
+    if database is None or database.path is None or database.location == default_database():
+        return ""
+    return f" --db {shlex.quote(database.location)}"
+
+
+def scene_option(name: str, where: str) -> str:
+    """The option that names a scene, where it is not the usual one, and the database that may hold it."""
+    return "" if name == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(name)}{where}"

@@ -10,7 +10,7 @@ from urllib.parse import quote, urlencode
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store import grammar
+from hcsearch.store.conditions import AllOf, AnyOf, Condition, Not, Tree, parse_conditions
 
 Shape = Literal["cards", "table"]
 
@@ -111,7 +111,7 @@ def check_query(query: str) -> None:
 
     QueryError for one that cannot be read.
     """
-    shapes = [value for name, value in _conditions(grammar.parse(query)) if name in ("array", "circuit")]
+    shapes = [value for name, value in _conditions(parse_conditions(query)) if name in ("array", "circuit")]
     if len(shapes) > MOST_SHAPES:
         raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MOST_SHAPES} at most")
     for value in shapes:
@@ -122,15 +122,15 @@ def check_query(query: str) -> None:
             raise AddressError(f"the array {value!r} has more than {MOST_CELLS} cells: give a smaller one")
 
 
-def _conditions(tree: grammar.Tree) -> Iterator[tuple[str, str]]:
+def _conditions(tree: Tree) -> Iterator[tuple[str, str]]:
     """Names and values of all conditions."""
     match tree:
-        case grammar.AllOf(parts) | grammar.AnyOf(parts):
+        case AllOf(parts) | AnyOf(parts):
             for part in parts:
                 yield from _conditions(part)
-        case grammar.Not(of):
+        case Not(of):
             yield from _conditions(of)
-        case grammar.Condition(name=name, value=value):
+        case Condition(name=name, value=value):
             yield name, value or ""
 
 

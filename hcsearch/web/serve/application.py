@@ -29,12 +29,11 @@ from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_na
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.addresses import LONGEST, check_query, parameters, read_asked
-from hcsearch.web.serve.computing import BusyError, Computing
 from hcsearch.web.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
 from hcsearch.web.serve.guards import FRAMED, HEADERS, POLICY, refusal
-from hcsearch.web.serve.listing import Counts, render_list
-from hcsearch.web.serve.long_lists import LongLists
-from hcsearch.web.serve.pages import render, static_files
+from hcsearch.web.serve.jobs import BusyError, Computing
+from hcsearch.web.serve.listing import Counts, LongLists, render_list
+from hcsearch.web.serve.template_pages import render, static_files
 
 
 class MissingError(HcsearchError):

@@ -1,29 +1,95 @@
-"""Lists: a page of the rows of a view, designs as cards that the report's script draws, everything as tables."""
+"""Lists: pages of the rows of a view, designs as cards; lists that take long run a few at once.
+
+Nobody knows beforehand which those are. Each list has a short time at first; one that takes more begins again with the
+whole time, when few enough others do. Some wait for that, and one more is refused.
+"""
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from markupsafe import Markup
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store import SCENIC, Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
+from hcsearch.store import (
+    SCENIC,
+    Database,
+    SlowQueryError,
+    best_creases,
+    count_rows,
+    foldings_with_paths,
+    scene_names,
+    select_page,
+)
 from hcsearch.store.columns import VIEWS
-from hcsearch.web.player.scripts import as_script
-from hcsearch.web.report.commands import database_option
-from hcsearch.web.report.data import ReportData
-from hcsearch.web.report.fetching import foldings_of, motions_of, size_of, tried_of
-from hcsearch.web.report.payload import page_data
+from hcsearch.store.queries import SECONDS
+from hcsearch.web.player.player_page import as_script
+from hcsearch.web.report.data import ReportData, foldings_of, motions_of, size_of, tried_of
+from hcsearch.web.report.script_data import page_data
+from hcsearch.web.report.templating import database_option
 from hcsearch.web.serve.addresses import Asked, check_query, design_address, motion_address
-from hcsearch.web.serve.computing import BusyError
-from hcsearch.web.serve.keeping import Kept
-from hcsearch.web.serve.long_lists import LongLists
-from hcsearch.web.serve.pages import render
+from hcsearch.web.serve.jobs import BusyError, Kept
+from hcsearch.web.serve.template_pages import render
+
+T = TypeVar("T")
+
+SHORT = 0.3
+"""Seconds that any list may take."""
+LONG_LISTS, WAITING = 4, 8
+"""Lists at once that take longer, and those that wait for their turn, for as long as one may take."""
+
+
+class LongLists:
+    """Asks for lists: `most` at once may take more than `short` seconds, and `waiting` more wait for that."""
+
+    def __init__(
+        self, most: int = LONG_LISTS, waiting: int = WAITING, short: float = SHORT, seconds: float = SECONDS
+    ) -> None:
+        self._short, self._seconds = short, seconds
+        self._turns, self._room = threading.BoundedSemaphore(most), threading.BoundedSemaphore(most + waiting)
+
+    def __call__(self, ask: Callable[[float], T]) -> T:
+        """What a question gives. ask : takes the seconds that it has, and raises SlowQueryError after them.
+
+        BusyError where it takes long and enough others do; QueryError where it takes too long.
+        """
+        try:
+            return ask(self._short)
+        except SlowQueryError:
+            pass
+        if not self._room.acquire(blocking=False):
+            raise _busy()
+        try:
+            return self._in_turn(ask)
+        finally:
+            self._room.release()
+
+    def _in_turn(self, ask: Callable[[float], T]) -> T:
+        if not self._turns.acquire(timeout=self._seconds):
+            raise _busy()
+        try:
+            return ask(self._seconds)
+        except SlowQueryError:
+            raise QueryError(
+                f"the query takes more than {self._seconds:g} s here: narrow it, as with grid= and n=, or ask "
+                "`hcsearch query`"
+            ) from None
+        finally:
+            self._turns.release()
+
+
+def _busy() -> BusyError:
+    return BusyError(
+        "this list takes long, and so do others right now: try again in a few seconds, or narrow it, as with grid= "
+        "and n="
+    )
+
 
 CARDS, ROWS = 48, 100
 """Rows of a page."""

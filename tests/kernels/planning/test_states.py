@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from hcsearch.kernels.planning.chords import link_states, separated
-from hcsearch.kernels.planning.closing import (
+from hcsearch.kernels.planning.closed_states import (
     close_state,
     keep_closed,
     largest_closure_residual,
@@ -17,17 +17,20 @@ from hcsearch.kernels.planning.closing import (
     remove_span,
     write_closure_basis,
 )
-from hcsearch.kernels.planning.contacts import (
+from hcsearch.kernels.planning.sliding import (
+    MIN_CONDITION_NORM,
     SPARE_GAP_SHARE,
+    _allow,
+    _ascend,
     condition_change,
     move_panels,
     near_contacts,
     near_stops,
+    slide,
     write_condition_row,
 )
-from hcsearch.kernels.planning.sliding import MIN_CONDITION_NORM, _allow, _ascend, slide
 from hcsearch.kernels.planning.space import new_space_work, new_state_stack, pick_state, place_state
-from hcsearch.kernels.planning.trees import (
+from hcsearch.kernels.planning.tree_search import (
     MAX_STATES_PER_CELL,
     add_state,
     cell_slot,

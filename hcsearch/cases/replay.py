@@ -1,0 +1,131 @@
+"""A motion of a linkage in few states, between which fold angles are interpolated linearly; its two stacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.shape.labels import Labels
+from hcsearch.shape.linkage import Linkage
+from hcsearch.system.notebooks import notebook_view
+
+ReplayAxis = Literal["time", "path"]
+REPLAY_FLAT_ANGLE = 0.02
+"""Greatest fold angle at which a motion counts as flat, rad: springs are simulated until all are below half of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Replay(ByValue):
+    """A motion from the packed towards the flat state, as a few states between which fold angles are interpolated.
+
+    linkage : the panels and hinges that move. labels : their names.
+    axis : `time` or `path`. at : the place of each state on this axis, shape (k,), rising: a time in s, or the share of
+    the path's length in fold angles from 0 (packed) to 1 (flat).
+    angles : fold angles of the states in rad, shape (k, n_hinges).
+    certified : intervals of the axis in which panels are certified to keep apart. margin : the play on every face, in
+    m, with which they do so. error : the greatest error of a fold angle by interpolation, in rad.
+    collision : the place of the first collision and the numbers of its two panels; None if there is none or it is not
+    known.
+    title : the name of the folding or assembly. source : where the motion comes from, in words.
+    """
+
+    linkage: Linkage
+    labels: Labels
+    axis: ReplayAxis
+    at: Reals
+    angles: Reals
+    certified: tuple[tuple[float, float], ...]
+    collision: tuple[float, tuple[int, int]] | None
+    margin: float
+    error: float
+    title: str
+    source: str
+
+    def __repr__(self) -> str:
+        return f"<{self.title}: {self.source}; {len(self.at)} states>"
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
+
+    @property
+    def ends_flat(self) -> bool:
+        """Whether the last state is flat to within `REPLAY_FLAT_ANGLE`: springs may be too slow, or held up."""
+        return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= REPLAY_FLAT_ANGLE)
+
+    @property
+    def faults(self) -> str:
+        """What is wrong with the motion, in a sentence: panels that collide, an end that is not flat, no proof.
+
+        Empty where it is certified as a whole, and ends flat.
+        """
+        said = []
+        if self.collision is not None:
+            at, (one, two) = self.collision
+            where = f"{at:.4g} s" if self.axis == "time" else f"{at:.3g} of the path"
+            said.append(f"panels {self.labels.panels[one]} and {self.labels.panels[two]} collide at {where}")
+        elif not self._certified:
+            said.append("it is not certified that panels keep apart")
+        if not self.ends_flat:
+            said.append("not flat at the end")
+        return "; ".join(said)
+
+    @property
+    def _certified(self) -> bool:
+        """Whether panels are certified to keep apart all the time."""
+        return any(begin <= self.at[0] and end >= self.at[-1] for begin, end in self.certified)
+
+    def at_time(self, at: Reals) -> Reals:
+        """Fold angles at places of the axis, shape (len(at), n_hinges)."""
+        return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
+
+
+def accumulated_turn(angles: Reals) -> Reals:
+    """How far all hinges have turned until each of some states, (k,), rad in sum; angles : (k, n_hinges)."""
+    steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
+    """Numbers of the states to keep so that interpolation misses none of the others by more than a tolerance (rad).
+
+    at : (k,), rising, perhaps with steps of no length, of which both states are kept. Each stretch is halved where it
+    misses most (Ramer 1972, Douglas and Peucker 1973). Also the greatest error that is left.
+    """
+    keep = np.zeros(len(at), bool)
+    keep[[0, -1]] = True
+    jumps = np.flatnonzero(np.diff(at) <= 0.0)
+    keep[jumps] = keep[jumps + 1] = True
+    ends = np.flatnonzero(keep)
+    todo, worst = list(pairwise(ends)), 0.0
+    while todo:
+        first, last = todo.pop()
+        if last - first < 2:
+            continue
+        share = ((at[first + 1 : last] - at[first]) / (at[last] - at[first]))[:, None]
+        line = angles[first] + share * (angles[last] - angles[first])
+        missed = np.abs(angles[first + 1 : last] - line).max(axis=1)
+        if missed.max() <= tolerance:
+            worst = max(worst, float(missed.max()))
+            continue
+        middle = first + 1 + int(missed.argmax())
+        keep[middle] = True
+        todo += [(first, middle), (middle, last)]
+    return np.flatnonzero(keep), worst
+
+
+def stacks_of(linkage: Linkage) -> list[int] | None:
+    """Stack of each facet in the folded state, 0 for that of facet 0; None where facets lie over more than two places.
+
+    Panels of a flat pair that is rigid, and mirror panels that are one, belong to both stacks, so facets are asked.
+    """
+    middles = np.array([solid.mean(axis=(0, 1))[:2] for solid in linkage.solids(linkage.folded)])
+    near = 1e-3 * linkage.pattern.size
+    first = np.linalg.norm(middles - middles[0], axis=1) < near
+    if first.all():
+        return None
+    second = np.linalg.norm(middles - middles[np.flatnonzero(~first)[0]], axis=1) < near
+    return (~first).astype(int).tolist() if (first | second).all() else None

@@ -1,0 +1,238 @@
+"""The replay of a case: a stored or planned path, or the deployment by springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
+from hcsearch.basics.vocabulary import WAYS, Formulation
+from hcsearch.cases.case import Case, NamedAssembly
+from hcsearch.cases.replay import Replay, accumulated_turn, thin_states
+from hcsearch.cases.stored_scenes import stored_scene
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, folding_of
+from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.motion.planning.motion_search import PlannedMotion
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
+from hcsearch.shape.labels import labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason
+from hcsearch.store import Database, StoredPath, find_paths
+from hcsearch.system.terminal import short
+
+
+def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
+    """Find the motion of a case's folding, with its scene, and what users should know of how flat pairs are joined.
+
+    Springs may open a folding joined in one way, and its path be proved in another: a path is looked for in the first,
+    so that all that is made of a folding is of one linkage, and only where none is proved in the other.
+    """
+    folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
+    motion = find_drive_motion(folding, scene)
+    path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path
+    if motion.margin is None and case.look_of == "verdict" and path not in (None, case.look.pairs):
+        assert path is not None
+        other = replace(scene, flat_pairs=(path,))
+        proved = find_drive_motion(folding, other)
+        if proved.margin is not None:
+            said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
+            return other, proved, case.told(said)
+    return scene, motion, case.driven_sentence
+
+
+REPLAY_SUBSTEP_COUNT = 4
+"""States between two of a motion: steps are long where fold angles are smooth, and these are not straight."""
+REPLAY_ANGLE_TOLERANCE = 2e-3
+"""What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
+
+_LOOPS: dict[Formulation, str] = {
+    "constrained": "loops closed exactly",
+    "compliant": "loops closed by stiff springs",
+    "penalty": "loops closed by the springs of the thesis",
+    "quasistatic": "without inertia",
+}
+
+
+def replay_of_deployment(
+    deployment: Deployment, title: str, *, design: bool | None = None, reason: str | None = None
+) -> Replay:
+    """The replay of a simulated deployment.
+
+    design : as of `labels_of`. reason : what became of it, at other tolerances, too, where they were tried.
+    """
+    compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
+    shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
+    between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
+    at = np.append(between, motion.times[-1])
+    q = motion.at(at)
+    at, angles = _without_repeats(at, compiled.of_hinges(q, np.zeros_like(q))[0])
+    kept, error = thin_states(at, angles, REPLAY_ANGLE_TOLERANCE)
+    end = float(at[-1]) if clearance is not None and clearance.kind == "clear" else None
+    if clearance is not None and clearance.time is not None:
+        end = clearance.time
+    return Replay(
+        linkage=compiled.linkage,
+        labels=labels_of(compiled.linkage, design=design),
+        axis="time",
+        at=at[kept],
+        angles=angles[kept],
+        certified=() if end is None else ((0.0, end),),
+        collision=deployment.check.collision,
+        margin=compiled.margin,
+        error=error,
+        title=title,
+        source=f"simulated in the scene {compiled.setup.name!r}, {_LOOPS[compiled.formulation]}: "
+        f"{deployment.reason if reason is None else reason}",
+    )
+
+
+def replay_of_path(
+    linkage: Linkage,
+    states: Reals,
+    title: str,
+    *,
+    margin: float | None,
+    design: bool = True,
+    near: float = REPLAY_ANGLE_TOLERANCE,
+) -> Replay:
+    """The replay of a planned path, (k, n_hinges), from packed to flat.
+
+    margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
+    shares of the path's length, the sum of what the hinges turn by. near : rad, allowed error of interpolation.
+    """
+    length = accumulated_turn(states)
+    at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
+    at, states = _without_repeats(at, np.asarray(states, float))
+    kept, error = thin_states(at, states, near)
+    proved = "not proved" if margin is None else f"proved with {short(1e3 * margin, 2)} mm of play on every face"
+    return Replay(
+        linkage=linkage,
+        labels=labels_of(linkage, design=design),
+        axis="path",
+        at=at[kept],
+        angles=states[kept],
+        certified=() if margin is None else ((0.0, 1.0),),
+        collision=None,
+        margin=margin or 0.0,
+        error=error,
+        title=title,
+        source=f"planned path from packed to flat, {proved}",
+    )
+
+
+def _without_repeats(at: Reals, angles: Reals) -> tuple[Reals, Reals]:
+    """States at rising places: of several at one place, as before and after an impact, the last."""
+    last = np.append(np.diff(at) > 0.0, True)
+    return at[last], angles[last]
+
+
+ReplaySource = Literal["path", "springs"]
+
+
+def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str]:
+    """Replay a motion of a case, and say what users should know of how its flat pairs are joined.
+
+    by : `path`, from packed to flat: the one that a database holds of a judged folding, else planned in the scene;
+    `springs`, simulated. Unless given: the proved path of a folding that has one, else what springs do, unless they do
+    not open it and there is a path that is not proved. HcsearchError where a path is asked for and there is none.
+    """
+    replay, said = None, ""
+    if by != "springs":
+        replay, said = _stored(case), case.driven_sentence
+        if replay is None:
+            replay, said = _planned(case, required=by == "path")
+        if replay is not None and (by == "path" or replay.certified):
+            return replay, said
+    deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
+    if replay is not None and not deployment.deploys:
+        return replay, said
+    design = case.folding is not None
+    return replay_of_deployment(deployment, case.title, design=design or None), case.sentence
+
+
+def _stored(case: Case) -> Replay | None:
+    """The proved path of a judged folding, where it is of the way that gave its status; None without one."""
+    if case.stored is not None and case.stored.damage is not None:
+        raise case.stored.damage
+    if case.folding is None or case.stored is None or case.stored.path is None:
+        return None
+    path = case.stored.path
+    linkage = case.folding.linkage(case.panel, flat_pairs=path.way or "rigid")
+    if linkage.n_hinges != path.states.shape[1]:
+        raise _damaged(case.stored.location, case.folding.circuit, path)
+    return _replay_of(path, case.folding, linkage)
+
+
+def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
+    if required and isinstance(case.what, NamedAssembly):
+        raise HcsearchError(f"{case.title} is an assembly, for which no path is planned: ask for --motion springs")
+    try:
+        scene, motion, said = find_path(case) if required else _opened(case)
+    except SizeError:
+        raise
+    except HcsearchError:
+        if required:
+            raise
+        return None, ""  # an assembly, or a file with springs or a drive of its own
+    folding = case.to_move()
+    if motion.states is None or motion.way is None:
+        if required:
+            raise HcsearchError(no_drive_reason(folding, scene, motion))
+        return None, ""
+    linkage = folding.linkage(case.panel, flat_pairs=motion.way)
+    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), said
+
+
+def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
+    """As `find_path`, in the way alone that gave the folding its status: springs open it where no path does."""
+    scene = replace(case.scene, flat_pairs=case.allowed)
+    return scene, find_drive_motion(case.to_move(), scene), case.driven_sentence
+
+
+def stored_replays(
+    database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT_SCENE_NAME
+) -> Iterator[tuple[StoredPath, Replay]]:
+    """Give the replays of the paths that a database holds of the foldings of designs, by design and crease.
+
+    circuits : of the designs, by their ids, as the database has them.
+    """
+    values = stored_scene(database, scene)
+    for path in find_paths(database, list(circuits), scene):
+        circuit = circuits[path.design_id]
+        panel = panel_of(values, circuit.grid.name)
+        linkage = None
+        with suppress(HcsearchError):  # of a folding that the circuit does not have
+            folding = folding_of(circuit, path.crease)
+            linkage = _linkage_of(folding, panel, path)
+        if linkage is None:
+            raise _damaged(database.location, circuit, path)
+        yield path, _replay_of(path, folding, linkage)
+
+
+def _linkage_of(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage | None:
+    """The linkage of a path; without a proof the hinges say how its flat pairs are joined. None where none fits."""
+    for way in WAYS if path.way is None else (path.way,):
+        if folding.can_join(way):
+            linkage = folding.linkage(panel, flat_pairs=way)
+            if linkage.n_hinges == path.states.shape[1]:
+                return linkage
+    return None
+
+
+def _replay_of(path: StoredPath, folding: Folding, linkage: Linkage) -> Replay:
+    margin = None if path.needed_margin is None else 1e-3 * path.needed_margin
+    return replay_of_path(linkage, path.states, folding.notation, margin=margin)
+
+
+def _damaged(location: str, circuit: Circuit, path: StoredPath) -> DatabaseError:
+    return DatabaseError(
+        f"database {location} is damaged: its path of folding {path.crease} of {circuit.notation} has "
+        f"{path.states.shape[1]} hinges, as no linkage of it; restore a copy, or enumerate anew"
+    )

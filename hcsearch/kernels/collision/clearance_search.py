@@ -1,0 +1,163 @@
+"""Certified clearance: whether prisms stay apart at all times of a motion, and how near they come.
+
+An interval in which no direction separates two panels is halved, until one does or it is shorter than can matter.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.collision.dips import smallest_dip
+from hcsearch.kernels.collision.intervals import (
+    MAX_INTERVAL_HALVINGS,
+    Course,
+    IntervalTables,
+    bound_gap,
+    halve_interval,
+    new_interval_tables,
+    pair_distance,
+    start_step_intervals,
+    write_relative_pose,
+)
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.courses import write_course_angles
+from hcsearch.kernels.linkage.loops import Chain, place_panels
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import PrismPairs
+
+MOTION_CLEAR, MOTION_COLLIDES, MOTION_UNDECIDED = 0, 1, 2
+"""Verdicts: apart at all times; overlapping at a time; too near to decide."""
+PLACEMENT_ROUNDING = 1e-12
+"""What panels may be elsewhere by rounding, m."""
+
+
+class ClearanceTolerances(NamedTuple):
+    """What is asked of a motion.
+
+    slack : what panels may be elsewhere than they are placed, m. margin : that prisms are shrunk by on every face, m.
+    deepest : by which they could be before one is gone, m. resolution : to which the smallest gap is wanted, m.
+    """
+
+    slack: float
+    margin: float
+    deepest: float
+    resolution: float
+
+
+class ClearanceReport(NamedTuple):
+    """What a search reports. All entries are written; each table has one.
+
+    times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
+        infinite without one. looks : how often the gap of a pair was bounded.
+    """
+
+    times: Reals
+    pairs: WholeNumbers
+    gaps: Reals
+    looks: WholeNumbers
+
+
+@compiled
+def judge_clearance(
+    chain: Chain,
+    prisms: Prisms,
+    shrunk: Prisms,
+    pairs: PrismPairs,
+    course: Course,
+    wanted: ClearanceTolerances,
+    measured: bool,
+    answer: ClearanceReport,
+) -> int:
+    """The verdict on a motion; of one that is clear, and where it is measured, the smallest gap too.
+
+    Panels that come nearer than the slack do not collide for sure: those do that overlap shrunk by half of it more.
+    """
+    slack = max(wanted.slack, PLACEMENT_ROUNDING)
+    answer.gaps[0] = math.inf
+    answer.looks[0] = 0
+    verdict = search_collision(chain, shrunk, pairs, course, slack, answer)
+    if verdict == MOTION_CLEAR:
+        if measured:
+            gap, looks = smallest_dip(chain, prisms, pairs, course, 2.0 * wanted.margin, wanted.resolution)
+            answer.gaps[0] = max(gap - slack, 0.0)
+            answer.looks[0] += looks
+        return MOTION_CLEAR
+    if wanted.margin + 0.5 * slack >= wanted.deepest:
+        return MOTION_UNDECIDED
+    time, pair = answer.times[0], answer.pairs[0]
+    k = max(np.searchsorted(course.times, time) - 1, 0)
+    rest = Course(course.times[k:], course.angles[k:], course.rates[k:], course.accelerations[k:], course.cubic)
+    deeper = shrunk.vertices + (0.5 * slack / wanted.margin) * (shrunk.vertices - prisms.vertices)
+    inner = Prisms(shrunk.panels, shrunk.counts, deeper, shrunk.middles, shrunk.reaches, shrunk.normals, shrunk.edges)
+    if search_collision(chain, inner, pairs, rest, 0.0, answer) == MOTION_COLLIDES:
+        return MOTION_COLLIDES
+    answer.times[0], answer.pairs[0] = time, pair
+    return MOTION_UNDECIDED
+
+
+@compiled
+def search_collision(
+    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, slack: float, answer: ClearanceReport
+) -> int:
+    """Follow all pairs through a motion; CLEAR, or the verdict at the first time at which no gap is above a slack."""
+    book = new_interval_tables(chain, prisms, pairs, course)
+    for k in range(len(course.times) - 1):
+        h = start_step_intervals(chain, prisms, pairs, course, k, slack, book)
+        top = 0 if h > 0.0 else -1
+        while top >= 0:
+            share = book.high[top] - book.low[top]
+            left = _look(prisms, pairs, slack, share * h, top, book, answer)
+            if not left:
+                top -= 1
+            elif share <= 0.5**MAX_INTERVAL_HALVINGS:
+                p = book.lists[top, 0]
+                answer.times[0], answer.pairs[0] = course.times[k] + book.high[top] * h, p
+                return MOTION_COLLIDES if _overlap(chain, prisms, pairs, p, top, book) else MOTION_UNDECIDED
+            else:
+                halve_interval(chain, left, top, book)
+                top += 1
+    return MOTION_CLEAR
+
+
+@lean
+def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, book: IntervalTables) -> bool:
+    """Whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
+
+    The interval is the shortest that there is: at its end rounding may hide that the pair has met.
+    """
+    poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
+    while True:
+        write_relative_pose(prisms, pairs, p, poses, book.seen[1])
+        if pair_distance(prisms, pairs, p, book.seen[1], book)[0] <= 0.0:
+            return True
+        share += wait
+        wait *= 2.0
+        if share > 1.0:
+            return False
+        write_course_angles(book.course, share, book.angles)
+        place_panels(chain, book.angles, poses)
+
+
+@lean
+def _look(
+    prisms: Prisms,
+    pairs: PrismPairs,
+    slack: float,
+    wait: float,
+    top: int,
+    book: IntervalTables,
+    answer: ClearanceReport,
+) -> int:
+    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front."""
+    left = 0
+    for i in range(book.counts[top]):
+        p = book.lists[top, i]
+        answer.looks[0] += 1
+        if not bound_gap(prisms, pairs, p, slack, wait, top, book)[0] > slack:
+            book.lists[top, left] = p
+            left += 1
+    return left

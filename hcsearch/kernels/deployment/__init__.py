@@ -1,1 +1,0 @@
-"""Compiled loops over whole deployments: simulated, and certified."""

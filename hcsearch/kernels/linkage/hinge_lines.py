@@ -1,0 +1,213 @@
+"""Hinge lines of two-stack foldings in whole numbers, at both ends of the motion, and their exact ranks.
+
+A line through p and q at height z is (u, m) with u = q - p and m = p x q. In lattice coordinates, heights counted in
+panel thicknesses, all of it is whole; and as affine maps act on lines linearly, ranks and the signs of powers are those
+of the true panels, whatever their size and thickness. Lines are horizontal: their third direction is 0 and left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+DirectionWords = NDArray[np.int8]
+
+
+@lean
+def _put_line(line: WholeNumbers, px: int, py: int, qx: int, qy: int, z: int, sign: int) -> None:
+    dx, dy = sign * (qx - px), sign * (qy - py)
+    line[0], line[1], line[2], line[3], line[4] = dx, dy, -z * dy, z * dx, px * dy - py * dx
+
+
+@lean
+def write_flat_lines(
+    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
+) -> None:
+    """Write the lines that hinges fold about in the flat state, from crease + 1 on around the circuit.
+
+    edges : shape (directions, 4), start and end of the edge that faces a direction, counterclockwise about a cell's
+        centre. scale : lattice units of the lines to a lattice step.
+    lines : shape (n, 5); the panel after a crease turns about its line, seen from the one before, when the crease
+        folds. The flat creases come in the middle and at the end, with the faces that continue the alternation.
+    """
+    n = len(word)
+    x = y = 0
+    for k in range(n):
+        d = word[k]
+        t = (k - crease) % n  # 0 at the crease in the lowest layer
+        t = min(t, n - t)
+        top = t % 2 == 1
+        row = (k - crease - 1) % n
+        px, py = scale * x + edges[d, 0], scale * y + edges[d, 1]
+        qx, qy = scale * x + edges[d, 2], scale * y + edges[d, 3]
+        _put_line(lines[row], px, py, qx, qy, 1 if top else 0, -1 if top else 1)
+        x += steps[d, 0]
+        y += steps[d, 1]
+
+
+@lean
+def write_folded_lines(
+    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
+) -> None:
+    """Write the lines that hinges open about in the folded state, in the order of `write_flat_lines`.
+
+    The lowest panels are those at the crease; layer t lies between the heights t and t + 1. A hinge that opens turns
+    what lies above it upwards, about the edge with the panel on its left; on the way down the second stack that is
+    run through backwards. A flat crease folds as its hinge allows, out of the package.
+    """
+    n = len(word)
+    m = len(steps)
+    half = n // 2
+    d = word[crease]
+    for stack in range(2):
+        # the lowest panel lies as in the flat state: the first stack across the crease, the second before it
+        cx, cy = (scale * steps[d, 0], scale * steps[d, 1]) if stack == 0 else (0, 0)
+        turn, offset = 1, 0  # a panel's own direction i has come to face turn * i + offset
+        for t in range(half - 1):
+            if stack == 0:
+                k = (crease + 1 + t) % n
+                own = word[k]
+            else:
+                k = (crease - 1 - t) % n
+                own = (word[k] + m // 2) % m
+            r = (turn * own + offset) % m
+            row = (k - crease - 1) % n
+            _put_line(
+                lines[row],
+                cx + edges[r, 0],
+                cy + edges[r, 1],
+                cx + edges[r, 2],
+                cy + edges[r, 3],
+                t + 1,
+                1 if stack == 0 else -1,
+            )
+            # the next panel: reflect its directions in the crease, then turn them as this one
+            offset = (turn * (2 * own + m // 2) + offset) % m
+            turn = -turn
+    # the edge between the stacks, seen from the second: the first stack's panel lies on its right
+    px, py, qx, qy = edges[d, 0], edges[d, 1], edges[d, 2], edges[d, 3]
+    _put_line(lines[half - 1], px, py, qx, qy, half, 1)
+    _put_line(lines[n - 1], px, py, qx, qy, 0, 1)
+
+
+@compiled
+def whole_rank(lines: WholeNumbers) -> int:
+    """Rank of the whole lines of a loop, shape (n, 5): the greater of two ranks modulo primes near 2^31.
+
+    It is exact: a determinant that is not 0 is a multiple of both primes only from 4.6e18 on, and those of lines of n
+    panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000
+    (docs/explanation/theory.md, 25).
+    """
+    rank = _rank_modulo(lines, 2147483647)
+    if rank == min(lines.shape):
+        return rank
+    return max(rank, _rank_modulo(lines, 2147483629))
+
+
+@compiled
+def _rank_modulo(lines: WholeNumbers, prime: int) -> int:
+    """Rank modulo a prime below 2^31, by elimination without division: no product leaves 63 bits."""
+    rows = lines % prime
+    n, width = rows.shape
+    rank = 0
+    for column in range(width):
+        pivot = rank
+        while pivot < n and rows[pivot, column] == 0:
+            pivot += 1
+        if pivot == n:
+            continue
+        for c in range(column, width):
+            rows[rank, c], rows[pivot, c] = rows[pivot, c], rows[rank, c]
+        p = rows[rank, column]
+        for i in range(rank + 1, n):
+            q = rows[i, column]
+            if q != 0:
+                for c in range(column, width):
+                    rows[i, c] = (rows[i, c] * p - rows[rank, c] * q) % prime
+        rank += 1
+        if rank == n:
+            break
+    return rank
+
+
+@lean
+def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
+    """Write the unit screws of whole lines: direction, and moment divided by `size`.
+
+    basis : shape (2, 2), what lattice coordinates are multiplied with to give metres. screws : shape (n, 6).
+    """
+    area = basis[0, 0] * basis[1, 1] - basis[0, 1] * basis[1, 0]
+    for i in range(len(lines)):
+        dx, dy = lines[i, 0], lines[i, 1]
+        z = lines[i, 3] // dx if dx != 0 else -lines[i, 2] // dy
+        ux = basis[0, 0] * dx + basis[0, 1] * dy
+        uy = basis[1, 0] * dx + basis[1, 1] * dy
+        length = np.sqrt(ux * ux + uy * uy)
+        ux, uy = ux / length, uy / length
+        height = z * thickness / size
+        screws[i, 0], screws[i, 1], screws[i, 2] = ux, uy, 0.0
+        screws[i, 3], screws[i, 4] = -height * uy, height * ux
+        screws[i, 5] = area * lines[i, 4] / (length * size)
+
+
+@lean
+def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int, int]:
+    """How many pairs of panels meet on a mirror axis, flat and folded, and how often two pairs follow each other."""
+    n, m = len(word), len(steps)
+    across = np.int64(word[crease])
+    for t in range(n // 2):
+        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * across) % m != 0:
+            return 0, 0
+    inwards = across + m // 2  # from the first stack to the second
+    x, y = steps[across, 0], steps[across, 1]  # from the second stack's panel to the first's, in the flat state
+    turn, offset = 1, np.int64(0)  # folded, the first's own direction i has come to face turn * i + offset
+    pairs = joints = 0
+    met_before = False
+    for t in range(n // 2):
+        # the walk stays on its side of the axis
+        meets = x == steps[across, 0] and y == steps[across, 1]
+        meets = meets and (turn * inwards + offset - inwards) % m == 0
+        pairs += meets
+        joints += meets and met_before
+        met_before = meets
+        ahead, back = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
+        x += steps[ahead, 0] + steps[back, 0]
+        y += steps[ahead, 1] + steps[back, 1]
+        offset = (turn * (2 * ahead + m // 2) + offset) % m
+        turn = -turn
+    return pairs, joints
+
+
+@compiled
+def survey_ends(
+    words: DirectionWords,
+    rows: NDArray[np.int32],
+    creases: NDArray[np.int16],
+    steps: WholeNumbers,
+    edges: WholeNumbers,
+    scale: int,
+    basis: Reals,
+    thickness: float,
+    size: float,
+    ranks: WholeNumbers,
+    mirrors: WholeNumbers,
+    lines: WholeNumbers,
+    screws: Reals,
+) -> None:
+    """Look at the two ends, folded and flat, of many foldings (of circuits `rows`, at `creases`).
+
+    steps, edges, scale, basis : of the grid, as in `write_flat_lines` and `true_screws`.
+    ranks : shape (n_foldings, 2), of all n hinges, folded and flat. mirrors : shape (n_foldings, 2), pairs of panels
+    on a mirror axis, and how often two follow each other. lines, screws : shape (n_foldings, 2, n, 5 and 6).
+    """
+    for i in range(len(rows)):
+        word, crease = words[rows[i]], int(creases[i])
+        mirrors[i, 0], mirrors[i, 1] = _mirror(word, crease, steps)
+        write_folded_lines(word, crease, steps, edges, scale, lines[i, 0])
+        write_flat_lines(word, crease, steps, edges, scale, lines[i, 1])
+        for end in range(2):
+            ranks[i, end] = whole_rank(lines[i, end])
+            true_screws(lines[i, end], basis, thickness, size, screws[i, end])

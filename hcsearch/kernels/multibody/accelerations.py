@@ -1,0 +1,241 @@
+"""What a mechanism does next: accelerations with its loops closed, and the projection of a state onto closed loops."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals, Signs, WholeNumbers
+from hcsearch.kernels.algebra.vectors import cross, put_vector, rotated, vector_at
+from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.multibody.hinges import (
+    Hinges,
+    Struts,
+    Targets,
+    add_drive_torques,
+    joint_torques,
+    pull_struts,
+    write_drive_targets,
+)
+from hcsearch.kernels.multibody.sweeps import gather_inertias, load_joints, move_bodies, place_bodies, release_joints
+from hcsearch.kernels.multibody.tree import (
+    BODY_CENTRE,
+    WORK_PULL_COUPLE,
+    WORK_PULL_FORCE,
+    WORK_ROTATION,
+    BodyTree,
+    Work,
+)
+from hcsearch.kernels.multibody.welds import (
+    CutHinges,
+    choose_rows,
+    close_rows,
+    factor_chosen_rows,
+    forces_ahead,
+    pull_cuts,
+    spring_energy,
+    spring_forces,
+    weld_errors,
+    weld_rates,
+)
+
+
+class Mechanism(NamedTuple):
+    """Bodies and what acts on them.
+
+    loads : (n, 3), constant forces at the centres of mass, N; or no rows.
+    closure_stiffness, closure_damping : of springs in place of exact closure, N m and N m s per rad, or per gap over
+        size; 0 where it is exact.
+    overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0 and weights are loads.
+    targets : of drives, which depend on time.
+    """
+
+    tree: BodyTree
+    hinges: Hinges
+    struts: Struts
+    cuts: CutHinges
+    loads: Reals
+    closure_stiffness: float
+    closure_damping: float
+    overdamped: bool
+    targets: Targets
+
+
+class DiscreteState(NamedTuple):
+    """The discrete part of a state.
+
+    held : (n,), -1 at the lower stop, 1 at the upper, 0 free. branches : (n,), 0 straight, 1 bent, of laws that snap;
+        cut_branches : the same of cut hinges.
+    """
+
+    held: Signs
+    branches: Signs
+    cut_branches: Signs
+
+
+class Stepper(NamedTuple):
+    """What steps of a motion are made with.
+
+    scale : the pivot that others are compared to. tolerance, floor : relative and absolute error of a step.
+    stages : (s + 1, 2 n + 2), derivatives of the state (q, v, energy lost, time) in a step, the last one at its end.
+    start, end : (2 n + 2,), states. counts : of the record.
+    """
+
+    mechanism: Mechanism
+    hold: DiscreteState
+    scale: float
+    tolerance: float
+    floor: float
+    work: Work
+    stages: Reals
+    start: Reals
+    end: Reals
+    counts: WholeNumbers
+
+
+def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
+    """The discrete state at some coordinates: nothing held, laws bent where they have snapped."""
+    hinges, n = mechanism.hinges, len(mechanism.tree.links)
+    return DiscreteState(
+        np.zeros(n, np.int8),
+        (q > hinges.snaps_up).astype(np.int8),
+        np.zeros(len(mechanism.cuts.bodies), np.int8),
+    )
+
+
+@inlined
+def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, work: Work) -> None:
+    """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
+    tree = mechanism.tree
+    place_bodies(tree, q, work)
+    move_bodies(tree, v, work)
+    if len(mechanism.struts.stiffness) or len(mechanism.cuts.bodies) or len(mechanism.loads):
+        for i in range(len(q)):
+            put_vector(work.bodies, i, WORK_PULL_COUPLE, (0.0, 0.0, 0.0))
+            put_vector(work.bodies, i, WORK_PULL_FORCE, (0.0, 0.0, 0.0))
+        for i in range(len(mechanism.loads)):
+            force = vector_at(mechanism.loads, i, 0)
+            put_vector(
+                work.bodies,
+                i,
+                WORK_PULL_COUPLE,
+                cross(rotated(work.bodies, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE)), force),
+            )
+            put_vector(work.bodies, i, WORK_PULL_FORCE, force)
+        pull_struts(mechanism.struts, work)
+        pull_cuts(mechanism.cuts, hold.cut_branches, work)
+
+
+@inlined
+def solve_accelerations(
+    mechanism: Mechanism, hold: DiscreteState, scale: float, fresh: bool, work: Work, a: Reals
+) -> bool:
+    """Write the joint accelerations for the joint forces in `work.torques`; after `update_bodies`. As `accelerate`."""
+    tree = mechanism.tree
+    gather_inertias(tree, hold.held, work)
+    load_joints(tree, hold.held, work.torques, True, work)
+    good = True
+    if mechanism.closure_stiffness > 0.0:
+        spring_forces(tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
+    else:
+        if fresh:
+            choose_rows(work, scale)
+        good = factor_chosen_rows(work, scale)
+        close_rows(work, work.rates)
+    release_joints(tree, hold.held, True, work, a)
+    return good
+
+
+@lean
+def solve_accelerations_ahead(mechanism: Mechanism, hold: DiscreteState, h: float, work: Work, a: Reals) -> None:
+    """Write joint accelerations with closure springs as they will be after a time h; call `update_bodies` first."""
+    tree = mechanism.tree
+    gather_inertias(tree, hold.held, work)
+    load_joints(tree, hold.held, work.torques, True, work)
+    forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, h, work)
+    release_joints(tree, hold.held, True, work, a)
+
+
+@lean
+def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
+    """Energy of closure springs, and the power lost in their dampers; after `place` and `move`."""
+    return spring_energy(mechanism.tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
+
+
+@inlined
+def accelerate_inlined(
+    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
+) -> bool:
+    """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
+    update_bodies(mechanism, hold, q, v, work)
+    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    write_drive_targets(mechanism.targets, work.clock[0], work)
+    add_drive_torques(mechanism.targets, q, v, work, work.torques)
+    if mechanism.overdamped:
+        for i in range(len(work.soft)):
+            work.soft[i] = mechanism.hinges.damping[i]
+    return solve_accelerations(mechanism, hold, scale, fresh, work, a)
+
+
+@lean
+def accelerate(
+    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
+) -> bool:
+    """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
+
+    Where motion is overdamped these are velocities, and `v` is 0. Drives are asked at the time of `work.clock`.
+    scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
+    """
+    return accelerate_inlined(mechanism, hold, q, v, scale, fresh, work, a)
+
+
+@compiled
+def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
+    """Largest diagonal entry of the Delassus matrix with all joints free, which pivots are compared to."""
+    tree, n = mechanism.tree, len(q)
+    if mechanism.overdamped:
+        for i in range(len(work.soft)):
+            work.soft[i] = mechanism.hinges.damping[i]
+    place_bodies(tree, q, work)
+    move_bodies(tree, np.zeros(n), work)
+    gather_inertias(tree, np.zeros(n, np.int8), work)
+    largest = 0.0
+    for r in range(len(tree.rows)):
+        largest = max(largest, work.delassus[r, r])
+    return largest
+
+
+@lean
+def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
+    """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
+
+    Newton with the factor that `work` holds, so near to the state it was made at. It is another iteration than those
+    that close linkages (`linkage.loops.weigh_rows`): those move angles least, and compute the Jacobian anew.
+    closed : residual (and rate) at which to stop; three steps at most.
+    """
+    worst = rate = 0.0
+    for k in range(4):
+        place_bodies(tree, q, work)
+        worst = weld_errors(tree, work, work.errors)
+        if worst <= closed or k == 3:
+            break
+        _correct(tree, held, q, work)
+    for k in range(3):
+        move_bodies(tree, v, work)
+        rate = weld_rates(tree, work, work.errors)
+        if rate <= closed or k == 2:
+            break
+        _correct(tree, held, v, work)
+    return worst, rate
+
+
+@lean
+def _correct(tree: BodyTree, held: Signs, state: Reals, work: Work) -> None:
+    """Take the errors away from joint coordinates, or velocities."""
+    load_joints(tree, held, work.still, False, work)
+    close_rows(work, work.errors)
+    release_joints(tree, held, False, work, work.change)
+    for i in range(len(state)):
+        if not held[i]:
+            state[i] += work.change[i]

@@ -1,0 +1,190 @@
+"""The nearest closed state within the stops, and what hinges can do there at first order, in a group of motions.
+
+Screws of hinges that turn about parallel lines, or about one line, generate a group of fewer dimensions than that of
+all motions (docs/explanation/motion.md, 8): closure is as many equations as it has dimensions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.algebra.matrices import divide_row, row_product, subtract_row
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
+
+PLANNING_CLOSURE_RESIDUAL = 1e-10
+"""Closure residual (rad, or gap over size) of a closed state."""
+STOPPED_HINGE_ANGLE = 1e-9
+"""A hinge that is not further than this from a stop (rad) is at it."""
+REDUNDANT_SINGULAR_VALUE = 1e-9
+"""Singular directions of closure up to this count as free."""
+CLOSING_DAMPING = 1e-13
+"""Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
+
+
+class Loops(NamedTuple):
+    """Loops of a linkage, see `kernels.linkage.loops`; size : m, of the pattern."""
+
+    chain: Chain
+    starts: WholeNumbers
+    hinges: WholeNumbers
+    signs: WholeNumbers
+    size: float
+
+
+class Closing(NamedTuple):
+    """Tables: residual (r,), jacobian (r, m), gram (r, r) and right (r,) of the equations of a step.
+
+    basis : (r, m), orthonormal rows that span those of the Jacobian. pose : (3, 4), where a walk along a loop comes to.
+    held : (m,), hinges that stay at a stop. fixed : (m,), hinges that do not turn at all; none of a new table.
+    """
+
+    residual: Reals
+    jacobian: Reals
+    gram: Reals
+    right: Reals
+    basis: Reals
+    pose: Reals
+    held: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
+
+
+@compiled
+def new_closing(loops: Loops) -> Closing:
+    """Empty tables."""
+    m, r = len(loops.chain.points), 6 * (len(loops.starts) - 1)
+    rows, gram, basis = np.zeros((r, m)), np.zeros((r, r)), np.zeros((r, m))
+    held, fixed = np.zeros(m, np.bool_), np.zeros(m, np.bool_)
+    return Closing(np.zeros(r), rows, gram, np.zeros(r), basis, np.zeros((3, 4)), held, fixed)
+
+
+@lean
+def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
+    """Write closure residuals and their Jacobian, as `close_loops`; pose : (3, 4), for what a walk comes to."""
+    close_loops(
+        loops.chain.directions,
+        loops.chain.points,
+        loops.starts,
+        loops.hinges,
+        loops.signs,
+        angles,
+        loops.size,
+        residual,
+        jacobian,
+        pose,
+    )
+
+
+@lean
+def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> float:
+    """The greatest closure residual; also writes all of them, and the Jacobian."""
+    write_closure(loops, angles, work.residual, work.jacobian, work.pose)
+    worst = 0.0
+    for i in range(len(work.residual)):
+        worst = max(worst, abs(work.residual[i]))
+    return worst
+
+
+@lean
+def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
+    """Move fold angles to the nearest closed state within the stops; whether that is closed.
+
+    give : what hinges may be beyond a stop (rad). Damped Gauss-Newton steps of least length. Hinges that a step takes
+    further beyond stay there.
+    """
+    m = len(angles)
+    for h in range(m):
+        work.held[h] = work.fixed[h]
+        if work.fixed[h]:
+            continue
+        angles[h] = min(max(angles[h], -give), math.pi + give)
+    for _ in range(steps):
+        worst = largest_closure_residual(loops, angles, work)
+        if worst < tolerance:
+            return True
+        if not worst < 1.0:
+            return False
+        for h in range(m):
+            for i in range(len(work.residual) if work.held[h] else 0):
+                work.jacobian[i, h] = 0.0
+        if not weigh_rows(work.jacobian, work.residual, CLOSING_DAMPING, work.gram, work.right):
+            return False
+        for h in range(m):
+            if work.held[h]:
+                continue
+            for i in range(len(work.right)):
+                angles[h] -= work.jacobian[i, h] * work.right[i]
+            if not -give <= angles[h] <= math.pi + give:
+                angles[h] = min(max(angles[h], -give), math.pi + give)
+                work.held[h] = True
+    return largest_closure_residual(loops, angles, work) < tolerance
+
+
+@lean
+def write_closure_basis(work: Closing, least: float) -> int:
+    """Write orthonormal rows that span those of the Jacobian, and return how many.
+
+    Gram and Schmidt's, twice, the longest first; what is shorter than `least` counts as none.
+    """
+    r, m = work.jacobian.shape
+    basis = work.basis
+    for i in range(r):
+        for h in range(m):
+            basis[i, h] = work.jacobian[i, h]
+    for rank in range(r):
+        best, longest = rank, 0.0
+        for i in range(rank, r):
+            long = row_product(basis, i, basis, i, m)
+            if long > longest:
+                best, longest = i, long
+        if math.sqrt(longest) <= least:
+            return rank
+        for h in range(m):
+            basis[rank, h], basis[best, h] = basis[best, h], basis[rank, h]
+        for again in range(2):
+            for j in range(rank if again else 0):
+                subtract_row(basis, rank, row_product(basis, rank, basis, j, m), basis, j, m)
+            divide_row(basis, rank, math.sqrt(row_product(basis, rank, basis, rank, m)), m)
+        for i in range(rank + 1, r):
+            subtract_row(basis, i, row_product(basis, i, basis, rank, m), basis, rank, m)
+    return int(r)
+
+
+@lean
+def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
+    """Take off a row of a table what lies in the span of a basis."""
+    m = basis.shape[1]
+    for j in range(rank):
+        subtract_row(table, row, row_product(table, row, basis, j, m), basis, j, m)
+
+
+@lean
+def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closing) -> None:
+    """Take off a rate, a row of a table, what opens loops, and what turns hinges that are at a stop."""
+    largest_closure_residual(loops, angles, work)
+    for h in range(len(angles)):
+        if work.fixed[h] or angles[h] < STOPPED_HINGE_ANGLE or angles[h] > math.pi - STOPPED_HINGE_ANGLE:
+            table[row, h] = 0.0
+            for i in range(len(work.residual)):
+                work.jacobian[i, h] = 0.0
+    rank = write_closure_basis(work, REDUNDANT_SINGULAR_VALUE)
+    for _ in range(2):
+        remove_span(work.basis, rank, table, row)
+
+
+class Group(NamedTuple):
+    """Hinges that turn, and the equations in which their loops close.
+
+    rows : (k, 6 n_loops), orthonormal: the part of the twists of T - 1 that is to vanish. moving : (m,), whether a
+    hinge turns. starts, hinges : those that turn, of each loop in order, as `Loops` has all of them.
+    """
+
+    rows: Reals
+    moving: NDArray[np.bool_]
+    starts: WholeNumbers
+    hinges: WholeNumbers

@@ -1,0 +1,156 @@
+"""A path made shorter, smoother and freer of contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.compiling.compiled import compiled
+from hcsearch.kernels.planning.chords import link_states, separated
+from hcsearch.kernels.planning.sliding import SPARE_GAP_SHARE, near_contacts, slide, write_condition_row
+from hcsearch.kernels.planning.space import (
+    PlacedState,
+    Space,
+    SpaceWork,
+    StateStack,
+    copy_state,
+    greatest_angle_change,
+    pick_state,
+    place_state,
+    squared_distance,
+)
+
+MAX_SMOOTHING_PIECE = 0.1
+"""Longest straight piece (rad)."""
+MAX_SMOOTHING_HALVINGS = 9
+"""Pieces are halved no more often than this."""
+MAX_SHORTCUT_RATIO = 0.999
+"""A shortcut is taken where it is shorter by more than this factor."""
+MAX_RELAXATION_STEP = 0.03
+"""Longest step (rad) by which a state of the path is moved."""
+SMOOTHING_ZERO_SINGULAR_VALUE = 1e-7
+"""Singular values of the closure Jacobian up to this count as zeros."""
+STOP_DISTANCE_ANGLE = 0.01
+"""What hinges of the path keep off their stops by (rad), less near its ends."""
+CONTACT_PUSH_ANGLE = 0.02
+"""What contact moves a state by (rad), where panels touch."""
+
+
+@compiled
+def shorten_path(
+    space: Space, path: Reals, count: int, tries: int, seed: int, stack: StateStack, work: SpaceWork, between: Reals
+) -> int:
+    """Link states of a path, at random, beside straight pieces that are shorter than it; how many states it has then.
+
+    path : (capacity, m), of which the first `count` rows are the path. between : (k, m), room for a shortcut.
+    """
+    np.random.seed(seed)
+    for _ in range(tries):
+        if count < 3:
+            break
+        i, j = np.random.randint(count), np.random.randint(count)
+        i, j = min(i, j), max(i, j)
+        if j - i < 2:
+            continue
+        new = link_states(space, path[i], path[j], MAX_SMOOTHING_PIECE, MAX_SMOOTHING_HALVINGS, stack, work, between)
+        if new < 0 or count + new - (j - i - 1) > len(path):
+            continue
+        before = _length(path[i : j + 1])
+        after = math.sqrt(squared_distance(path[i], between[0] if new else path[j]))
+        if new:
+            after += _length(between[:new]) + math.sqrt(squared_distance(between[new - 1], path[j]))
+        if after < MAX_SHORTCUT_RATIO * before:
+            rest = path[j:count].copy()
+            path[i + 1 : i + 1 + new] = between[:new]
+            path[i + 1 + new : i + 1 + new + len(rest)] = rest
+            count = i + 1 + new + len(rest)
+    return count
+
+
+@compiled
+def _length(states: Reals) -> float:
+    """The length of the way along some states (rad)."""
+    total = 0.0
+    for i in range(len(states) - 1):
+        total += math.sqrt(squared_distance(states[i], states[i + 1]))
+    return total
+
+
+@compiled
+def relax_path(
+    space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: StateStack, work: SpaceWork
+) -> None:
+    """Move the states of a path, in place, between their neighbours, and off contact.
+
+    wished : m, gap of shrunk panels up to which contact pushes. A state moves where panels keep apart at its new place
+    and on both pieces beside it.
+    """
+    before, here, after, moved = pick_state(stack, 0), pick_state(stack, 1), pick_state(stack, 2), pick_state(stack, 3)
+    for _ in range(sweeps):
+        place_state(space, path[0], -math.inf, before)
+        place_state(space, path[1], -math.inf, here)
+        for k in range(1, count - 1):
+            place_state(space, path[k + 1], -math.inf, after)
+            _want(space, before, here, after, wished, work)
+            if slide(space, here, MAX_RELAXATION_STEP, SMOOTHING_ZERO_SINGULAR_VALUE, work, moved) > 0.0 and _fits(
+                space, before, moved, after
+            ):
+                path[k] = moved.angles
+                copy_state(moved, here)
+            copy_state(here, before)
+            copy_state(after, here)
+
+
+@compiled
+def _want(
+    space: Space, before: PlacedState, here: PlacedState, after: PlacedState, wished: float, work: SpaceWork
+) -> None:
+    """Write what a state wants: to lie half-way between its neighbours, panels apart and hinges off their stops."""
+    count = near_contacts(space, here, wished, 0, work)
+    push = np.zeros(len(work.want))
+    for k in range(count):
+        near = max(0.0, 1.0 - (space.kept - work.conditions.bounds[k] / SPARE_GAP_SHARE) / wished)
+        write_condition_row(space, k, work.rows, 0, work)
+        for h in range(len(push)):
+            push[h] += near * work.rows[0, h]
+    big = max(np.abs(push).max(), 1e-12)
+    least = max(0.0, 1.0 - here.gaps.min() / wished) if len(here.gaps) else 0.0
+    off = min(
+        STOP_DISTANCE_ANGLE, 0.1 * min(greatest_angle_change(here.angles, space.folded), np.abs(here.angles).max())
+    )
+    for h in range(len(push)):
+        middle = 0.5 * (before.angles[h] + after.angles[h])
+        work.want[h] = middle - here.angles[h] + CONTACT_PUSH_ANGLE * least * push[h] / big
+        # off the stops, by which pieces between states would overshoot them
+        work.want[h] += max(0.0, off - here.angles[h]) - max(0.0, here.angles[h] - math.pi + off)
+
+
+@compiled
+def _fits(space: Space, before: PlacedState, here: PlacedState, after: PlacedState) -> bool:
+    """Whether the pieces to both neighbours are straight enough and panels keep apart beside them."""
+    if (
+        max(greatest_angle_change(before.angles, here.angles), greatest_angle_change(here.angles, after.angles))
+        > 1.5 * MAX_SMOOTHING_PIECE
+    ):
+        return False
+    return separated(space, before, here) and separated(space, here, after)
+
+
+@compiled
+def thin_path(space: Space, path: Reals, count: int, least: float, stack: StateStack) -> int:
+    """Leave out states that are nearer to the one before than some distance (rad), where panels keep apart without."""
+    kept = 0
+    before, after = pick_state(stack, 0), pick_state(stack, 1)
+    for k in range(1, count):
+        if k < count - 1 and greatest_angle_change(path[k], path[kept]) < least:
+            place_state(space, path[kept], -math.inf, before)
+            place_state(space, path[k + 1], -math.inf, after)
+            if greatest_angle_change(path[kept], path[k + 1]) < 1.5 * MAX_SMOOTHING_PIECE and separated(
+                space, before, after
+            ):
+                continue
+        kept += 1
+        path[kept] = path[k]
+    return kept + 1

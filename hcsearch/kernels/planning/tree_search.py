@@ -1,0 +1,367 @@
+"""Trees of closed states that grow from both ends, or other roots, until they meet."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.planning.chords import link_states
+from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, close_state
+from hcsearch.kernels.planning.sliding import slide
+from hcsearch.kernels.planning.space import (
+    Space,
+    SpaceWork,
+    StateStack,
+    copy_state,
+    greatest_angle_change,
+    greatest_magnitude,
+    pick_state,
+    place_state,
+)
+
+STATE_CELL_WIDTH = 0.15
+"""Width (rad) of the cells by which states count as alike."""
+MAX_STATES_PER_CELL = 2
+"""States of a cell that a tree keeps, beside those on the way to others."""
+END_STEP_SHARE, MIN_GROWTH_STEP = 0.4, 0.003
+"""A step is no longer than this share of the way to the root or to an end, but at least so long (rad)."""
+MIN_GROWTH_GAIN = 2e-3
+"""A step that brings the target nearer by less than this share does not help."""
+MAX_IDLE_STEPS = 2
+"""Steps that may not help before a tree grows elsewhere."""
+
+
+class StateTree(NamedTuple):
+    """States that hang on the root, at which every hinge is at a stop.
+
+    angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), how many states there are.
+    keys, hits : hash table of cells, and how many states each has.
+    """
+
+    angles: Reals
+    parents: WholeNumbers
+    size: WholeNumbers
+    keys: WholeNumbers
+    hits: WholeNumbers
+
+
+@compiled
+def new_tree(capacity: int, root: Reals) -> StateTree:
+    """A tree that is its root."""
+    slots = 4
+    while slots < 4 * capacity:
+        slots *= 2
+    tree = StateTree(
+        np.zeros((capacity, len(root))),
+        np.full(capacity, -1),
+        np.ones(1, np.int64),
+        np.zeros(slots, np.int64),
+        np.zeros(slots, np.int64),
+    )
+    tree.angles[0] = root
+    return tree
+
+
+@lean
+def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
+    """Add a state; its number, -1 where the tree is full."""
+    n = tree.size[0]
+    if n == len(tree.parents):
+        return -1
+    for h in range(len(angles)):
+        tree.angles[n, h] = angles[h]
+    tree.parents[n] = parent
+    tree.size[0] = n + 1
+    return int(n)
+
+
+@lean
+def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
+    """The nearest state of a tree beyond some squared distance (rad^2), and the square of its own; -1 without."""
+    best, least = -1, math.inf
+    for i in range(tree.size[0]):
+        total = 0.0
+        for h in range(len(angles)):
+            total += (tree.angles[i, h] - angles[h]) ** 2
+            if total >= least:
+                break
+        if beyond < total < least:
+            best, least = i, total
+    return best, least
+
+
+@lean
+def cell_slot(tree: StateTree, row: int) -> int:
+    """The slot of the cell of a state in the hash table."""
+    key = 1469598103934665603
+    for h in range(tree.angles.shape[1]):
+        key = (key ^ math.floor(tree.angles[row, h] / STATE_CELL_WIDTH + 0.5)) * 1099511628211
+    key |= 1  # 0 is an empty slot
+    slots = len(tree.keys)
+    slot = (key ^ (key >> 29)) & (slots - 1)
+    while tree.keys[slot] != 0 and tree.keys[slot] != key:
+        slot = (slot + 1) & (slots - 1)
+    tree.keys[slot] = key
+    return slot
+
+
+@lean
+def keep_new_states(tree: StateTree, first: int) -> bool:
+    """Of the states from `first` on, a line, keep those up to the last whose cell is not full; whether there is one."""
+    end = first
+    for i in range(first, tree.size[0]):
+        slot = cell_slot(tree, i)
+        if tree.hits[slot] < MAX_STATES_PER_CELL:
+            end = i + 1
+            tree.hits[slot] += 1
+    tree.size[0] = end
+    return end > first
+
+
+@compiled
+def grow_towards(
+    space: Space,
+    tree: StateTree,
+    node: int,
+    target: Reals,
+    springs: Reals,
+    limits: tuple[float, float, int],
+    stack: StateStack,
+    work: SpaceWork,
+) -> int:
+    """Grow a tree from a state towards a target by steps along contacts; the last state that was added, or the first.
+
+    springs : (m,), weights of the hinges. limits : longest step (rad), singular directions of closure that count as
+    free, and steps at most.
+    """
+    longest, least, steps = limits
+    here, there = pick_state(stack, 0), pick_state(stack, 1)
+    place_state(space, tree.angles[node], -math.inf, here)
+    best, idle = math.inf, 0
+    for _ in range(steps):
+        left = 0.0
+        for h in range(len(target)):
+            way = target[h] - here.angles[h]
+            work.want[h] = springs[h] * way
+            left += springs[h] * way * way
+        idle = idle + 1 if left > best * (1.0 - MIN_GROWTH_GAIN) else 0
+        if left < 1e-6 or idle > MAX_IDLE_STEPS:
+            break
+        best = min(best, left)
+        to_end = min(greatest_angle_change(here.angles, space.folded), greatest_magnitude(here.angles))
+        to_end = min(to_end, greatest_angle_change(here.angles, tree.angles[0]))
+        own = min(longest, max(MIN_GROWTH_STEP, END_STEP_SHARE * to_end))
+        if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
+            break
+        added = add_state(tree, node, there.angles)
+        if added < 0:
+            break
+        node = added
+        copy_state(there, here)
+    return node
+
+
+MAX_TREE_STEP = 0.12
+"""Longest step (rad)."""
+MAX_SEARCH_PIECE = 0.1
+"""Longest straight piece (rad)."""
+SEARCH_ZERO_SINGULAR_VALUE = 1e-7
+"""Singular values of the closure Jacobian up to this count as zeros."""
+MAX_SEARCH_HALVINGS = 12
+"""Pieces are halved no more often than this."""
+MIN_TREE_ROOM = 200
+"""States for which a tree must have room before it grows."""
+TREES_MET, TREES_GOING, TREES_FULL = 0, 1, 2
+"""The trees have met; may meet; have no room to grow."""
+
+
+class Meeting(NamedTuple):
+    """Where the trees have met.
+
+    nodes : (2,), a state of each. bridge : closed states from the first to the second. filled : (1,), how many.
+    """
+
+    nodes: WholeNumbers
+    bridge: Reals
+    filled: WholeNumbers
+
+
+@compiled
+def fan_out(
+    space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: StateStack, work: SpaceWork
+) -> int:
+    """Add states near the root, with the states that lead to them; how many were reached.
+
+    Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
+    at several distances, as what is closed off near the root may be open further out.
+    """
+    np.random.seed(seed)
+    m = len(space.folded)
+    angles, between = np.empty(m), np.empty((MIN_TREE_ROOM, m))
+    reached = 0
+    root = tree.angles[0].copy()
+    for k in range(tries):
+        if reached == wanted or tree.size[0] + MIN_TREE_ROOM >= len(tree.parents):
+            break
+        off = (0.01, 0.03, 0.06, 0.12, 0.25)[np.random.randint(5)]
+        power = (0.5, 1.0, 2.0, 4.0)[np.random.randint(4)]
+        for h in range(m):
+            angles[h] = np.random.random() ** power
+            if root[h] < 1.0 and k % 2 and space.folded[h] < 1.0:
+                angles[h] *= 0.1  # pairs that are flat in both states need not open
+        widest = angles.max()
+        for h in range(m):
+            angles[h] = abs(root[h] - off * angles[h] / widest)
+        if (
+            not close_state(space.loops, angles, PLANNING_CLOSURE_RESIDUAL, 0.0, 30, work.closing)
+            or greatest_angle_change(angles, root) < 0.3 * off
+        ):
+            continue
+        if not place_state(space, angles, space.least, pick_state(stack, 0)):
+            continue
+        count = link_states(space, root, angles, MAX_SEARCH_PIECE, MAX_SEARCH_HALVINGS, stack, work, between)
+        if count < 0:
+            continue
+        node = 0
+        for i in range(count):
+            node = add_state(tree, node, between[i])
+        add_state(tree, node, angles)
+        reached += 1
+    return reached
+
+
+@compiled
+def search_trees(
+    space: Space,
+    one: StateTree,
+    two: StateTree,
+    rounds: int,
+    seed: int,
+    stack: StateStack,
+    work: SpaceWork,
+    meeting: Meeting,
+) -> int:
+    """Grow both trees until they meet: MET, GOING after so many rounds, or FULL.
+
+    Each round one tree grows: by soft springs from a random state, towards a random state of the other tree, into a
+    random direction, or from its nearest state towards random angles. Where it comes to something new it is linked with
+    the root of the other tree, where that is near, or the other tree's nearest states grow towards it.
+    """
+    np.random.seed(seed)
+    m = len(space.folded)
+    target, springs = np.empty(m), np.ones(m)
+    for _ in range(rounds):
+        swapped = np.random.random() < 0.5
+        tree, other = (two, one) if swapped else (one, two)
+        full = tree.size[0] + MIN_TREE_ROOM >= len(tree.parents)
+        if full and other.size[0] + MIN_TREE_ROOM >= len(other.parents):
+            return TREES_FULL
+        if full:
+            continue
+        goal = other.angles[0]
+        springs[:] = 1.0
+        node, steps = _choose(space, tree, other, goal, target, springs)
+        longest = MAX_TREE_STEP * (1.0 if np.random.random() < 0.7 else 0.3)
+        least = SEARCH_ZERO_SINGULAR_VALUE if np.random.random() < 0.7 else 0.3 * longest
+        before = tree.size[0]
+        node = grow_towards(space, tree, node, target, springs, (longest, least, steps), stack, work)
+        if tree.size[0] == before:
+            continue
+        last = tree.size[0]
+        if not keep_new_states(tree, before):
+            if np.random.random() > 0.05:
+                continue
+            tree.size[0] = last  # a tree without a new state tries to reach the other now and then all the same
+        node = tree.size[0] - 1
+        if _reach_root(space, tree, node, goal, stack, work, meeting) or _reach_tree(
+            space, tree, other, node, stack, work, meeting
+        ):
+            if swapped:
+                _turn_around(meeting)
+            return TREES_MET
+    return TREES_GOING
+
+
+@compiled
+def _choose(
+    space: Space, tree: StateTree, other: StateTree, goal: Reals, target: Reals, springs: Reals
+) -> tuple[int, int]:
+    """Choose what a tree grows towards, and how; from which state, and by how many steps at most."""
+    m = len(target)
+    kind = np.random.random()
+    node = np.random.randint(tree.size[0])
+    if kind < 0.15:
+        target[:] = goal
+        for h in range(m):
+            springs[h] = math.exp(-3.5 * np.random.random())
+        return node, 60
+    if kind < 0.3:
+        target[:] = other.angles[np.random.randint(other.size[0])]
+        return nearest_state(tree, target, -1.0)[0], 30
+    if kind < 0.5:
+        for h in range(m):
+            target[h] = tree.angles[node, h] + 2.0 * np.random.normal()
+        return node, 12
+    for h in range(m):
+        target[h] = math.pi * min(max(1.3 * np.random.random() - 0.15, 0.0), 1.0)
+    return nearest_state(tree, target, -1.0)[0], 12
+
+
+@compiled
+def _reach_root(
+    space: Space, tree: StateTree, node: int, goal: Reals, stack: StateStack, work: SpaceWork, meeting: Meeting
+) -> bool:
+    """Whether the root of the other tree is near, and a state of this one can be linked with it."""
+    if greatest_angle_change(tree.angles[node], goal) > 0.5:
+        return False
+    before = tree.size[0]
+    last = grow_towards(
+        space, tree, node, goal, np.ones(len(goal)), (MAX_SEARCH_PIECE, SEARCH_ZERO_SINGULAR_VALUE, 40), stack, work
+    )
+    count = link_states(
+        space, tree.angles[last], goal, MAX_SEARCH_PIECE, MAX_SEARCH_HALVINGS, stack, work, meeting.bridge
+    )
+    if count < 0:
+        tree.size[0] = before
+        return False
+    meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = last, 0, count
+    return True
+
+
+@compiled
+def _reach_tree(
+    space: Space, tree: StateTree, other: StateTree, node: int, stack: StateStack, work: SpaceWork, meeting: Meeting
+) -> bool:
+    """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
+    beyond = -1.0
+    for attempt in range(3):
+        if other.size[0] + MIN_TREE_ROOM >= len(other.parents):
+            return False
+        start, off = nearest_state(other, tree.angles[node], beyond)
+        if start < 0 or (attempt > 0 and off > 1.0):
+            return False
+        beyond, before = off, other.size[0]
+        limits = (MAX_TREE_STEP, SEARCH_ZERO_SINGULAR_VALUE, 40)
+        last = grow_towards(space, other, start, tree.angles[node], np.ones(len(space.folded)), limits, stack, work)
+        if greatest_angle_change(other.angles[last], tree.angles[node]) < 0.3:
+            count = link_states(
+                space, tree.angles[node], other.angles[last], MAX_SEARCH_PIECE, 8, stack, work, meeting.bridge
+            )
+            if count >= 0:
+                meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = node, last, count
+                return True
+        if keep_new_states(other, before):
+            return False
+    return False
+
+
+@compiled
+def _turn_around(meeting: Meeting) -> None:
+    """Give a meeting from the first tree's side."""
+    meeting.nodes[0], meeting.nodes[1] = meeting.nodes[1], meeting.nodes[0]
+    count = meeting.filled[0]
+    meeting.bridge[:count] = meeting.bridge[:count][::-1].copy()

@@ -1,0 +1,128 @@
+"""Units I and II: four 8R elements laid together so that given joints merge (thesis 5.2.1, 5.2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies.eight_r import assembly_of_elements, eight_r
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
+from hcsearch.library.assemblies.overlays import Match, join
+from hcsearch.shape.pattern import Pattern
+
+UNIT_I = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
+"""Joints that merge where elements B, D and C come to A, one after another (thesis 5.7)."""
+
+UNIT_II = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
+"""Joints that merge where elements F, H and G come to A (thesis 5.25)."""
+
+UNIT_III = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
+"""Joints that merge where D, C and B come to A in a unit new to the thesis (docs/explanation/unit_search.md)."""
+
+
+def unit_i(parameters: Parameters) -> Pattern:
+    """Unit I (thesis Fig. 5.4). Loops are the elements A, B, C, D, each from joint 1 to 8; B and D lie turned over."""
+    return assemble(eight_r(parameters), UNIT_I)
+
+
+def unit_ii(parameters: Parameters) -> Pattern:
+    """Unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
+    return assemble(eight_r(parameters), UNIT_II)
+
+
+def unit_iii(parameters: Parameters) -> Pattern:
+    """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
+    return assemble(eight_r(parameters), UNIT_III)
+
+
+def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
+    """Lay copies of an element onto a first one, `a`, so that joints coincide.
+
+    steps : for each further copy the joints that merge, as in `b1=a7 b2=a8`: its own joint first. Loops of the
+        outcome are the copies' loops in the order of their letters.
+    """
+    pattern, names = element, "a"
+    for step in steps:
+        letter = step[0]
+        pattern = join(pattern, element, matches(pattern, names, element, letter, step))
+        names += letter
+    loops = tuple(pattern.loops[names.index(letter)] for letter in sorted(names))
+    return replace(pattern, loops=loops)
+
+
+def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[Match]:
+    """Creases to coincide, read from a text such as `b1=a7 b2=a8`: joints of the moving pattern, then of the still one.
+
+    names, letters : one letter for each loop of the still and of the moving pattern.
+    """
+    pairs = []
+    for equation in step.split():
+        of, _, on = equation.partition("=")
+        try:
+            pairs.append((_crease(still, names, on), _crease(moving, letters, of)))
+        except (ValueError, IndexError):
+            raise PatternError(
+                f"{equation!r} names no joints: write one of {letters}, a number, = and one of {names}, a number"
+            ) from None
+    return pairs
+
+
+def _crease(pattern: Pattern, names: str, joint: str) -> tuple[int, int]:
+    loop = pattern.loops[names.index(joint[0])]
+    return loop[range(1, len(loop) + 1).index(int(joint[1:]))]
+
+
+A16 = (
+    *(91.6169, 73.9355, 73.3750, 52.2536, 38.9967, 34.6444, 32.5559, 29.3057, 23.5099, 22.4854),
+    *(14.7911, 11.0325, 2.19116, 1.74072, 1.60164, 1.52818, 1.34030, 1.22320, 1.17221, 0.27834),
+)
+"""Singular values of unit II's Jacobian in the folded state, lengths in mm, but for four zeros (thesis A16)."""
+
+
+def _assembly(
+    name: str,
+    source: str,
+    build: Callable[[Parameters], Pattern],
+    published: Mapping[str, object],
+    published_at_defaults: Mapping[str, object],
+) -> Assembly:
+    """A unit of four 8R elements, which have 32 joints apart."""
+    return assembly_of_elements(
+        name,
+        f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
+        source,
+        build,
+        apart=32,
+        published=published,
+        published_at_defaults=published_at_defaults,
+    )
+
+
+_BOTH = {
+    "panels": 21,
+    "hinges": 24,
+    "merged_joints": 8,
+    "dof": 1,
+    "deployment_ratio": "7:1",
+    "void_volume_mm3": 0.0,
+}
+"""What the thesis says of units I and II alike."""
+
+ASSEMBLIES = (
+    _assembly(
+        "unit-i",
+        "section 5.2.1, Fig. 5.4",
+        unit_i,
+        {**_BOTH, "panels_by_facets": {"1": 14, "2": 7}, "kutzbach": 0},
+        {},
+    ),
+    _assembly(
+        "unit-ii",
+        "section 5.2.3, Fig. 5.6; appendix",
+        unit_ii,
+        {**_BOTH, "rank_between": 23, "nullity_folded": 4, "nullity_flat": 4},
+        {"singular_values": A16},
+    ),
+    _assembly("unit-iii", "not in the thesis: found by the search for units", unit_iii, {}, {}),
+)

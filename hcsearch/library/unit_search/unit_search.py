@@ -1,0 +1,289 @@
+"""The search for single-DoF units: copies of an element laid together two or four at a time.
+
+The rule is the thesis's (5.2): consecutive copies overlap in panels and merge hinges, and no mountain lies on a
+valley. We also ask that no crease of a copy lies in a slit of another, since such unions have no folded state or close
+the slit for good; and we allow inverted copies, as in 6.1.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from hcsearch.basics.errors import PatternError
+from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
+from hcsearch.library.assemblies.named_assembly import Parameters
+from hcsearch.library.unit_search.copies import (
+    Key,
+    Mark,
+    Placement,
+    Rings,
+    Sheet,
+    congruence_key,
+    least_kutzbach,
+    marks_of,
+)
+from hcsearch.library.unit_search.elements import Element
+from hcsearch.library.unit_search.unit_proofs import UnitProof, closes, crowded, freedom, prove
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern, overlay
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Copies of one element that move together from folded to flat with one degree of freedom, and what shows it.
+
+    copies : where each lies, the first where the element is. pattern : their union.
+    known : name that `hcsearch assembly` knows it by, or empty.
+    """
+
+    element: Element
+    copies: tuple[Placement, ...]
+    pattern: Pattern
+    proof: UnitProof
+    known: str
+
+    def row(self) -> dict[str, object]:
+        """The columns that the store keeps."""
+        folding, pattern, proof = self.element.folding, self.pattern, self.proof
+        return {
+            "grid": folding.circuit.grid.name,
+            "n": folding.circuit.n,
+            "circuit": folding.circuit.notation,
+            "crease": folding.crease,
+            "alpha": self.element.alpha,
+            "shape": self.element.shape,
+            "merged": int(self.element.merged),
+            "element_dof": self.element.dof,
+            "copies": len(self.copies),
+            "placements": self.placements,
+            "panels": len(pattern.panels),
+            "hinges": len(pattern.hinges),
+            "directions": _directions(pattern),
+            "loops": len(Linkage(pattern).loops),
+            "kutzbach": pattern.kutzbach,
+            "dof": proof.dof,
+            "dof_folded": proof.dof_folded,
+            "dof_flat": proof.dof_flat,
+            "rank_gap": float(proof.rank_gap),
+            "deployment_ratio": proof.deployment_ratio,
+            "ways": proof.ways,
+            "path": proof.path,
+            "closure_error": proof.closure_error,
+            "contact": None if proof.contact is None else int(proof.contact),
+            "known": self.known,
+        }
+
+    @property
+    def placements(self) -> str:
+        """Where the copies lie, as JSON: turned over, inverted, turn (degrees) and shift (mm), in this order."""
+        unit = Sheet(self.element.pattern, lattice=True).unit
+        rows = [
+            {
+                "over": motion.plane.reflects,
+                "inverted": motion.inverts,
+                "turn": _tidy(math.degrees(motion.plane.angle) % 360.0, 6) % 360.0,
+                "shift": [_tidy(1e3 * unit * v, 6) for v in (motion.plane.shift.real, motion.plane.shift.imag)],
+            }
+            for motion in self.copies
+        ]
+        return json.dumps(rows, separators=(",", ":"))
+
+
+@dataclass(frozen=True)
+class Searched:
+    """What the search over one element came to.
+
+    placements : ways to lay a copy onto the element. unions : arrangements up to congruence; of these `light` have a
+        Kutzbach count that leaves one degree of freedom possible. Of these `tried` were looked at, `folding` have a
+        folded state with a place for every panel, `single` one degree of freedom at a generic state, and `units` pass
+        all tests of `prove`.
+    skipped : why the element was left out, or empty. complete : whether all arrangements were looked at within the
+        limits. refuted : those of `single` that no smooth motion of one degree of freedom takes from folded to flat.
+    """
+
+    element: Element
+    placements: int = 0
+    unions: int = 0
+    light: int = 0
+    tried: int = 0
+    folding: int = 0
+    single: int = 0
+    units: tuple[Unit, ...] = ()
+    refuted: tuple[Unit, ...] = ()
+    skipped: str = ""
+    complete: bool = True
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What bounds the search over one element: numbers of unions, and seconds."""
+
+    unions: int = 20_000
+    seconds: float = math.inf
+
+
+def search_units(
+    element: Element,
+    *,
+    copies: tuple[int, ...] = (2, 4),
+    limits: Limits | None = None,
+    strict: bool = True,
+    progress: Progress | None = None,
+) -> Searched:
+    """Lay copies of an element together in all ways and test which unions are single-DoF units.
+
+    copies : 2 for pairs, 4 for rings of four. strict : whether no crease may lie in a slit of another copy.
+    """
+    return _Search(element, limits or Limits(), strict, progress).run(copies)
+
+
+def search_elements(
+    elements: Iterable[Element],
+    *,
+    max_dof: int | None = None,
+    copies: tuple[int, ...] = (2, 4),
+    limits: Limits | None = None,
+    progress: Progress | None = None,
+) -> Iterator[Searched]:
+    """Search one element after another; congruent ones once, and none that is locked or is an open chain.
+
+    max_dof : elements with more degrees of freedom are left out.
+    """
+    known: dict[Key, str] = {}
+    for element in elements:
+        skipped = _reason(element, max_dof, known)
+        if skipped:
+            yield Searched(element, skipped=skipped)
+        else:
+            yield search_units(element, copies=copies, limits=limits, progress=progress)
+
+
+def _reason(element: Element, max_dof: int | None, known: dict[Key, str]) -> str:
+    """Why an element is not searched, or an empty text."""
+    key = congruence_key(marks_of(Sheet(element.pattern, lattice=True)))
+    same = known.setdefault(key, element.name)
+    if same != element.name:
+        return f"as {same}"
+    if not element.linkage.loops:
+        return "open chain"
+    if element.locked:
+        return "locked"
+    if element.dof is None:
+        return "undecided"
+    if max_dof is not None and element.dof > max_dof:
+        return f"more than {max_dof} degrees of freedom"
+    return ""
+
+
+@dataclass
+class _Search:
+    """The search over one element while it runs."""
+
+    element: Element
+    limits: Limits
+    strict: bool
+    progress: Progress | None
+    began: float = field(default_factory=time.monotonic)
+
+    def run(self, copies: tuple[int, ...]) -> Searched:
+        sheet = Sheet(self.element.pattern, lattice=self.element.alpha is None)
+        rings = Rings(sheet, strict=self.strict)
+        unions, complete = self._unions(rings, copies)
+        light = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
+        known = _known_units(self.element.alpha)
+        units: list[Unit] = []
+        refuted: list[Unit] = []
+        tried = folding = 0
+        for number, (key, ring) in enumerate(light):
+            if self._late():
+                complete = False
+                break
+            if self.progress is not None:
+                self.progress(number + 1, len(light), self.element.name)
+            tried += 1
+            copies_there = tuple(map(rings.plain, ring))
+            pattern = self._folding(sheet, copies_there)
+            if pattern is None:
+                continue
+            folding += 1
+            if freedom(pattern) == 1:
+                unit = Unit(self.element, copies_there, pattern, prove(pattern), known.get(key, ""))
+                (units if unit.proof.holds else refuted).append(unit)
+        return Searched(
+            self.element,
+            len(rings.placements),
+            len(unions),
+            len(light),
+            tried,
+            folding,
+            len(units) + len(refuted),
+            tuple(units),
+            tuple(refuted),
+            complete=complete,
+            seconds=time.monotonic() - self.began,
+        )
+
+    def _late(self) -> bool:
+        return time.monotonic() - self.began > self.limits.seconds
+
+    def _unions(
+        self, rings: Rings, copies: tuple[int, ...]
+    ) -> tuple[dict[Key, tuple[tuple[Placement, ...], list[Mark]]], bool]:
+        """One arrangement of each class of congruent unions, and whether the list is complete."""
+        unions: dict[Key, tuple[tuple[Placement, ...], list[Mark]]] = {}
+        seen = set()
+        for ring in _arrangements(rings, copies):
+            keys = frozenset(map(rings.key, ring))
+            if keys in seen:
+                continue
+            seen.add(keys)
+            if len(unions) >= self.limits.unions or self._late():
+                return unions, False
+            marks = rings.marks(ring)
+            unions.setdefault(congruence_key(marks), (ring, marks))
+        return unions, True
+
+    def _folding(self, sheet: Sheet, ring: tuple[Placement, ...]) -> Pattern | None:
+        """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
+        try:
+            pattern = overlay([motion.of(self.element.pattern, sheet.unit) for motion in ring])
+            linkage = Linkage(pattern)
+            fits = pattern.kutzbach <= 1 and closes(linkage) and not crowded(linkage)
+        except PatternError:
+            return None
+        return pattern if fits else None
+
+
+def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Placement, ...]]:
+    if 2 in copies:
+        yield from rings.pairs()
+    if 4 in copies:
+        yield from rings.rings()
+
+
+@lru_cache(maxsize=8)
+def _known_units(alpha: float | None) -> dict[Key, str]:
+    """Congruence keys of the units that have a name; regular triangles are those of 60 degrees."""
+    parameters = Parameters(alpha=math.radians(60.0 if alpha is None else alpha))
+    names = {}
+    for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii), ("unit-iii", unit_iii)):
+        names[congruence_key(marks_of(Sheet(build(parameters), lattice=False)))] = name
+    return names
+
+
+def _directions(pattern: Pattern) -> int:
+    """Number of directions of the hinges in the flat state: 1 where all are parallel, and the motion planar."""
+    angles = [math.atan2(h.end[1] - h.start[1], h.end[0] - h.start[0]) % math.pi for h in pattern.hinges]
+    return len({round(angle, 6) % round(math.pi, 6) for angle in angles})
+
+
+def _tidy(value: float, digits: int) -> float:
+    return round(value, digits) + 0.0

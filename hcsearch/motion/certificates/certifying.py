@@ -1,0 +1,165 @@
+"""Certificates of foldings: what is proved of the motion of one, written so that the checkers prove it again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError, InputFileError
+from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import PanelSize, panel_text, read_panel
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
+from hcsearch.motion.certificates.certificate_data import (
+    CERTIFICATE_FORMAT,
+    CERTIFICATE_VERSION,
+    array_data,
+    certificate,
+    checksum,
+    lock_claim,
+    path_claim,
+)
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, proof_margins
+from hcsearch.motion.planning.path_proofs import Prover
+from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
+from hcsearch.shape.linkage import Linkage
+from hcsearch.system.reading import read_text
+
+DEFAULT_PROOF_BUDGET = 5
+"""The budget of the search for a proof where none is given."""
+MAX_CERTIFICATE_BYTES = 256 * 2**20
+"""Size of a certificate that is read; those of small lists have up to a megabyte."""
+MAX_PATH_SEEDS = 12
+"""Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
+CheckedClaim = tuple[dict[str, Any], str]
+"""A claim, and what its checker says is proved."""
+CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
+"""The checkers, by kinds of claims."""
+REFUSAL_ERRORS = (path_checker.NotProvedError, lock_checker.NotProvedError)
+
+
+class CertificateError(HcsearchError):
+    """A certificate does not prove what it claims."""
+
+
+def prove_folding(
+    folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
+) -> tuple[dict[str, Any], list[str]]:
+    """The certificate of a folding, of a path or of a lock, as plain data, and what `verify_certificate` says of it.
+
+    panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `motion_of`.
+
+    The checkers have proved it. It is of the canonical circuit, however the folding's own is written. budget : efforts
+    of the search. HcsearchError where nothing is proved by these.
+    """
+    folding = Folding.from_notation(folding.notation)
+    turns = twist(folding)
+    if turns:
+        raise HcsearchError(
+            f"{folding.notation} is twisted, with linking number {turns}: that no motion opens it is a theorem, and "
+            "needs no certificate; name a folding without twist"
+        )
+    allowed = [way for way in ways if folding.can_join(way)]
+    motion = plan_motion(folding, panel, allowed, margin, budget=budget)
+    if not motion.locked and motion.margin is None:
+        raise HcsearchError(
+            f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
+        )
+    checked = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, margin)]
+    data = certificate([claim for claim, _ in checked], folding.notation, panel_text(panel))
+    return data, [_sentence(data, claim, proved) for claim, proved in checked]
+
+
+def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[CheckedClaim]:
+    """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
+    known = dict(motion.locks)
+    claims = [
+        {**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way}
+        for way in known
+        if way == "hinged" or "hinged" not in known
+    ]
+    try:
+        return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
+    except lock_checker.NotProvedError as refused:
+        raise HcsearchError(
+            f"the lock of {folding.notation} is not proved by the checker, too: {refused}; give other panels"
+        ) from refused
+
+
+def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> CheckedClaim:
+    """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
+    assert motion.way is not None
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    prover, margins, refusal = Prover(linkage), proof_margins(linkage, margin), ""
+    for states in _candidates(linkage, motion, margins[-1]):
+        proof = prover.prove(states, margins)
+        if proof.margin is None:
+            continue
+        try:
+            claim = path_claim(linkage, prover.tubes(states, [proof.margin])[0], proof.margin)
+            return {**claim, "pairs": motion.way}, path_checker.checked(claim)
+        except path_checker.NotProvedError as refused:
+            refusal = str(refused)
+    raise HcsearchError(f"no path of {folding.notation} is proved by the checker, too: {refusal}; give other panels")
+
+
+def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:
+    """The states of the path that is proved, and of others that are planned with a margin (m)."""
+    assert motion.states is not None
+    yield motion.states
+    planner = Planner(linkage, margin)
+    for seed in range(1, MAX_PATH_SEEDS):
+        states = planner.plan(LOOSE_SEARCH_ROUNDS, seed).states
+        if states is not None:
+            yield states
+
+
+def read_certificate(path: str) -> Any:
+    """The data of a certificate; InputFileError as of `read_text`, and for what is no JSON."""
+    text = read_text(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputFileError(f"{path} is no certificate, which is JSON: {error}; write it by hcsearch prove") from None
+
+
+def verify_certificate(data: Any) -> list[str]:
+    """What the claims of a certificate prove, in words; CertificateError where they do not, or there are none."""
+    if (
+        not isinstance(data, dict)
+        or data.get("format") != CERTIFICATE_FORMAT
+        or data.get("version") != CERTIFICATE_VERSION
+    ):
+        raise CertificateError(f"it is no {CERTIFICATE_FORMAT} of version {CERTIFICATE_VERSION}")
+    if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
+        raise CertificateError("the checksum is another: the file was changed")
+    claims = data.get("claims")
+    if not isinstance(claims, list) or not claims:
+        raise CertificateError("it claims nothing")
+    return [_verified(data, claim) for claim in claims]
+
+
+def _verified(data: Mapping[str, Any], claim: Any) -> str:
+    """What a claim proves, of the array that is named."""
+    try:
+        folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
+        way = WAYS[WAYS.index(claim["pairs"])]
+        named = array_data(folding.linkage(read_panel(panel), flat_pairs=way))
+        check = CLAIM_CHECKERS[claim["kind"]]
+    except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CertificateError(f"it names no folding, panel or claim ({error})") from error
+    if array != named:
+        raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
+    try:
+        return _sentence(data, claim, check(claim))
+    except REFUSAL_ERRORS as refused:
+        raise CertificateError(str(refused)) from refused
+
+
+def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) -> str:
+    """What is proved by a claim, with the folding of which it is."""
+    return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

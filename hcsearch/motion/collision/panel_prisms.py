@@ -1,0 +1,209 @@
+"""The panels of a linkage as right prisms, as built or less a margin, and the pairs that can meet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import PrismPairs, pairs_between
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet
+from hcsearch.shape.pattern import Hinge
+
+PrismCorner = tuple[float, float, float]
+TableEntry = TypeVar("TableEntry", bound=np.generic)
+
+PARALLEL_SIDES_SINE = 1e-9
+"""Sine of the angle between directions that count as one."""
+FACET_CACHE_SIZE = 4096
+"""Facets whose sides and insets are kept: arrays of one size share their cells."""
+
+
+def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
+    """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
+    pattern = linkage.pattern
+    upright = (0.0, 0.0, 1.0)
+    solids: list[list[PrismCorner]] = []
+    edges: list[list[PrismCorner]] = []
+    normals: list[list[PrismCorner]] = []
+    for facet in pattern.facets:
+        sides = _classes(facet)
+        faces = (margin, pattern.thickness - margin)
+        solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
+        edges.append([*((x, y, 0.0) for x, y in sides), upright])
+        normals.append([*((-y, x, 0.0) for x, y in sides), upright])
+    counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
+    vertices = padded_table([np.array(solid) for solid in solids])
+    real = (np.arange(vertices.shape[1]) < counts[:, :1])[..., None]
+    middles = vertices.sum(axis=1) / counts[:, :1]
+    return Prisms(
+        panels=np.array(pattern.panel_of, np.int64),
+        counts=counts,
+        vertices=vertices,
+        middles=middles,
+        reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
+        normals=padded_table([np.array(own) for own in normals]),
+        edges=padded_table([np.array(own) for own in edges]),
+    )
+
+
+def deepest_margin(linkage: Linkage) -> float:
+    """The margin (m) by which prisms would be shrunk to nothing, or a side of one would be gone."""
+    least = 0.5 * linkage.pattern.thickness
+    for facet in linkage.pattern.facets:
+        inside = _inset(facet, 1.0)
+        for k in range(len(facet)):
+            length = math.dist(facet[k], facet[k - 1])
+            across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
+            lost = length - sum(across) / length
+            if lost > 0.0:
+                least = min(least, length / lost)
+    return least
+
+
+def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> NDArray[np.int64]:
+    """Pairs of facets of different panels, but of those that are kept apart, shape (n_pairs, 2)."""
+    panels = np.array(linkage.pattern.panel_of)
+    first, second = np.triu_indices(len(panels), 1)
+    low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
+    wanted = low != high
+    if apart:
+        n = linkage.n_panels
+        wanted &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
+    return np.column_stack([first[wanted], second[wanted]])
+
+
+@lru_cache(FACET_CACHE_SIZE)
+def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
+    """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
+    corners = []
+    for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
+        first, second = math.dist(before, (x, y)), math.dist((x, y), after)
+        a, b = (before[1] - y) / first, (x - before[0]) / first  # normals of both sides
+        c, d = (y - after[1]) / second, (after[0] - x) / second
+        share = margin / (1.0 + a * c + b * d)
+        corners.append((x + share * (a + c), y + share * (b + d)))
+    return tuple(corners)
+
+
+@lru_cache(FACET_CACHE_SIZE)
+def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
+    """Unit vectors of the sides of a facet, one of those that are parallel."""
+    directions: list[tuple[float, float]] = []
+    for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
+        long = math.hypot(to_x - x, to_y - y)
+        u, v = (to_x - x) / long, (to_y - y) / long
+        if all(abs(u * b - v * a) > PARALLEL_SIDES_SINE for a, b in directions):
+            directions.append((u, v))
+    return tuple(directions)
+
+
+def padded_table(rows: Sequence[NDArray[TableEntry]]) -> NDArray[TableEntry]:
+    """Tables of different lengths as one, filled with zeros."""
+    table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
+    for row, own in zip(table, rows, strict=True):
+        row[: len(own)] = own
+    return table
+
+
+REFERENCE_EDGE_LENGTH = 0.05
+"""Longest edge (m) at which `DEFAULT_PANEL_MARGIN` and `GAP_RESOLUTION` hold; for others they are in proportion."""
+DEFAULT_PANEL_MARGIN = 1e-4
+"""Panels are shrunk by this on every face (m), unless another margin is given."""
+MAX_MARGIN_SHARE = 0.2
+"""A margin is no more than this share of the thickness: the middle of thin panels is left, too."""
+GAP_RESOLUTION = 5e-5
+"""A smallest gap is known to this (m)."""
+MIN_PANEL_MARGIN = 1e-5
+"""The least margin of which it is asked whether it is enough (m)."""
+TOUCHING_DISTANCE = 1e-6
+"""Panels nearer to each other than this, or overlapping by less, touch (m): loops are closed to about as much."""
+
+
+def scale_of(linkage: Linkage) -> float:
+    """The longest edge of a linkage's facets over `REFERENCE_EDGE_LENGTH`, to ten digits, past which is rounding."""
+    facets = linkage.pattern.facets
+    longest = max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
+    return float(f"{longest / REFERENCE_EDGE_LENGTH:.10g}")
+
+
+def margin_of(linkage: Linkage) -> float:
+    """The margin in proportion to the panels, m: to their edges, but no more than a share of their thickness."""
+    return min(DEFAULT_PANEL_MARGIN * scale_of(linkage), MAX_MARGIN_SHARE * linkage.pattern.thickness)
+
+
+def resolution_of(linkage: Linkage) -> float:
+    """The resolution of a smallest gap in proportion to the panels, m."""
+    return GAP_RESOLUTION * scale_of(linkage)
+
+
+def check_margin(linkage: Linkage, margin: float) -> float:
+    """Refuse a margin that leaves nothing of a panel, or none between panels that touch; the least that is too much."""
+    most = deepest_margin(linkage)
+    if not 0.0 < margin < most:
+        raise HcsearchError(
+            f"a margin of {1e3 * margin:g} mm is not positive or leaves nothing of a panel: "
+            f"give more than 0 and less than {1e3 * most:.4g} mm as margin_mm of a scene file, or thicker panels"
+        )
+    return most
+
+
+class Solids(NamedTuple):
+    """The panels of a linkage as the kernels take them: prisms, those with the margin taken off, and pairs.
+
+    margin : by which panels are shrunk on every face, m. deepest : the margin that would leave nothing of a panel, m.
+    """
+
+    prisms: Prisms
+    shrunk: Prisms
+    pairs: PrismPairs
+    margin: float
+    deepest: float
+
+
+def collision_solids(linkage: Linkage, margin: float, apart: Collection[tuple[int, int]] = ()) -> Solids:
+    """The solids of a linkage; apart : pairs of panels, the lower number first, that are left out."""
+    deepest = check_margin(linkage, margin)
+    prisms = prisms_of(linkage)
+    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), deepest)
+
+
+def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> PrismPairs:
+    """The pairs of facets of different panels but those left out, and the hinges between their panels.
+
+    prisms : of all facets, not shrunk.
+    """
+    return pairs_between(linkage.chain, prisms, facet_pairs(linkage, apart))
+
+
+def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
+    """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
+
+    Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
+    only touch at fold angles from 0 to pi (docs/explanation/collision.md). Panels that
+    reach across the line are not among them.
+    """
+    pattern, pairs = linkage.pattern, set()
+    same = SAME_POINT_SHARE * pattern.size
+
+    def beside(panel: int, hinge: Hinge) -> Reals:
+        """How far to the left of a hinge's line the corners of a panel are."""
+        start = np.array(hinge.start)
+        along = (np.array(hinge.end) - start) / math.dist(hinge.start, hinge.end)
+        corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]]) - start
+        left: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
+        return left
+
+    for hinge in pattern.hinges:
+        if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
+            pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
+    return frozenset(pairs)

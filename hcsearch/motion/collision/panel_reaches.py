@@ -1,0 +1,75 @@
+"""How far panels reach: beyond their hinges, by way of others, and elsewhere where loops are open."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.shape.linkage import Linkage
+
+
+def slack_of(linkage: Linkage, gap: float) -> float:
+    """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
+
+    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
+    which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
+    what lies between the places at which gaps are computed.
+    """
+    if not linkage.loops:
+        return 0.0
+    return 2.0 * len(linkage.loops) * (longest_way(linkage) + linkage.pattern.size) * gap
+
+
+def longest_way(linkage: Linkage) -> float:
+    """What no two corners are further apart, however the hinges are folded (m).
+
+    The greatest length of the shortest ways from corner to corner that are straight in each panel and go over from one
+    to the next at an end of their hinge: panels are rigid, so such a way keeps its length.
+    """
+    pattern = linkage.pattern
+    ends, panels = [], []
+    for own, point in zip(pattern.hinges, linkage.points, strict=True):
+        ends += [(*own.start, point[2]), (*own.end, point[2])]
+        panels += 2 * [(own.first, own.second)]
+    points = np.array(ends)
+    ways = np.full((len(points), len(points)), np.inf)
+    beside: list[list[int]] = [[] for _ in pattern.panels]  # ends of the hinges of each panel
+    for k, pair in enumerate(panels):
+        for panel in set(pair):
+            beside[panel].append(k)
+    for k, pair in enumerate(panels):
+        others = sorted({end for panel in pair for end in beside[panel]})
+        ways[k, others] = np.linalg.norm(points[k] - points[others], axis=1)
+    longer = np.empty_like(ways)
+    for k in range(len(points)):  # Floyd and Warshall's shortest paths
+        np.add(ways[:, k, None], ways[k], out=longer)
+        np.minimum(ways, longer, out=ways)
+    corners, owners = [], []
+    for panel, facets in enumerate(pattern.panels):
+        for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
+            corners += [(x, y, 0.0), (x, y, pattern.thickness)]
+            owners += 2 * [panel]
+    # from each corner to the ends of its panel's hinges, of which most panels have four
+    most = max(map(len, beside))
+    near = np.array([[*beside[panel], *[0] * (most - len(beside[panel]))] for panel in owners])
+    there = np.arange(most) < np.array([[len(beside[panel])] for panel in owners])
+    first = np.where(there, np.linalg.norm(np.array(corners)[:, None] - points[near], axis=2), np.inf)
+    longest = 0.0
+    for k in range(len(corners)):  # a corner at a time: all pairs at once would take gigabytes
+        out = (first[k][:, None] + ways[near[k]]).min(axis=0)
+        longest = max(longest, float((out[near] + first).min(axis=1).max()))
+    return longest
+
+
+def reaches(linkage: Linkage) -> Reals:
+    """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
+    pattern, farthest = linkage.pattern, np.zeros(linkage.n_hinges)
+    for k, hinge in enumerate(pattern.hinges):
+        for panel in (hinge.first, hinge.second):
+            corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
+            ways = corners - linkage.points[k, :2]
+            across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
+            farthest[k] = max(farthest[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
+    return farthest

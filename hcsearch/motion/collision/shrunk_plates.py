@@ -1,0 +1,95 @@
+"""Panels less a margin as prisms, for proofs that two overlap, and the ways between them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.enclosure.plates import Plates
+from hcsearch.motion.collision.panel_prisms import check_margin, facet_pairs, padded_table, prisms_of
+from hcsearch.shape.linkage import Linkage, hinge_tree
+
+HingeCrossings = list[tuple[int, int]]
+"""Hinges, and the sense in which each is crossed."""
+
+
+def plates_of(linkage: Linkage, margin: float) -> Plates:
+    """The facets of a linkage less a margin (m), and pairs of those whose panels no hinge joins.
+
+    Hinges are numbered by their places in `linkage.looped`. Pairs with another hinge on all ways are left out.
+    """
+    check_margin(linkage, margin)
+    pattern, prisms = linkage.pattern, prisms_of(linkage, margin)
+    middle = prisms.middles.mean(axis=0)
+    joined = [(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in pattern.hinges]
+    number = {int(hinge): k for k, hinge in enumerate(linkage.looped)}
+    pairs, starts, steps = [], [0], HingeCrossings()
+    for one, two in facet_pairs(linkage, joined).tolist():
+        ways = two_ways(linkage, pattern.panel_of[one], pattern.panel_of[two])
+        if any(ways):
+            pairs.append((one, two))
+            for way in ways:
+                steps += way
+                starts.append(len(steps))
+    hinges = [hinge for hinge, _ in steps]
+    signs = np.array([sign for _, sign in steps], float).reshape(-1, 1)
+    corners = prisms.counts[:, 0] // 2
+    outlines = [(prisms.vertices[f, : 2 * m] - middle) / pattern.size for f, m in enumerate(corners)]
+    samples, sides = [_samples(own) for own in outlines], [_sides(own) for own in outlines]
+    segments = [_segments(own) for own in outlines]
+    counts = [list(map(len, own)) for own in zip(samples, segments, sides, strict=True)]
+    return Plates(
+        np.array(pairs, np.int64).reshape(-1, 2),
+        np.array(starts, np.int64),
+        np.array([number[hinge] for hinge in hinges], np.int64),
+        signs * linkage.directions[hinges].reshape(-1, 3),
+        (linkage.points[hinges].reshape(-1, 3) - middle) / pattern.size,
+        padded_table(samples),
+        padded_table(segments),
+        padded_table(sides),
+        np.array(counts, np.int64).reshape(-1, 3),
+        np.array([(own[0, 2], own[-1, 2]) for own in outlines]),
+        (prisms.middles - middle) / pattern.size,
+        prisms.reaches / pattern.size,
+        float(margin),
+    )
+
+
+def two_ways(linkage: Linkage, one: int, two: int) -> tuple[HingeCrossings, HingeCrossings]:
+    """The shortest way from a panel to another one across hinges in loops, and the shortest across none of these."""
+    bridges = set(range(linkage.n_hinges)) - set(linkage.looped.tolist())
+    first = _way(linkage, one, two, bridges)
+    return first, _way(linkage, one, two, bridges | {hinge for hinge, _ in first})
+
+
+def _way(linkage: Linkage, one: int, two: int, without: set[int]) -> HingeCrossings:
+    """The shortest way across hinges but some; none where there is none."""
+    tree = hinge_tree(linkage.pattern, one, without)
+    return tree.way(two) if tree.roots[two] == one else []
+
+
+def _samples(corners: Reals) -> Reals:
+    """Points of a prism, (4 m + 2, 3): corners below, points half-way to their middle, and this; the same above."""
+    points = []
+    for ring in np.split(corners, 2):
+        middle = ring.mean(axis=0)
+        points += [*ring, *(0.5 * (ring + middle)), middle]
+    return np.array(points)
+
+
+def _segments(corners: Reals) -> NDArray[np.int64]:
+    """Pairs of samples, (t, 2): all upright ones, and all between corners."""
+    m = len(corners) // 2
+    per = 2 * m + 1
+    outer = [*range(m), *range(per, per + m)]
+    upright = [(k, per + k) for k in range(per)]
+    return np.array(upright + [(i, j) for i in outer for j in outer if i < j and j != per + i], np.int64)
+
+
+def _sides(corners: Reals) -> Reals:
+    """The sides of the outline of a prism, (m, 3): normals outwards, and how far along these they are."""
+    ring = corners[: len(corners) // 2, :2]
+    along = np.roll(ring, -1, axis=0) - ring
+    normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    return np.column_stack([normals, (normals * ring).sum(axis=1)])

@@ -1,0 +1,62 @@
+"""Rank of a closure Jacobian, decided by a gap in its singular values or left undecided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.shape.linkage import Linkage
+
+DECIDED_RANK_GAP = 1e3
+"""A rank is decided when no singular value lies within this factor above the noise."""
+
+MAX_NOISE_SHARE = 1e-7
+"""No rank is decided where more than this share of the greatest singular value is noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rank(ByValue):
+    """Rank of a closure Jacobian in the screw form, lengths divided by the pattern's size.
+
+    singular_values : all of them, the greatest first.
+    noise : what rounding and the closure residual can make of a zero.
+    rank : number of singular values above the noise; None (undecided) where one lies within `DECIDED_RANK_GAP` of it.
+    gap : least singular value that counts, over the greater of the noise and the next one.
+    """
+
+    singular_values: Reals
+    n_columns: int
+    noise: float
+    rank: int | None
+    gap: float
+
+    @property
+    def nullity(self) -> int | None:
+        """Degrees of freedom at first order: number of hinges less the rank."""
+        return None if self.rank is None else self.n_columns - self.rank
+
+
+def decide_rank(singular_values: Reals, n_columns: int, residual: float = 0.0) -> Rank:
+    """Decide the rank of a matrix from its singular values and the error (relative) of what it was made of."""
+    largest = float(singular_values[0]) if len(singular_values) else 0.0
+    shape = max(n_columns, len(singular_values))
+    noise = (8 * shape * np.finfo(float).eps + 10 * residual) * max(largest, 1.0)
+    if noise > MAX_NOISE_SHARE * max(largest, 1.0):  # not a closed state: small values say nothing
+        return Rank(singular_values, n_columns, noise, None, 0.0)
+    above = int(np.count_nonzero(singular_values > noise))
+    if above == 0:
+        return Rank(singular_values, n_columns, noise, 0, np.inf)
+    below = float(singular_values[above]) if above < len(singular_values) else 0.0
+    gap = float(singular_values[above - 1]) / max(noise, below)
+    return Rank(singular_values, n_columns, noise, above if gap >= DECIDED_RANK_GAP else None, gap)
+
+
+def rank_at(linkage: Linkage, angles: Reals) -> Rank:
+    """Rank of the closure Jacobian at a closed state; an open chain has rank 0."""
+    residual, jacobian = linkage.closure(angles)
+    if not len(residual):
+        return decide_rank(np.zeros(0), linkage.n_hinges)
+    values = np.asarray(np.linalg.svd(jacobian, compute_uv=False), float)
+    return decide_rank(values, linkage.n_hinges, float(np.abs(residual).max()))

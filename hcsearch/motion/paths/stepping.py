@@ -1,0 +1,265 @@
+"""Steps along a motion: predicted by a named predictor, then corrected onto the closed states.
+
+All follow the geodesic of the closed states in the space of fold angles, parametrised by its arc length; with one
+degree of freedom that is the motion. The order of a predictor is the power of the step that it is exact to.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, correction
+from hcsearch.motion.kinematics.local import LocalState, local_at
+from hcsearch.shape.linkage import Linkage
+
+DISTINCT_STATE_DISTANCE = 1e-12
+"""States nearer than this (rad) are the same: no slope is taken between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathStep(ByValue):
+    """A state on a path with its unit tangent, and the arc length at which it was reached."""
+
+    local: LocalState
+    tangent: Reals
+    length: float
+
+    @cached_property
+    def turn(self) -> Reals:
+        """Acceleration of the geodesic."""
+        return self.local.turn(self.tangent)
+
+    @cached_property
+    def slopes(self) -> Reals:
+        """How fast the kept singular values change along the motion, by arc length."""
+        local, small = self.local, 1e-6
+        jacobian = local.linkage.closure(local.angles + small * self.tangent)[1]
+        rates: Reals = np.einsum("rk,kr->k", local.left, local.right @ (jacobian - local.jacobian).T) / small
+        return rates
+
+    @property
+    def angles(self) -> Reals:
+        """Fold angles of the state."""
+        return self.local.angles
+
+
+PredictedState = tuple[Reals, Reals, int]
+"""Fold angles and velocity that are predicted, and the power of the step that the angles are exact to."""
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """A named predictor: from the last state and the one before it (or None), a guess a distance on.
+
+    evaluations : of the closure, a prediction.
+    """
+
+    name: str
+    predict: Callable[[PathStep | None, PathStep, float], PredictedState]
+    evaluations: int = 0
+
+
+def _euler(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
+    """Along the tangent (thesis appendix A1)."""
+    return last.angles + distance * last.tangent, last.tangent, 1
+
+
+def _taylor(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
+    """Along the osculating parabola: the second-order closure equations cost one pass around the loops.
+
+    The velocity is that of the trapezoidal rule: its other half is normal to the closed states at the next one, and
+    goes when it is projected there.
+    """
+    velocity = last.tangent + 0.5 * distance * last.turn
+    return last.angles + distance * velocity, velocity, 2
+
+
+def _adams(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
+    """The parabola, with the change of the acceleration since the state before (Adams, Bashforth and Moulton).
+
+    The velocity is the integral of the quadratic through three accelerations, of which the next one goes when it is
+    projected. The first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
+    """
+    if not _alike(before, last):
+        return _taylor(before, last, distance)
+    assert before is not None
+    h, k = distance, last.length - before.length
+    angles = last.angles + h * last.tangent + h * h * (0.5 * last.turn + h / (6 * k) * (last.turn - before.turn))
+    velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.turn - h * h / (h + k) * before.turn)
+    return angles, velocity, 3
+
+
+def _runge_kutta(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
+    """Classical fourth-order Runge-Kutta on angles and velocity of the geodesic."""
+    linkage, kept, h = last.local.linkage, last.local.kept, distance
+
+    def slopes(angles: Reals, velocity: Reals) -> tuple[Reals, Reals]:
+        local = local_at(linkage, angles, kept=kept)
+        tangent = local.tangent(velocity)
+        return tangent, local.turn(tangent)
+
+    q, v = last.angles, last.tangent
+    q1, v1 = last.tangent, last.turn
+    q2, v2 = slopes(q + 0.5 * h * q1, v + 0.5 * h * v1)
+    q3, v3 = slopes(q + 0.5 * h * q2, v + 0.5 * h * v2)
+    q4, v4 = slopes(q + h * q3, v + h * v3)
+    return q + h / 6 * (q1 + 2 * q2 + 2 * q3 + q4), v + h / 6 * (v1 + 2 * v2 + 2 * v3 + v4), 4
+
+
+def _hermite(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
+    """Extrapolate the quintic through the last two states, their tangents and accelerations.
+
+    Only with one degree of freedom, where the closure takes away what errors it would multiply; else as Adams.
+    """
+    if not _alike(before, last) or len(last.angles) - last.local.kept != 1:
+        return _adams(before, last, distance)
+    assert before is not None
+    h = last.length - before.length
+    x = distance / h
+    # the parabola of the last state is right to x^2 at x = 0; three more terms match the state before, at x = -1
+    rest = before.angles - (last.angles - h * last.tangent + 0.5 * h * h * last.turn)
+    slope = h * (before.tangent - last.tangent + h * last.turn)
+    bend = h * h * (before.turn - last.turn)
+    # rest = -a + b - c, slope = 3 a - 4 b + 5 c, bend = -6 a + 12 b - 20 c
+    c = -6 * rest - 3 * slope - 0.5 * bend
+    b = -15 * rest - 7 * slope - bend
+    a = b - c - rest
+    angles, velocity, _ = _taylor(before, last, distance)
+    return angles + x**3 * (a + x * (b + x * c)), velocity, 5
+
+
+def _alike(before: PathStep | None, last: PathStep) -> bool:
+    """Whether two states have accelerations that can be compared."""
+    return (
+        before is not None
+        and before.local.kept == last.local.kept
+        and last.length - before.length > DISTINCT_STATE_DISTANCE
+    )
+
+
+PREDICTORS = {
+    p.name: p
+    for p in (
+        Predictor("increment", _euler),
+        Predictor("euler", _euler),
+        Predictor("taylor", _taylor),
+        Predictor("adams", _adams),
+        Predictor("runge-kutta", _runge_kutta, evaluations=3),
+        Predictor("hermite", _hermite),
+    )
+}
+
+
+def arc_length(one: PathStep, two: PathStep) -> float:
+    """Arc length from a state to the next, right to fourth order, by end points, tangents and accelerations.
+
+    The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent.
+    """
+    mean = 0.5 * (one.tangent + two.tangent)
+    along = float(mean @ mean)
+    chord = float((two.angles - one.angles) @ mean) / along
+    curve = float((one.turn - two.turn) @ mean) / along / 12
+    s = chord
+    for _ in range(3):
+        s = chord - s * s * curve
+    return s
+
+
+def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> float:
+    """Distance (rad) at which the motion passes a state further on, by extrapolation to the highest order."""
+    distance = float(np.linalg.norm(state - last.angles))
+    for _ in range(3):
+        point = _hermite(before, last, distance)[0]
+        slope = (point - _hermite(before, last, 0.999 * distance)[0]) / (0.001 * distance)
+        distance += float((state - point) @ slope / (slope @ slope))
+    return float(np.linalg.norm(state - _hermite(before, last, distance)[0]))
+
+
+MAX_CORRECTIONS = 12
+MIN_TANGENT_COSINE = 0.7
+"""The tangents at both ends of a step have a scalar product of at least this much."""
+
+
+class Advance(NamedTuple):
+    """A step: the state it leads to, how far off that was predicted (rad), and the order of the prediction."""
+
+    step: PathStep
+    error: float
+    order: int
+
+
+@dataclass
+class Walker:
+    """Takes steps with one predictor, and counts evaluations of the closure.
+
+    corrections : Newton corrections a step; None for as many as closure needs.
+    """
+
+    linkage: Linkage
+    predictor: Predictor
+    corrections: int | None = None
+    evaluations: int = field(default=0, init=False)
+
+    def local(self, angles: Reals) -> LocalState:
+        """What the linkage is like at a state."""
+        self.evaluations += 1
+        return local_at(self.linkage, angles)
+
+    def advance(self, before: PathStep | None, last: PathStep, distance: float) -> Advance | None:
+        """The state a distance on; None where there is none to be trusted."""
+        predicted, velocity, order = self.predictor.predict(before, last, distance)
+        self.evaluations += self.predictor.evaluations
+        local = self._closed(predicted) if self.corrections is None else self._corrected(predicted, last.local.kept)
+        if local is None:
+            return None
+        tangent = local.tangent(velocity)
+        size = float(np.linalg.norm(tangent))
+        if size < MIN_TANGENT_COSINE or tangent @ last.tangent < MIN_TANGENT_COSINE * size:
+            return None
+        step = PathStep(local, tangent / size, 0.0)
+        # where the rank changes the acceleration is not known on one side
+        length = arc_length(last, step) if local.kept == last.local.kept else distance
+        if not 0.5 * distance < length < 2.0 * distance:  # fallen back or run ahead: on another branch
+            return None
+        error = float(np.linalg.norm(local.angles - predicted))
+        return Advance(PathStep(local, step.tangent, last.length + length), error, order)
+
+    def _closed(self, angles: Reals) -> LocalState | None:
+        """The closed state nearest to a prediction; None where Newton's method finds none.
+
+        Corrected once more than closure asks for: near a singular state the angles are known worse by the least
+        singular value.
+        """
+        fine = 50 * np.finfo(float).eps * math.sqrt(self.linkage.n_hinges)
+        polished = False
+        for _ in range(MAX_CORRECTIONS):
+            residual, jacobian = self._closure(angles)
+            worst = float(np.abs(residual).max(initial=0.0))
+            if worst <= fine or (polished and worst <= CLOSED_LOOP_RESIDUAL):
+                return local_at(self.linkage, angles, closure=(residual, jacobian))
+            if not math.isfinite(worst):
+                return None
+            polished = worst <= CLOSED_LOOP_RESIDUAL
+            angles = angles + correction(jacobian, residual)
+        return None
+
+    def _corrected(self, angles: Reals, kept: int) -> LocalState | None:
+        """A prediction after a fixed number of corrections, closed or not."""
+        for _ in range(self.corrections or 0):
+            residual, jacobian = self._closure(angles)
+            angles = angles + correction(jacobian, residual)
+        residual, jacobian = self._closure(angles)
+        if not np.isfinite(residual).all():
+            return None
+        return local_at(self.linkage, angles, kept=kept, closure=(residual, jacobian))
+
+    def _closure(self, angles: Reals) -> tuple[Reals, Reals]:
+        self.evaluations += 1
+        return self.linkage.closure(angles)

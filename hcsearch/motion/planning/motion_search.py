@@ -1,0 +1,337 @@
+"""The motion of one folding: searches and proofs in the order of their cost, and the result in sentences.
+
+First with the least margin that is stated, then with the scene's own, by which panels have the most play: with hinged
+pairs alone where these may be, as their motions include those of all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import singledispatchmethod
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.motion.collision.panel_prisms import margin_of, scale_of
+from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends
+from hcsearch.motion.planning.critical import CriticalMargin, critical_margin
+from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, PathProof, Prover
+from hcsearch.motion.planning.planner import Planner, TreeGrowth
+from hcsearch.motion.planning.problems import check_memory
+from hcsearch.motion.planning.schedule import (
+    DEFAULT_EFFORT_BUDGET,
+    LONG_SEARCH_ROUNDS,
+    BisectionStep,
+    EffortStep,
+    FloodStep,
+    MovesStep,
+    TreeStep,
+    planned_efforts,
+)
+from hcsearch.motion.planning.simple_moves import simple_path
+from hcsearch.shape.labels import Labels, labels_of
+from hcsearch.shape.linkage import Linkage
+
+MAX_FAILED_PROOFS = 3
+"""Paths that are tried where a proof fails, in each way of an effort: other seeds hardly mend that."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedMotion(ByValue):
+    """What is known of the motion of a folding.
+
+    way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
+    proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
+    labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule` that were made, with
+    those before; a search with a greater budget goes on after these. locks : between the ends, by way, in the order in
+    which they were proved; one with hinged pairs stands for all others. locked : whether they leave no way of those
+    that are allowed. critical : the critical margin of the widest way, where it was looked for.
+    """
+
+    way: Way | None
+    states: Reals | None
+    proof: PathProof | None
+    growths: tuple[tuple[Way, TreeGrowth], ...]
+    labels: Labels | None = None
+    efforts: int = 0
+    locks: tuple[tuple[Way, Enclosure], ...] = ()
+    locked: bool = False
+    critical: CriticalMargin | None = None
+
+    @property
+    def lock(self) -> tuple[Way, Enclosure] | None:
+        """The widest lock, and its way; at the least margin of all locks where it takes several to lock the folding."""
+        if not self.locks:
+            return None
+        way, own = self.locks[-1]  # that with hinged pairs is the last: it ends the search
+        margins = [lock.margin for _, lock in self.locks if lock.margin is not None]
+        return (way, replace(own, margin=min(margins))) if self.locked and way != "hinged" and margins else (way, own)
+
+    @property
+    def margin(self) -> float | None:
+        """The least play for each face (m) at which a path is proved; None without a proved path."""
+        return None if self.proof is None else self.proof.margin
+
+
+def plan_motion(
+    folding: Folding,
+    panel: PanelSize,
+    ways: Sequence[Way],
+    margin: float | None = None,
+    *,
+    budget: int = DEFAULT_EFFORT_BUDGET,
+    done: int = 0,
+) -> PlannedMotion:
+    """Look for a proved path of a folding.
+
+    ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
+    budget : efforts of `schedule`. done : how many of these were made already, and came to no proof.
+    Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
+    `sizes` allows.
+    """
+    check_memory(folding.circuit.n)
+    like = folding.likeness(panel)
+    own = folding if like is None else like.folding
+    linkages = {way: own.linkage(panel, flat_pairs=way) for way in ways if own.can_join(way)}
+    found = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
+    return found if like is None else motion_from_twin(found, folding, panel)
+
+
+def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
+    """The margins (m) at which paths are proved, least first. margin : the greatest; None for that of `margin_of`."""
+    top = margin_of(linkage) if margin is None else margin
+    return [*(play * scale_of(linkage) for play in CERTIFIED_MARGINS if play * scale_of(linkage) < top), top]
+
+
+def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
+    """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
+    locks = tuple((way, _carried_lock(lock, folding.linkage(panel, flat_pairs=way))) for way, lock in motion.locks)
+    motion = replace(motion, locks=locks)
+    if motion.way is None or motion.states is None:
+        return motion
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    assert linkage.twin is not None
+    hinges, proof = list(linkage.twin.hinges), motion.proof
+    if proof is not None and proof.motion is not None:
+        course = proof.motion
+        rows = (course.angles[:, hinges], course.rates[:, hinges], course.accelerations[:, hinges])
+        proof = replace(proof, motion=Course(course.times, *rows, course.cubic))
+    if proof is not None and proof.clear is not None and proof.clear.panels is not None:
+        one, two = sorted(linkage.twin.panels.index(panel) for panel in proof.clear.panels)
+        proof = replace(proof, clear=replace(proof.clear, panels=(one, two)))
+    states = motion.states[:, hinges]
+    return replace(motion, states=states, proof=proof, labels=labels_of(linkage))
+
+
+def _carried_lock(lock: Enclosure, linkage: Linkage) -> Enclosure:
+    """A lock of a linkage, from that of its twin: the boxes have other numbers of hinges."""
+    assert linkage.twin is not None
+    place = {hinge: k for k, hinge in enumerate(linkage.twin.linkage.looped.tolist())}
+    hinges = [place[linkage.twin.hinges[hinge]] for hinge in linkage.looped.tolist()]
+    return replace(lock, lows=lock.lows[:, hinges], highs=lock.highs[:, hinges])
+
+
+class _Search:
+    """The search for the motion of one folding."""
+
+    def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
+        self.linkages, self.widest = linkages, _widest(tuple(linkages))
+        self.planner: tuple[tuple[Way, float], Planner] | None = None
+        self.provers: dict[Way, Prover] = {}
+        self.left: dict[Way, int] = {}
+        self.growths: dict[Way, TreeGrowth] = {}
+        self.locks: dict[Way, Enclosure] = {}
+        self.joined: dict[Way, bool] = {}
+        self.critical: CriticalMargin | None = None
+        self.best = PlannedMotion(None, None, None, ())
+        self.margins = proof_margins(next(iter(linkages.values())), margin)
+
+    def run(self, budget: int, done: int) -> PlannedMotion:
+        """The motion that needs the least play, or a lock, by the efforts of a budget after those that were made."""
+        for effort in planned_efforts(budget, done):
+            done += 1
+            if any(self._make(step) for step in effort):
+                break
+        # of the widest ways, where all ways were searched: a search that goes on knows no others
+        last = [way for way in self.widest if way in self.growths] or list(self.growths)
+        growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in last)
+        locks = tuple(self.locks.items())
+        known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
+        return replace(known, growths=growths, efforts=done)
+
+    @property
+    def locked(self) -> bool:
+        """Whether no way is left in which the folding may open."""
+        return "hinged" in self.locks or all(way in self.locks for way in self.linkages)
+
+    @property
+    def _every(self) -> tuple[Way, ...]:
+        """The ways that are not proved locked."""
+        return tuple(way for way in self.linkages if way not in self.locks)
+
+    @singledispatchmethod
+    def _make(self, step: EffortStep) -> bool:
+        """Make a step of an effort; whether a path or a lock is proved."""
+        raise TypeError(step)
+
+    @_make.register
+    def _moves(self, step: MovesStep) -> bool:
+        """A path of few hinges at a time is found at once, and proved where closure is singular throughout."""
+        least, top = self.margins[0], self.margins[-1]
+        if step.loose and top == least:
+            return False
+        return any(self._simple(way, top if step.loose else least) for way in self._every)
+
+    @_make.register
+    def _floods(self, step: FloodStep) -> bool:
+        """The narrower ways first, which take less."""
+        for way in sorted(self._every, key=lambda way: way in self.widest):
+            linkage = self.linkages[way]
+            if not step.panels and self._joined(way):
+                continue
+            enclosure = enclose_ends(linkage, step.boxes, plates_of(linkage, self.margins[-1]) if step.panels else None)
+            if enclosure.proved:
+                self.locks[way] = enclosure
+        return self.locked
+
+    def _joined(self, way: Way) -> bool:
+        """Whether a folding opens in a way if panels may pass through each other, by a search."""
+        if way not in self.joined:
+            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG_SEARCH_ROUNDS)
+            self.joined[way] = free.states is not None
+        return self.joined[way]
+
+    @_make.register
+    def _trees(self, step: TreeStep) -> bool:
+        some = self.widest if step.widest else self._every
+        self.left = dict.fromkeys(some, MAX_FAILED_PROOFS)
+        return any(self._try(some, step, seed) for seed in step.seeds)
+
+    @_make.register
+    def _bisection(self, _step: BisectionStep) -> bool:
+        """The critical margin; where that is one of the scene's, its path is a proved one."""
+        for way in self.widest:
+            if way in self.locks:
+                continue
+            critical = critical_margin(self.linkages[way])
+            if self.critical is None or critical.less_than(self.critical):
+                self.critical = critical
+            within = critical.proved is not None and critical.proved <= self.margins[-1]
+            if within and critical.states is not None and self._prove(way, critical.states):
+                return True
+        return False
+
+    def _simple(self, way: Way, margin: float) -> bool:
+        """Try a path of simple moves; whether there is one that is proved."""
+        states = simple_path(self.linkages[way], margin)
+        return states is not None and self._prove(way, states)
+
+    def _try(self, some: Sequence[Way], trees: TreeStep, seed: int) -> bool:
+        """Try some ways until one has a path that is proved; whether one has."""
+        for way in some:
+            planner = self._planner(way, self.margins[-1 if trees.loose else 0])
+            for again in range(self.left[way]):
+                plan = planner.plan(trees.rounds, seed + 10 * again, roots=trees.roots)
+                if plan.states is None:
+                    self.growths[way] = plan.growth
+                    break
+                if self._prove(way, plan.states):
+                    return True
+                self.growths[way] = plan.growth
+                self.left[way] -= 1
+        return False
+
+    def _planner(self, way: Way, margin: float) -> Planner:
+        """The planner of the last search, where it fits: one of a large array takes much memory."""
+        if self.planner is None or self.planner[0] != (way, margin):
+            self.planner = None
+            self.planner = ((way, margin), Planner(self.linkages[way], margin))
+        return self.planner[1]
+
+    def _prove(self, way: Way, states: Reals) -> bool:
+        """Prove a path, and keep it; whether it is proved."""
+        prover = self.provers.setdefault(way, Prover(self.linkages[way]))
+        self.best = PlannedMotion(way, states, prover.prove(states, self.margins), (), labels_of(self.linkages[way]))
+        return self.best.margin is not None
+
+
+def _widest(allowed: tuple[Way, ...]) -> tuple[Way, ...]:
+    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
+    return ("hinged",) if "hinged" in allowed else allowed
+
+
+END_NAMES = ("packed", "flat")
+
+
+def reason_of(motion: PlannedMotion) -> str:
+    """What is known of a motion, in a sentence."""
+    if motion.locked:
+        assert motion.lock is not None
+        way, lock = motion.lock
+        return (
+            f"{_apart(lock)}: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} "
+            f"{'cube' if lock.cubes == 1 else 'cubes'} of fold angles"
+        )
+    if motion.margin is not None:
+        play = f"{1e3 * motion.margin:.4g} mm of play on every face"
+        return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
+    if motion.proof is not None:
+        known = f"a path with {motion.way} flat pairs was met and is not proved: {_failed(motion.proof, motion.labels)}"
+    elif not motion.growths:
+        return "no path was searched for: the folding has no mirror pairs of panels to merge"
+    else:
+        known = "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
+    return "; ".join([known, *_beside(motion)])
+
+
+def _apart(lock: Enclosure) -> str:
+    """What keeps the ends apart."""
+    ends = "keep the packed and the flat state apart"
+    if lock.margin is None:
+        return f"closed loops and stops {ends}, even if panels could pass through each other"
+    return f"locked by collision at margins up to {1e3 * lock.margin:.4g} mm, as panels, loops and stops {ends}"
+
+
+def _beside(motion: PlannedMotion) -> list[str]:
+    """What is known of an undecided folding beside its searches."""
+    parts = [f"proved that there is none with {way} flat pairs{_up_to(lock)}" for way, lock in motion.locks]
+    critical = motion.critical
+    if critical is not None and critical.proved is not None:
+        parts.append(f"a path is proved with {1e3 * critical.proved:.4g} mm of play on every face")
+    elif critical is not None and critical.none is not None:
+        parts.append(f"none was met with up to {1e3 * critical.none:.4g} mm of play either")
+    return parts
+
+
+def _up_to(lock: Enclosure) -> str:
+    """At which margins a lock holds, where it is not all of them."""
+    return "" if lock.margin is None else f" at margins up to {1e3 * lock.margin:.4g} mm"
+
+
+def _failed(proof: PathProof, labels: Labels | None) -> str:
+    """Why a path is not proved."""
+    if proof.motion is None:
+        return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
+    if any(proof.reach):
+        away = " and ".join(
+            f"{far:.2g} rad from the {end}" for end, far in zip(END_NAMES, proof.reach, strict=True) if far
+        )
+        return f"its proof ends {away} state"
+    if proof.clear is None:
+        return "hinges go beyond their stops by more than the play allows"
+    one, two = (k if labels is None else labels.panels[k] for k in proof.clear.panels or (0, 0))
+    return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
+
+
+def _grown(growth: TreeGrowth) -> str:
+    """What the trees of one search came to."""
+    if not all(growth.starts):
+        return f"no way out of the {END_NAMES[growth.starts[0] > 0]} state"
+    one, two = growth.sizes
+    closed = [end for end, off in zip(END_NAMES, growth.closed_off, strict=True) if off]
+    state = f"closed off at the {' and the '.join(closed)} state" if closed else "still growing"
+    return f"trees of {one:,} and {two:,} states {state} after {growth.rounds} rounds, cells {growth.resolution:g} rad"

@@ -1,0 +1,241 @@
+"""Proofs that a path is one of the linkage: loops closed, stops kept and panels apart, from packed to flat.
+
+A path is a list of closed states. Cubics through them, with rates that keep the loops closed at first order, come so
+near to closed states that a tube around them is proved to hold a closed path (`kernels.planning.tubes`); `ends` joins
+it to both singular ends. How far closed states may be from the cubics is taken off the gaps of panels, which
+`collision.clearance` bounds at all times. What these proofs say, and what not: docs/explanation/motion.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.planning.closed_states import Group
+from hcsearch.kernels.planning.tubes import Track
+from hcsearch.motion.collision.clearance import Clearance, certify_clearance
+from hcsearch.motion.collision.distances import deepest_cut
+from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, kept_apart, scale_of
+from hcsearch.motion.collision.panel_reaches import longest_way, reaches
+from hcsearch.motion.locks.lattice import whole_end
+from hcsearch.motion.planning.ends import EndClosure
+from hcsearch.motion.planning.motion_groups import group_of, group_of_all
+from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE, Stretch, Tube, cubics_of, times_of
+from hcsearch.shape.linkage import Linkage
+
+CERTIFIED_MARGINS = (MIN_PANEL_MARGIN, 2e-5, 5e-5, 1e-4)
+"""Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
+WANDER_MARGIN_SHARE = 0.04
+"""What closed states may be off, as a share of the margin that is tried."""
+STRETCH_REST_TIME = 1e-10
+"""Time for which a motion rests between stretches; it is gone along at unit speed (rad)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathProof(ByValue):
+    """What is proved of a path.
+
+    motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
+    closed : whether they are. reach : how far (rad) the proof stays away from the packed and from the flat state, 0
+    where it joins them. exact : whether both ends are known in whole numbers; else the proof holds but for rounding
+    there. slack : m, what panels may be elsewhere than the path places them. give : rad, what a hinge may be beyond its
+    stop.
+    clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
+    overlap : m, how deep panels as they are cut into each other at the states of the motion; 0 where they only touch.
+    """
+
+    motion: Course | None
+    closed: bool
+    reach: tuple[float, float]
+    exact: bool
+    slack: float
+    give: float
+    clear: Clearance | None
+    overlap: float
+
+    @property
+    def margin(self) -> float | None:
+        """The least margin (m) at which the path is proved, None where it is not."""
+        proved = self.clear is not None and self.clear.kind == "clear" and self.closed and not any(self.reach)
+        return self.clear.margin if proved and self.clear is not None else None
+
+
+_Enclosed = tuple[tuple[Tube, ...], tuple[float, float], bool]
+"""Tubes from one end to the other, none where that is not proved; `PathProof.reach` and `exact`."""
+_NOTHING: _Enclosed = ((), (0.0, 0.0), False)
+
+
+class Prover:
+    """Proofs for one linkage."""
+
+    def __init__(self, linkage: Linkage) -> None:
+        self.linkage, self.loops = linkage, loops_of(linkage)
+        self.apart = kept_apart(linkage)
+        self.scale = scale_of(linkage)
+
+    @cached_property
+    def _way(self) -> float:
+        return longest_way(self.linkage)
+
+    @cached_property
+    def _spread(self) -> float:
+        """What no corner of a panel is further from the line of one of its hinges (m)."""
+        return float(reaches(self.linkage).max(initial=0.0))
+
+    def limit(self, margin: float) -> float:
+        """What closed states may differ from a path by, summed over hinges (rad), where panels have a margin (m)."""
+        return WANDER_MARGIN_SHARE * margin / self._way
+
+    @cached_property
+    def whole(self) -> Stretch:
+        """The whole path as one stretch in which all hinges may turn."""
+        return self._stretch(self.linkage.folded.astype(float), self.linkage.flat, group_of_all(self.loops))
+
+    def _stretch(self, first: Reals, last: Reals, group: Group) -> Stretch:
+        """A stretch between two closed states at which all hinges are at stops."""
+        return Stretch(
+            self.linkage, group, (EndClosure(self.linkage, first, group), EndClosure(self.linkage, last, group))
+        )
+
+    def prove(self, states: Reals, margins: Sequence[float]) -> PathProof:
+        """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
+
+        States are closed to rounding first; the proof is about `PathProof.motion`, which goes through them.
+        """
+        tubes, reach, exact = self.tubes(states, margins)
+        if not tubes:
+            return self._unproved(reach, exact)
+        motion, wander = _end_to_end(tubes)
+        slack = math.expm1(wander) * self._way  # a hinge turns what others have moved already
+        give = _beyond(motion) + wander
+        clear = None
+        for margin in sorted(margins):
+            if give * self._spread > margin:
+                continue  # panels of a hinge would overlap, shrunk by this
+            clear = certify_clearance(
+                self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False
+            )
+            if clear.kind == "clear":
+                break
+        overlap = deepest_cut(self.linkage, motion.angles, self.apart)
+        return PathProof(motion, True, reach, exact, slack, give, clear, overlap)
+
+    def _unproved(self, reach: tuple[float, float], exact: bool) -> PathProof:
+        """What is said of a path beside which closed states are not proved."""
+        return PathProof(None, False, reach, exact, 0.0, 0.0, None, 0.0)
+
+    def tubes(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
+        """Tubes that hold a closed path, near enough to states for the least play that is stated, or for a margin (m).
+
+        Stretches between flat-folded states in their order; with `PathProof.reach` and `exact`.
+        """
+        if not self.linkage.loops:
+            return self._free(states)
+        found = _NOTHING
+        for stretches in self._cut(states):
+            for margin in sorted(
+                {CERTIFIED_MARGINS[0] * self.scale, *margins}
+            ):  # what wanders less leaves more of the gaps
+                found = self._along(stretches, self.limit(margin))
+                if found[0] and not any(found[1]):
+                    return found
+        return found
+
+    def _cut(self, states: Reals) -> Iterator[list[tuple[Stretch, Reals]]]:
+        """Ways of cutting a path into stretches: where it is flat-folded, and not at all."""
+        own = len(states) > 1 and states.shape[1] == self.linkage.n_hinges and bool(np.isfinite(states).all())
+        cut = list(self._stretches(states)) if own else []
+        if cut:
+            yield cut
+        if len(cut) != 1 or cut[0][0] is not self.whole:
+            yield [(self.whole, states)]
+
+    def _stretches(self, states: Reals) -> Iterator[tuple[Stretch, Reals]]:
+        """The stretches of a path between its flat-folded states, with the states of each."""
+        stops = np.where(states > 0.5 * math.pi, math.pi, 0.0)
+        flat = np.flatnonzero(np.abs(states - stops).max(axis=1) <= SAME_STATE_DISTANCE)
+        if len(flat) < 2 or flat[0] or flat[-1] != len(states) - 1:
+            return
+        for first, last in pairwise(flat):
+            part = states[first : last + 1].copy()
+            part[0], part[-1] = stops[first], stops[last]
+            moving = np.abs(part - part[0]).max(axis=0) > SAME_STATE_DISTANCE
+            end = whole_end(self.linkage, part[0])
+            group = self.whole.group
+            if end is not None and moving.any():
+                group = group_of(self.linkage, self.loops, end, moving, self.linkage.closure(part[0])[1])
+            if len(group.rows) == self.linkage.n_rows and len(flat) == 2:
+                yield self.whole, part
+                continue
+            part[:, ~group.moving] = part[0, ~group.moving]
+            yield self._stretch(part[0], part[-1], group), part
+
+    def _along(self, stretches: list[tuple[Stretch, Reals]], limit: float) -> _Enclosed:
+        """Tubes about stretches, one after the other."""
+        exact = all(end.exact for stretch, _ in stretches for end in stretch.ends)
+        tubes: list[Tube] = []
+        reach = [0.0, 0.0]
+        for number, (stretch, part) in enumerate(stretches):
+            closed = stretch.close(part)
+            if closed is None:
+                return (), (0.0, 0.0), exact
+            own = stretch.equal(closed) or stretch.enclose(closed, limit)
+            inner = (own.reach[0] if number else 0.0, own.reach[1] if number < len(stretches) - 1 else 0.0)
+            if not number:
+                reach[0] = own.reach[0]
+            reach[1] = own.reach[1]
+            if own.track is None or any(inner):
+                return (), (reach[0], reach[1]), exact
+            tubes.append(own)
+        return tuple(tubes), (reach[0], reach[1]), exact
+
+    def _free(self, states: Reals) -> _Enclosed:
+        """The motion of panels in a chain without a loop, whose states are all closed."""
+        closed = self.whole.close(states)
+        if closed is None:
+            return (), (0.0, 0.0), True
+        times = times_of(closed)
+        count = np.array([len(closed)])
+        track = Track(times, closed, self.whole.rates(times, closed), np.zeros(len(closed)), count)
+        return (Tube(track, 0.0, (0.0, 0.0)),), (0.0, 0.0), True
+
+
+def _end_to_end(tubes: Sequence[Tube]) -> tuple[Course, float]:
+    """The motion along tubes, one after the other, and what closed states differ from it by (rad).
+
+    At a flat-folded state between two of them the linkage rests for a moment, `STRETCH_REST_TIME`, while the cubics
+    change their rates; they leave that state by less than this times the rates.
+    """
+    tracks = [tube.track for tube in tubes if tube.track is not None]
+    wander = max(tube.wander for tube in tubes)
+    times = [tracks[0].times]
+    for before, track in pairwise(tracks):
+        wander = max(wander, STRETCH_REST_TIME * float(np.abs(before.rates[-1]).sum() + np.abs(track.rates[0]).sum()))
+        times.append(times[-1][-1] + STRETCH_REST_TIME + track.times)
+    angles, rates = (np.concatenate([track[k] for track in tracks]) for k in (1, 2))
+    return _cubics(np.concatenate(times), angles, rates), wander
+
+
+def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:
+    """A motion of cubics."""
+    return Course(times.copy(), angles.copy(), rates.copy(), np.zeros_like(angles), True)
+
+
+def _beyond(motion: Course) -> float:
+    """What hinges are beyond a stop (rad) at the worst of all times of a motion of cubics."""
+    start, b, c, d = np.moveaxis(cubics_of(motion.times, motion.angles, motion.rates), -1, 0)
+    # extremes lie where b + 2 c s + 3 d s^2 = 0: the roots are q / 3 d and b / q, which loses no digits
+    q = -(c + np.copysign(np.sqrt(np.maximum(c * c - 3.0 * b * d, 0.0)), c))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = np.nan_to_num(np.stack([q / (3.0 * d), b / q, np.ones_like(q)]), nan=0.0, posinf=0.0, neginf=0.0)
+    s = np.clip(places, 0.0, 1.0)
+    values = start + s * (b + s * (c + s * d))
+    return max(0.0, -float(values.min()), float(values.max()) - math.pi)

@@ -1,0 +1,188 @@
+"""Every circuit of n panels on any array, one a congruence class: self-avoiding polygons of n steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Integral
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.errors import SizeError, expect_kind
+from hcsearch.designs.grid import Grid
+from hcsearch.designs.records import CircuitBatch
+from hcsearch.kernels.circuits.polygons import walk_polygons
+from hcsearch.search.enumeration.frontier_counts import connective_constant, expected_circuits
+from hcsearch.search.enumeration.plane import LatticePlane, split_by_axis
+
+MAX_PANELS = 120
+
+_SHARD_SIZE = 10_000
+_MAX_SHARDS = 20_000
+_MAX_LISTED = 1e11
+
+
+@dataclass(frozen=True)
+class PolygonSearch:
+    """All circuits of n panels on a grid, in shards named by prefixes: the first letters of the canonical turn word.
+
+    For odd n, or where there is no circuit, the search is empty. Errors: SizeError below 3 and above 120 panels.
+    """
+
+    grid: Grid
+    n: int
+
+    def __post_init__(self) -> None:
+        expect_kind("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
+        check_length(self.n)
+        if self.n > MAX_PANELS:
+            raise SizeError(_too_large(self.grid, self.n, "or `count --array` for one array"))
+
+    @property
+    def lists(self) -> str:
+        """Which circuits are listed, as `--keep` names them: `all`."""
+        return "all"
+
+    @property
+    def target(self) -> str:
+        """The notation of the array that is searched; empty, as this search is not limited to one."""
+        return ""
+
+    @property
+    def group_order(self) -> int:
+        """Order of the point group of the grid."""
+        return len(self.grid.point_group)
+
+    @property
+    def expected(self) -> float:
+        """An estimate of the number of circuits, from the published growth of this number."""
+        return 0.0 if self._empty else expected_circuits(self.grid, self.n)
+
+    @cached_property
+    def prefixes(self) -> list[str]:
+        """The keys of the shards, in order; together the shards hold every circuit once.
+
+        Raises SizeError when there are more than about 1e11 circuits, too many to list them all.
+        """
+        if self._empty:
+            return []
+        if self.expected > _MAX_LISTED:
+            about = f"or take some of the {self.expected:.0e} circuits with `enumerate_circuits` in Python"
+            raise SizeError(_too_large(self.grid, self.n, about))
+        words: list[tuple[int, ...]] = [()]
+        depth = 0
+        # shards differ in size, the largest hold several times the mean, so aim lower
+        while len(words) < min(4 * self.expected / _SHARD_SIZE, _MAX_SHARDS) and depth < self.n - 3:
+            words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
+            depth += 1
+        return ["".join(map(str, word)) for word in words]
+
+    def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """The canonical circuits whose turn word begins with a prefix, lazily, at most `batch_size` at a time."""
+        if self._empty:
+            return
+        walk = _Walk(self._plane, self.n, tuple(map(int, prefix)))
+        while not walk.done and not walk.impossible:
+            words, symmetry = walk.more(batch_size)
+            if len(words):
+                batch = CircuitBatch(self.grid.name, words, symmetry)
+                yield split_by_axis(self.grid, batch)
+
+    def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        return self.circuits("", batch_size)
+
+    @property
+    def _empty(self) -> bool:
+        """Whether colouring the cells black and white shows that no circuit has this length."""
+        return self.n % 2 == 1 and self.grid.name != "hex"
+
+    @cached_property
+    def _plane(self) -> LatticePlane:
+        return LatticePlane.around_home(self.grid, self.n // 2 + 1)
+
+
+class _Walk:
+    """The resumable state of one depth-first walk below a prefix of turn letters."""
+
+    def __init__(self, plane: LatticePlane, n: int, prefix: tuple[int, ...]) -> None:
+        self.plane, self.n, self.prefix = plane, n, prefix
+        self.turns = np.array(plane.grid.turns)
+        self.letters = np.zeros(n + 1, np.int8)
+        self.heading = np.zeros(n, np.int64)
+        self.place = np.zeros(n + 1, np.int64)
+        self.period = np.zeros(n + 1, np.int64)
+        self.visited = np.zeros(len(plane.distance), np.uint8)
+        self.place[0] = plane.home
+        self.place[1] = plane.home + plane.moves[0]
+        self.visited[self.place[:2]] = 1
+        self.impossible = False
+        for k, letter in enumerate(prefix, 1):
+            self.impossible |= not self._step(k, letter)
+        self.state = np.array([len(prefix) + 1, 1, 0])
+        # so many steps left are worth a look for the way home: a closed-off walk would go on for about 3e5 steps
+        self._trap = round(math.log(3e5) / math.log(connective_constant(plane.grid)))
+
+    @property
+    def done(self) -> bool:
+        return bool(self.state[2])
+
+    def _step(self, k: int, letter: int) -> bool:
+        """Take step k with a turn, unless that leaves the prenecklaces, meets itself or cannot get home."""
+        before = self.period[k - 1]
+        if k > 1 and letter < self.letters[k - before]:
+            return False
+        heading = (self.heading[k - 1] + self.turns[letter]) % self.plane.grid.directions
+        to = self.place[k] + self.plane.moves[heading]
+        if self.plane.distance[to] > self.n - 1 - k or self.visited[to]:
+            return False
+        self.letters[k], self.heading[k], self.place[k + 1] = letter, heading, to
+        self.period[k] = k if k == 1 or letter != self.letters[k - before] else before
+        self.visited[to] = 1
+        return True
+
+    def extensions(self) -> Iterator[tuple[int, ...]]:
+        """The prefixes one letter longer."""
+        k = len(self.prefix) + 1
+        for letter in range(len(self.turns)):
+            if self._step(k, letter):
+                self.visited[self.place[k + 1]] = 0
+                yield (*self.prefix, letter)
+
+    def more(self, size: int) -> tuple[NDArray[np.int8], NDArray[np.int16]]:
+        """The next circuits' words and the orders of their symmetry groups (of the full point group)."""
+        words, symmetry = np.empty((size, self.n), np.int8), np.empty(size, np.int16)
+        plane = self.plane
+        written = walk_polygons(
+            plane.grid.directions,
+            self.turns,
+            plane.moves,
+            plane.distance,
+            self.n,
+            len(self.prefix),
+            self._trap,
+            self.letters,
+            self.heading,
+            self.place,
+            self.period,
+            self.visited,
+            self.state,
+            words,
+            symmetry,
+        )
+        return words[:written].copy(), symmetry[:written].copy()
+
+
+def check_length(n: int) -> None:
+    """Refuse circuits of n panels, on any array, where n is none or too small; SizeError names the remedy."""
+    expect_kind("n", n, Integral, "a whole number of panels")
+    if n < 3:
+        raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")
+
+
+def _too_large(grid: Grid, n: int, otherwise: str) -> str:
+    longest = max(m for m in range(4, MAX_PANELS, 2) if expected_circuits(grid, m) <= _MAX_LISTED)
+    return f"--n {n} is too large to list on this grid: use --n {longest} or less, {otherwise}"

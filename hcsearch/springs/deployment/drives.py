@@ -1,0 +1,143 @@
+"""Drives of a deployment: which hinges are driven, along what course, with what gains; as a table of a TOML file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError, SceneError
+from hcsearch.shape.labels import Labels, is_label, label_data
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.dynamics.position_control import DriveDemand, JointCommands
+
+START_CLOSURE_TOLERANCE = 1e-6
+"""Closure residual at the start that is taken for closed."""
+MAX_COURSE_TIMES = 100_000
+"""Times of a course."""
+MIN_CONTROL_PERIOD, MAX_CONTROL_PERIOD = 1e-5, 0.1
+"""Periods of a controller (s)."""
+MIN_COURSE_TIME_STEP = 1e-9
+"""Times of a course are at least so far apart (s)."""
+_NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch drive"
+
+
+_DEMAND = tuple(field.name for field in fields(DriveDemand))
+_NUMBERS = ("start", *_DEMAND)
+_NAMES = ("driven", *_NUMBERS)
+"""What is read of a table, in this order: the driven hinges by their names on pictures, and numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drives(DriveDemand):
+    """Driven hinges and what they are asked for.
+
+    hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
+    """
+
+    hinges: tuple[int, ...]
+    start: Reals
+
+    def commands(self, compiled: CompiledScene) -> JointCommands:
+        """What the joints of a compiled scene are asked for."""
+        joints = tuple(int(compiled.joint_of[hinge]) for hinge in self.hinges)
+        return JointCommands(joints=joints, **{name: getattr(self, name) for name in _DEMAND})
+
+    def start_in(self, compiled: CompiledScene) -> Reals:
+        """The start as coordinates of the joints."""
+        angles = compiled.start.copy()
+        angles[compiled.joint_of] = self.start
+        return angles
+
+    def check(self, linkage: Linkage) -> None:
+        """Refuse drives that are not those of a linkage."""
+        n = linkage.n_hinges
+        if len(self.start) != n or not all(0 <= hinge < n for hinge in self.hinges):
+            raise SceneError(f"the drive is not one of this design, which has {n} hinges: write it with hcsearch drive")
+        gap = float(np.abs(linkage.closure(self.start)[0]).max(initial=0.0))
+        if (
+            gap > START_CLOSURE_TOLERANCE
+            or self.start.min(initial=0.0) < -0.01
+            or self.start.max(initial=0.0) > np.pi + 0.01
+        ):
+            raise SceneError(
+                "the drive does not start from a closed state within the stops: give the panels and flat pairs that it "
+                "was made for, or write it with hcsearch drive"
+            )
+
+
+def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
+    """The drives that a table of a file holds, for the linkage of some labels; SceneError where it holds none."""
+    wrong = [name for name in _NAMES if name not in table] + [key for key in table if key not in _NAMES]
+    if wrong:
+        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(_NAMES)}; see hcsearch drive")
+    hinges = _driven(table["driven"], labels)
+    values = {name: _numbers(table[name]) for name in _NUMBERS}
+    times = values["times"]
+    k, d = times.size, len(hinges)
+    shapes = {"times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
+    good = all(values[name].shape == shape for name, shape in shapes.items())
+    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
+    if not good or not all(np.isfinite(value).all() for value in values.values()):
+        raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
+    if len(set(hinges)) < d:
+        raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
+    gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
+    if times[0] != 0.0 or (np.diff(times) < MIN_COURSE_TIME_STEP).any() or not gains:
+        raise SceneError(
+            f"[drive] needs times that grow from 0, by {MIN_COURSE_TIME_STEP:g} s at least, and gains of 0 or more"
+        )
+    period = float(values["period"])
+    if not MIN_CONTROL_PERIOD <= period <= MAX_CONTROL_PERIOD:
+        raise SceneError(
+            f"[drive] has a period of {period:g} s: give one from {MIN_CONTROL_PERIOD:g} to {MAX_CONTROL_PERIOD:g} s"
+        )
+    rest = {name: values[name] for name in _NUMBERS if name != "period"}
+    return Drives(hinges=tuple(hinges), period=period, **rest)
+
+
+def _driven(names: Any, labels: Labels) -> list[int]:
+    """The hinges of names, as `drives_text` writes them."""
+    if not isinstance(names, list) or not all(_is_named(name) for name in names):
+        raise SceneError("[drive] must name each driven hinge once, as pictures do: write it with hcsearch drive")
+    try:
+        return [labels.hinge(str(name)) for name in names]
+    except HcsearchError as error:
+        raise SceneError(f"the drive is not one of this design: {error}; write it with hcsearch drive") from error
+
+
+def _is_named(name: Any) -> bool:
+    """Whether a value of a file names a hinge, by a number or a text."""
+    return isinstance(name, int | str) and not isinstance(name, bool) and is_label(str(name))
+
+
+def _numbers(value: Any) -> Reals:
+    """A number, or a table of numbers; SceneError for what is none."""
+    try:
+        numbers = np.array(value)
+    except ValueError as error:
+        raise SceneError(_NO_NUMBERS) from error
+    if numbers.dtype.kind not in "iuf":
+        raise SceneError(_NO_NUMBERS)
+    return numbers.astype(float)
+
+
+def drives_text(drives: Drives, labels: Labels) -> str:
+    """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
+    lines = ["[drive]", f"driven = {json.dumps([label_data(labels.hinges[hinge]) for hinge in drives.hinges])}"]
+    for name in _NUMBERS:
+        value = getattr(drives, name)
+        if name in {"times", "angles", "torques"}:
+            value = np.round(value, 9) + 0.0
+        data = value.tolist() if isinstance(value, np.ndarray) else value
+        if name in {"angles", "torques"}:
+            rows = ",\n".join(f"  {json.dumps(row)}" for row in data)
+            lines.append(f"{name} = [\n{rows},\n]")
+        else:
+            lines.append(f"{name} = {json.dumps(data)}")
+    return "".join(f"{line}\n" for line in lines)

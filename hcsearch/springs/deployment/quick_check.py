@@ -1,0 +1,204 @@
+"""The quick check of many foldings at once: all are simulated and certified in one call of compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
+from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
+from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of
+from hcsearch.motion.collision.panel_reaches import slack_of
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.outcomes import (
+    FLAT_FOLD_ANGLE,
+    MAX_DEPLOYMENT_STEPS,
+    REST_ANGLE_TOLERANCE,
+    DeploymentCheck,
+    method_of,
+    outcome_of,
+)
+from hcsearch.springs.dynamics.integrators import method_named
+from hcsearch.springs.dynamics.time_integration import SIMULATION_STOPS, plan_for, record_for
+
+MAX_SCENES_PER_CALL = 16
+"""Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
+MAX_SCENE_TABLE_BYTES, MAX_MOTION_RECORD_BYTES = 2**28, 2**29
+"""Bytes that the tables of the scenes in one call, and the record of one motion, take at most."""
+
+
+class CheckedPanels(NamedTuple):
+    """The panels of a scene as a check takes them.
+
+    reach : what panels may be elsewhere (m) over what the loops are open, see `slack_of`; the check takes the largest
+        opening of a motion for all of its times.
+    """
+
+    solids: Solids
+    reach: float
+
+
+def checked_panels_of(compiled: CompiledScene, margin: float | None = None) -> CheckedPanels:
+    """The panels of a scene, less its margin unless another is given (m); the same with any springs."""
+    linkage = compiled.linkage
+    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.apart)
+    return CheckedPanels(solids, slack_of(linkage, 1.0))
+
+
+def check_deployments(
+    scenes: Sequence[CompiledScene],
+    *,
+    screens: Sequence[CheckedPanels] | None = None,
+    tolerance: float = 1e-6,
+    whole: bool = True,
+    max_steps: int | None = None,
+    threads: int = 1,
+) -> list[DeploymentCheck]:
+    """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
+
+    screens : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
+        followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
+        `deploy` takes.
+    Scenes must be `constrained` or `compliant`, with a panel held.
+    """
+    groups: dict[Any, list[int]] = defaultdict(list)
+    if screens is None:
+        screens = [checked_panels_of(compiled) for compiled in scenes]
+    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
+    for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
+        setup, exactness = compiled.setup, (own.solids.margin, resolution_of(compiled.linkage))
+        if compiled.formulation not in {"constrained", "compliant"} or setup.free:
+            raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
+        key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
+        groups[(exactness, *key, *_shapes(subject))].append(i)
+    calls = []
+    for key, members in groups.items():
+        together = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
+        calls += [(key[0], members[k : k + together]) for k in range(0, len(members), together)]
+
+    def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
+        exactness, members = call
+        own = [scenes[i] for i in members]
+        joint = 3 * 8 * own[0].system.n_joints  # an angle, a rate and an acceleration in each state
+        steps = min(max_steps or MAX_DEPLOYMENT_STEPS[own[0].formulation], max(1, MAX_MOTION_RECORD_BYTES // joint))
+        return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
+
+    checks: dict[int, DeploymentCheck] = {}
+    with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
+        for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
+            checks.update(zip(members, rows, strict=True))
+    return [checks[i] for i in range(len(scenes))]
+
+
+def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
+    mechanism, linkage, solids = compiled.system.mechanism, compiled.linkage, screen.solids
+    return SceneTables(
+        tree=mechanism.tree,
+        hinges=mechanism.hinges,
+        start=compiled.start,
+        joint_of=compiled.joint_of,
+        chain=linkage.chain,
+        prisms=solids.prisms,
+        shrunk=solids.shrunk,
+        pairs=solids.pairs,
+        deepest=solids.deepest,
+        reach=screen.reach,
+    )
+
+
+def _run(
+    scenes: list[CompiledScene],
+    subjects: list[SceneTables],
+    tolerance: float,
+    exactness: tuple[float, float],
+    whole: bool,
+    steps: int,
+) -> list[DeploymentCheck]:
+    """Check scenes of the same shapes; exactness : margin and resolution, m."""
+    first, count = scenes[0], len(scenes)
+    system, setup = first.system, first.setup
+    plan = plan_for(
+        system,
+        end=first.seconds,
+        tolerance=tolerance,
+        restitution=setup.restitution,
+        flat=FLAT_FOLD_ANGLE,
+        rest=REST_ANGLE_TOLERANCE,
+    )
+    rules = CheckingRules(
+        method_named(method_of(first.formulation)),
+        plan,
+        system.mechanism.struts,
+        system.mechanism.cuts,
+        system.mechanism.closure_stiffness,
+        system.mechanism.closure_damping,
+        *exactness,
+        whole,
+    )
+    findings = CheckFindings(
+        endings=np.zeros(count, np.int64),
+        verdicts=np.zeros(count, np.int64),
+        pairs=np.zeros(count, np.int64),
+        counts=np.zeros((count, 4), np.int64),
+        times=np.zeros((count, 2)),
+        gaps=np.zeros(count),
+        speeds=np.zeros(count),
+        lefts=np.zeros((count, 3)),
+        drifts=np.zeros(count),
+        openings=np.zeros(count),
+        looses=np.zeros(count),
+    )
+    check_foldings(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
+    return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
+
+
+def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFindings, i: int) -> DeploymentCheck:
+    verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
+    collision = None
+    if verdict == MOTION_COLLIDES:
+        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
+        collision = (float(findings.times[i, 1]), (one, two))
+    states, evaluations, _, looks = (int(number) for number in findings.counts[i])
+    return DeploymentCheck(
+        outcome_of(SIMULATION_STOPS[int(findings.endings[i])]),
+        float(findings.times[i, 0]),
+        {MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
+        collision,
+        gap if math.isfinite(gap) else None,
+        float(findings.speeds[i]),
+        float(findings.lefts[i, 0]),
+        float(findings.lefts[i, 1]),
+        math.pi * float(findings.lefts[i, 2]),
+        float(findings.drifts[i]),
+        float(findings.openings[i]),
+        states - 1,
+        evaluations,
+        looks,
+        float(findings.looses[i]),
+    )
+
+
+def _bytes(value: Any) -> int:
+    """Bytes of all tables of nested tuples."""
+    return sum(map(_bytes, value)) if isinstance(value, tuple) else int(np.asarray(value).nbytes)
+
+
+def _shapes(value: Any) -> tuple[Any, ...]:
+    """Shapes of all tables of nested tuples."""
+    if isinstance(value, tuple):
+        return tuple(shape for part in value for shape in _shapes(part))
+    return (np.shape(value),)
+
+
+def _stacked(values: Sequence[Any]) -> Any:
+    """Nested tuples of the same shapes as one, with a leading axis."""
+    first: NamedTuple | Any = values[0]
+    if isinstance(first, tuple):
+        return type(first)(*(_stacked(parts) for parts in zip(*values, strict=True)))
+    return np.stack([np.asarray(value) for value in values])

@@ -1,0 +1,317 @@
+"""The deployment of a linkage in a scene, from its start to flat, and what became of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
+from hcsearch.motion.collision.clearance import Clearance, certify_clearance
+from hcsearch.motion.collision.panel_prisms import resolution_of
+from hcsearch.motion.collision.panel_reaches import reaches
+from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, setup_of_scene
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.drives import Drives
+from hcsearch.springs.deployment.outcomes import (
+    FLAT_FOLD_ANGLE,
+    MAX_DEPLOYMENT_STEPS,
+    REST_ANGLE_TOLERANCE,
+    DeploymentCheck,
+    method_of,
+    outcome_of,
+    reason_of_motion,
+)
+from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
+from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
+from hcsearch.springs.dynamics.time_integration import Motion, greatest_opening, loose_states, simulate_system
+
+DRIVEN_STEP_TOLERANCE = 1e-5
+"""Error of a step under control, relative and absolute."""
+MIN_BALANCE_ENERGY = 1e-300
+"""Energy (J) below which an error of the balance is no share of it."""
+STEEP_BASE_ANGLE = 1.4
+"""A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deployment(ByValue):
+    """One deployment, with its states.
+
+    outcome : as of `DeploymentCheck`. reason : in a sentence, with the remedy where there is one.
+    angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
+    clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
+    seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
+    driven : what drives did, where there are any.
+    """
+
+    compiled: CompiledScene
+    motion: Motion
+    outcome: Ending
+    reason: str
+    angles: Reals
+    rates: Reals
+    clearance: Clearance | None
+    seconds: float = field(compare=False)
+    driven: DrivenMotion | None = None
+
+    @cached_property
+    def check(self) -> DeploymentCheck:
+        """The same without the states, as `checking.check` reports it."""
+        motion, clearance, size = self.motion, self.clearance, math.pi * max(1, self.angles.shape[1])
+        end, gap = self.angles[-1], None if clearance is None else clearance.gap
+        clear = None if clearance is None else {"clear": True, "collides": False}.get(clearance.kind)
+        collision, met = None, end
+        if clearance is not None and clearance.time is not None and clearance.panels is not None:
+            collision = (clearance.time, clearance.panels) if clear is False else None
+            q = motion.at(np.array([clearance.time]))
+            met = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
+        return DeploymentCheck(
+            outcome=self.outcome,
+            end_time=float(motion.times[-1]),
+            clear=clear,
+            collision=collision,
+            gap=gap,
+            speed=0.0 if clearance is None else clearance.speed,
+            remaining=float(np.abs(met).sum()) / size,
+            end_remaining=float(np.abs(end).sum()) / size,
+            widest=float(np.abs(end).max(initial=0.0)),
+            drift=motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
+            opening=greatest_opening(self.compiled.system, motion),
+            steps=len(motion.times) - 1,
+            evaluations=motion.evaluations,
+            looks=0 if clearance is None else clearance.looks,
+            loose=loose_states(self.compiled.system, motion),
+        )
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it becomes flat, certified clear; collides; or neither is certain."""
+        return self.check.verdict
+
+    @property
+    def deploys(self) -> bool:
+        """Whether it becomes flat, certified clear."""
+        return self.check.deploys
+
+    @cached_property
+    def play(self) -> Play | None:
+        """The play between panels that it needs, and their least gap as built; None unless it deploys."""
+        if not self.deploys:
+            return None
+        # no stop holds driven hinges, whose panels overlap by as much as they pass them
+        over = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
+        return play_of_deployment(self.compiled, self.motion, over)
+
+    @property
+    def flat_time(self) -> float | None:
+        """When it was flat, s."""
+        return self.check.flat_time
+
+
+def simulate_deployment(
+    linkage: Linkage,
+    scene: Scene | Setup,
+    formulation: Formulation = "constrained",
+    *,
+    method: str | None = None,
+    tolerance: float = 1e-6,
+    keep: frozenset[str] = frozenset(),
+    certified: bool = True,
+    max_steps: int | None = None,
+    drives: Drives | None = None,
+) -> Deployment:
+    """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
+
+    keep : what is not to be left out. certified : whether collisions are looked for. drives : of hinges, with which the
+    motion starts where they say; its tolerance is that of `simulate_driven_scene`.
+    """
+    if drives is not None:
+        return simulate_driven_scene(compile_driven(linkage, scene, drives, formulation), drives, method=method)
+    compiled = compile_scene(linkage, scene, formulation, keep=keep)
+    return simulate_compiled(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
+
+
+def simulate_compiled(
+    compiled: CompiledScene,
+    *,
+    method: str | None = None,
+    tolerance: float = 1e-6,
+    certified: bool = True,
+    max_steps: int | None = None,
+) -> Deployment:
+    """Simulate a compiled scene; as `simulate_deployment`."""
+    if not 1e-13 <= tolerance <= 1e-1:
+        raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
+    began = time.perf_counter()
+    motion = simulate_system(
+        compiled.system,
+        compiled.start,
+        end=compiled.seconds,
+        method=method or method_of(compiled.formulation),
+        tolerance=tolerance,
+        restitution=compiled.setup.restitution,
+        flat=FLAT_FOLD_ANGLE,
+        watched=compiled.hinged,
+        rest=REST_ANGLE_TOLERANCE,
+        max_steps=max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation],
+    )
+    return deployment_of_motion(compiled, motion, time.perf_counter() - began, certified=certified)
+
+
+def compile_driven(
+    linkage: Linkage, scene: Scene | Setup, drives: Drives | None, formulation: Formulation = "constrained"
+) -> CompiledScene:
+    """Compile a scene for drives, of which nothing is left out that they may break: its mirror half, folded stops."""
+    if formulation != "constrained":
+        raise HcsearchError(
+            f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
+        )
+    setup = setup_of_scene(scene, linkage)
+    if setup.free:
+        raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
+    compiled = compile_scene(linkage, setup, keep=frozenset({"half", "stops"}))
+    if drives is None:
+        return compiled
+    drives.check(linkage)
+    return replace(compiled, start=drives.start_in(compiled))
+
+
+def simulate_driven_scene(
+    compiled: CompiledScene,
+    drives: Drives,
+    *,
+    method: str | None = None,
+    tolerance: float = DRIVEN_STEP_TOLERANCE,
+    certified: bool = True,
+) -> Deployment:
+    """Simulate a scene that `compile_driven` compiled, under position control, until flat or the scene's time is over.
+
+    tolerance : of a step; what is missed by it control takes back. Stops are left out, as a course along them would
+    hit them again and again: the motion is certified clear only where no hinge passes one by more than the margin.
+    """
+    began = time.perf_counter()
+    system, commands = compiled.system, drives.commands(compiled)
+    free = system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives))
+
+    def follow(end: float, flat: float | None) -> DrivenMotion:
+        return simulate_driven(
+            free,
+            commands,
+            compiled.start,
+            end=end,
+            method=method or "implicit",
+            tolerance=tolerance,
+            restitution=compiled.setup.restitution,
+            flat=flat,
+            watched=compiled.hinged,
+        )
+
+    driven = follow(compiled.seconds, FLAT_FOLD_ANGLE)
+    if driven.motion.ending == "flat" and driven.motion.times[-1] < drives.times[-1]:
+        # drives go on to the end of their course, where torques may be greatest
+        driven = replace(driven, greatest=follow(float(drives.times[-1]), None).greatest)
+    # states that are put between others move under the drives, too
+    compiled = replace(compiled, system=system.under_control(commands.targets))
+    return deployment_of_motion(
+        compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven
+    )
+
+
+def deployment_of_motion(
+    compiled: CompiledScene,
+    motion: Motion,
+    seconds: float = 0.0,
+    *,
+    certified: bool = True,
+    driven: DrivenMotion | None = None,
+) -> Deployment:
+    """A motion of a compiled scene as a deployment.
+
+    seconds : computing time. certified : whether collisions are looked for. driven : what drives did, if there are any.
+    """
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    outcome = outcome_of(motion.ending)
+    if driven is not None:
+        reason = reason_of_motion(compiled, motion, "drive it more slowly, or more firmly")
+    elif compiled.setup.free and len(motion.q) and _steep(compiled, motion):
+        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
+    else:
+        reason = reason_of_motion(compiled, motion)
+    clearance = _clearance(compiled, motion) if certified else None
+    if clearance is not None and driven is not None:
+        clearance = _within_stops(compiled, motion.times, angles, clearance)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
+
+
+def _within_stops(compiled: CompiledScene, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
+    """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
+    beyond = _overlaps(compiled, angles)
+    if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
+        return clearance
+    state, hinge = np.unravel_index(beyond.argmax(), beyond.shape)
+    own = compiled.linkage.pattern.hinges[int(hinge)]
+    panels = (min(own.first, own.second), max(own.first, own.second))
+    return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
+
+
+def _overlaps(compiled: CompiledScene, angles: Reals) -> Reals:
+    """How deep panels overlap as their hinges pass a stop (m), at most, shape (k, n_hinges)."""
+    beyond: Reals = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
+    return beyond
+
+
+def _steep(compiled: CompiledScene, motion: Motion) -> bool:
+    """Whether the base has come near a state that its angles do not describe."""
+    base = np.flatnonzero(~compiled.hinged)
+    turns = [k for k in base if not compiled.system.joints[k].slides]
+    return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP_BASE_ANGLE)
+
+
+def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
+    """The certified verdict on the motion."""
+    linkage, path = compiled.linkage, course_of_deployment(compiled, motion)
+    return certify_clearance(
+        linkage,
+        path.course,
+        margin=compiled.margin,
+        resolution=resolution_of(linkage),
+        slack=path.slack,
+        apart=compiled.apart,
+        measured=motion.ending == "flat",
+    )
+
+
+def omission_savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
+    """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
+    rows = []
+    for omission in deployment.compiled.omissions:
+        if omission.name not in OMISSIONS:
+            continue
+        compiled = deployment.compiled
+        full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
+        other = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
+        again = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
+        rows.append(
+            {
+                "name": omission.name,
+                "joints": [full.system.n_joints, compiled.system.n_joints],
+                "closure_equations": [_closure_equations(full), _closure_equations(compiled)],
+                "evaluations": [other.motion.evaluations, again.motion.evaluations],
+                "milliseconds": [1e3 * other.seconds, 1e3 * again.seconds],
+                "outcomes": [other.outcome, again.outcome],
+            }
+        )
+    return rows
+
+
+def _closure_equations(compiled: CompiledScene) -> int:
+    return sum(len(weld.kinds) for weld in compiled.system.welds)

@@ -1,0 +1,122 @@
+"""A drive as plain data, as tables, and as files that `hcsearch deploy` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.scenes.setup import scene_of_setup
+from hcsearch.shape.labels import label_data, labels_of
+from hcsearch.springs.deployment.deployment_facts import finite_or_none, play_facts
+from hcsearch.springs.deployment.drives import drives_text
+from hcsearch.springs.drive.driven_folding import Drive
+from hcsearch.springs.drive.latches import Latch
+from hcsearch.springs.drive.tracking import judge_following
+from hcsearch.system.outputs import write_output, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hcsearch.springs.deployment.simulated_deployment import Deployment
+
+
+def drive_facts(drive: Drive) -> dict[str, Any]:
+    """A drive as plain data; keys name their units, and numbers that overflowed are None."""
+    return {name: finite_or_none(value) for name, value in _facts(drive).items()}
+
+
+def _facts(drive: Drive) -> dict[str, Any]:
+    choice, deployment = drive.choice, drive.deployment
+    labels = labels_of(drive.linkage)
+    clearance = deployment.clearance
+    followed = judge_following(drive)
+    span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
+    return {
+        "verdict": deployment.verdict,
+        "motor_torque_N_m": max(_greatest(drive.torques.torques), default=0.0),
+        "control": followed.sentence,
+        "reason": deployment.reason,
+        "clearance": None if clearance is None else clearance.kind,
+        "margin_mm": 1e3 * deployment.compiled.margin,
+        **play_facts(deployment),
+        "path_play_mm": 1e3 * drive.play,
+        "flat_pairs": drive.way,
+        "scene": drive.scene.name,
+        "hinges": drive.linkage.n_hinges,
+        "freedoms": choice.freedoms,
+        "merged_panels": list(labels.merged),
+        "driven": [label_data(labels.hinges[hinge]) for hinge in choice.hinges],
+        "driven_monotone": [label_data(labels.hinges[hinge]) for hinge in choice.monotone],
+        "least_singular_value": choice.least,
+        "least_at": choice.place,
+        "closure_least_singular_value": choice.closure,
+        "closure_least_at": choice.closure_place,
+        "sets_tried": choice.tried,
+        "from_packed_rad": drive.timed.path.near[0],
+        "to_flat_rad": drive.timed.path.near[1],
+        "beyond_stops_rad": drive.timed.path.beyond,
+        "seconds": drive.timed.seconds,
+        "flat_time_s": deployment.flat_time,
+        "greatest_rate_rad_s": float(np.abs(drive.torques.rates).max()),
+        "greatest_acceleration_rad_s2": float(np.abs(drive.torques.accelerations).max()),
+        "missed_rad": drive.missed,
+        "follows": followed.follows,
+        "torque_from_plan": followed.share,
+        "planned_torque_N_m": _greatest(drive.torques.torques),
+        "torque_rms_N_m": np.sqrt((drive.torques.torques**2).mean(axis=0)).tolist(),
+        "torque_N_m": drive.greatest.tolist(),
+        "gain_N_m_rad": drive.drives.stiffness.tolist(),
+        "gain_N_m_s_rad": drive.drives.damping.tolist(),
+        "energy_imbalance": drive.torques.imbalance / span if span else 0.0,
+        "work_J": float(deployment.driven.work[-1]) if deployment.driven is not None else None,
+    }
+
+
+def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
+    """Which hinges wait for which, and what springs alone made of it."""
+    clearance = deployment.clearance
+    names = [label_data(name) for name in labels_of(deployment.compiled.linkage).hinges]
+    return {
+        "latches": [
+            {"hinge": names[one.hinge], "waits_for": names[one.waits_for], "angle_rad": one.angle} for one in latches
+        ],
+        "latched_verdict": deployment.verdict,
+        "latched_reason": deployment.reason,
+        "latched_clearance": None if clearance is None else clearance.kind,
+    }
+
+
+def _greatest(torques: np.ndarray) -> list[float]:
+    greatest: list[float] = np.abs(torques).max(axis=0).tolist()
+    return greatest
+
+
+def drive_table(drive: Drive) -> pd.DataFrame:
+    """The planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
+    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
+
+    own = drive.torques
+    names = labels_of(drive.linkage).hinges
+    columns = {"time_s": own.times}
+    columns |= {f"angle_{name}_rad": own.angles[:, k] for k, name in enumerate(names)}
+    columns |= {f"rate_{name}_rad_s": own.rates[:, k] for k, name in enumerate(names)}
+    columns |= {f"torque_{names[k]}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
+    return pd.DataFrame(columns)
+
+
+DRIVE_TABLE_SUFFIXES = (".csv", ".parquet")
+"""Endings of files that the course is written to."""
+DRIVE_SCENE_SUFFIXES = (".toml",)
+
+
+def save_drive(drive: Drive, path: str) -> None:
+    """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
+    if path.endswith(DRIVE_SCENE_SUFFIXES):
+        labels = labels_of(drive.linkage)
+        scene = scene_of_setup(drive.setup, drive.scene, labels)
+        text = scene_file_text({"design": drive.folding.notation}, "constrained", scene)
+        write_output(path, f"{text}\n{drives_text(drive.drives, labels)}")
+    else:
+        write_table(path, drive_table(drive), DRIVE_TABLE_SUFFIXES)

@@ -1,0 +1,179 @@
+"""A folding as a machine: its certified path smoothed, timed, driven by few hinges, and simulated under control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.designs.twisting import twist
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, reason_of
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.setup import Setup, setup_of_scene
+from hcsearch.shape.labels import labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.drives import MAX_CONTROL_PERIOD, MIN_CONTROL_PERIOD, Drives
+from hcsearch.springs.deployment.simulated_deployment import Deployment, compile_driven, simulate_driven_scene
+from hcsearch.springs.drive.choosing import FIRM_SINGULAR_VALUE, DrivenHinges, choose_driven_hinges, judge_driven_hinges
+from hcsearch.springs.drive.gains import DEFAULT_CONTROL_PERIOD, position_control
+from hcsearch.springs.drive.latches import Latch, latches_on, simulate_latched
+from hcsearch.springs.drive.torques import Torques, torques_along
+from hcsearch.springs.drive.trajectory import (
+    DRIVE_END_ANGLES,
+    MAX_HINGE_ACCELERATION,
+    MAX_HINGE_RATE,
+    TimedPath,
+    smooth_path,
+    time_path,
+)
+
+SETTLING_TIME = 0.5
+"""Time that is simulated after the end of the course (s)."""
+DRIVE_STAGES = ("motion", "driven hinges", "torques", "simulation")
+"""What is computed, one after the other."""
+DriveProgress = Callable[[int, int, str], None]
+TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
+"""Times at which torques are computed, and places on the path at which driven hinges are judged."""
+
+
+@dataclass(frozen=True)
+class DriveOptions:
+    """What a drive is asked for.
+
+    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
+    driven motion begins and ends. hinges : to drive, by their names; chosen where empty. firm : least singular value of
+    the reduced Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
+    """
+
+    rate: float = MAX_HINGE_RATE
+    acceleration: float = MAX_HINGE_ACCELERATION
+    near: tuple[float, float] = DRIVE_END_ANGLES
+    hinges: tuple[str, ...] = ()
+    firm: float = FIRM_SINGULAR_VALUE
+    period: float = DEFAULT_CONTROL_PERIOD
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A driven folding.
+
+    play : least play of each face (m) at which its path is proved clear. scene : with panels and flat pairs as the way
+    of the path says. setup : the same in numbers of the linkage, with the time of the course. deployment : the motion
+    simulated under control, certified at the scene's margin.
+    """
+
+    folding: Folding
+    way: Way
+    linkage: Linkage
+    scene: Scene
+    setup: Setup
+    play: float
+    choice: DrivenHinges
+    timed: TimedPath
+    torques: Torques
+    drives: Drives
+    deployment: Deployment
+
+    @property
+    def greatest(self) -> Reals:
+        """Greatest torque of each driven hinge under control, until the course is over, (n_driven,), N m."""
+        assert self.deployment.driven is not None
+        return self.deployment.driven.greatest
+
+    @property
+    def missed(self) -> float:
+        """Greatest difference of a hinge, driven or not, from its planned course while the motion lasted (rad)."""
+        return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
+
+
+class NoPathError(HcsearchError):
+    """No path of a folding is proved along which it could be driven."""
+
+
+def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
+    """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
+    own = [way for way in scene.flat_pairs if folding.can_join(way)]
+    if not own:
+        raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
+    return plan_motion(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
+
+
+def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
+    """What is known of a folding of which no path is proved, in one line."""
+    from hcsearch.motion.locks.end_locks import lock_at  # noqa: PLC0415 - only of foldings without a path
+
+    turns = twist(folding)
+    if turns:
+        return f"the folding is twisted, with linking number {turns}: no motion leads from packed to flat"
+    panel = panel_of(scene, folding.circuit.grid.name)
+    for end in ("folded", "flat"):
+        linkages = [folding.linkage(panel, flat_pairs=way) for way, _ in motion.growths]
+        locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
+        if locks and all(lock.locked for lock in locks):
+            return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
+    hinged = [] if "hinged" in scene.flat_pairs else ["--flat-pairs hinged"]
+    remedies = " or ".join(["other panels", *hinged, "a scene file with a greater margin_mm"])
+    return f"undecided: {reason_of(motion)}; try {remedies}"
+
+
+def drive_along(
+    folding: Folding,
+    scene: Scene,
+    motion: PlannedMotion,
+    options: DriveOptions | None = None,
+    progress: DriveProgress | None = None,
+) -> Drive:
+    """The drive of a folding along a proved motion in a scene; HcsearchError for options that cannot be met.
+
+    progress : called with steps done, their number, and what comes next; the first step is the search for the motion.
+    """
+    options = options or DriveOptions()
+
+    def say(done: int) -> None:
+        if progress is not None:
+            progress(done, len(DRIVE_STAGES), DRIVE_STAGES[done])
+
+    if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
+        raise NoPathError(no_drive_reason(folding, scene, motion))
+    if not MIN_CONTROL_PERIOD <= options.period <= MAX_CONTROL_PERIOD:
+        raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
+    panel = panel_of(scene, folding.circuit.grid.name)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
+    say(1)
+    path = smooth_path(linkage, motion.proof.motion, options.near)
+    angles = path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0]
+    labels = labels_of(linkage)
+    choice = (
+        judge_driven_hinges(linkage, angles, tuple(sorted({labels.hinge(name) for name in options.hinges})))
+        if options.hinges
+        else choose_driven_hinges(linkage, angles, options.firm)
+    )
+    say(2)
+    course = time_path(path, options.rate, options.acceleration)
+    setup = replace(setup_of_scene(scene, linkage), seconds=float(f"{course.seconds + SETTLING_TIME:.4g}"))
+    compiled = compile_driven(linkage, setup, None)
+    torques = torques_along(compiled, course, choice, TORQUE_TIME_COUNT)
+    drives = position_control(compiled, torques, options.period)
+    say(3)
+    deployment = simulate_driven_scene(start_at_drives(compiled, drives), drives)
+    return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
+
+
+def release_with_latches(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+    """Latches that give the order of the path, and what springs alone make of the folding with them."""
+    path = driven.timed.path
+    latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0])
+    scene = replace(driven.scene, seconds=None)
+    return latches, simulate_latched(compile_driven(driven.linkage, scene, None), latches)
+
+
+def start_at_drives(compiled: CompiledScene, drives: Drives) -> CompiledScene:
+    """A compiled scene that starts where drives do."""
+    return replace(compiled, start=drives.start_in(compiled))

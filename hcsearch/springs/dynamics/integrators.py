@@ -1,0 +1,95 @@
+"""Integrators by name, and the polynomials between the states that they give."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import INTEGRATORS
+from hcsearch.kernels.multibody.integrators import IntegrationMethod
+
+SCIPY_SOLVERS = {
+    "bogacki-shampine": "RK23",
+    "dormand-prince": "RK45",
+    "dormand-prince-8": "DOP853",
+}
+"""Explicit integrators by the names of SciPy's solvers."""
+IMPLICIT_METHOD, IMPLICIT_ORDER = "implicit", 4
+"""Extrapolated linearly implicit Euler, and its order."""
+
+_DORMAND_PRINCE = (
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+_DORMAND_PRINCE_ERRORS = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40)
+
+
+@cache
+def method_named(name: str) -> IntegrationMethod:
+    """Coefficients of a method.
+
+    SciPy holds them, but takes longer to load than many deployments to compute: those of Dormand and Prince (1980),
+    which nearly all motions take, stand here.
+    """
+    if name == IMPLICIT_METHOD:
+        return IntegrationMethod(
+            np.zeros((IMPLICIT_ORDER, IMPLICIT_ORDER)),
+            np.zeros(IMPLICIT_ORDER),
+            np.zeros((2, IMPLICIT_ORDER + 1)),
+            IMPLICIT_ORDER,
+            IMPLICIT_ORDER,
+        )
+    if name == "dormand-prince":
+        return _dormand_prince()
+    if name not in SCIPY_SOLVERS:
+        raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join(INTEGRATORS)}")
+    from scipy import integrate  # noqa: PLC0415 - see above
+
+    solver = getattr(integrate, SCIPY_SOLVERS[name])
+    stages = solver.n_stages
+    a = np.zeros((stages, stages))
+    a[:, : solver.A.shape[1]] = solver.A[:stages, :stages]
+    if name == "dormand-prince-8":
+        errors, order = np.array([solver.E5, solver.E3]), 8
+    else:
+        errors, order = np.array([solver.E, np.zeros(stages + 1)]), solver.error_estimator_order + 1
+    return IntegrationMethod(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order, 0)
+
+
+def _dormand_prince() -> IntegrationMethod:
+    stages = len(_DORMAND_PRINCE)
+    a = np.zeros((stages, stages))
+    for row, weights in enumerate(_DORMAND_PRINCE[:-1], 1):
+        a[row, :row] = weights
+    errors = np.array([_DORMAND_PRINCE_ERRORS, np.zeros(stages + 1)])
+    return IntegrationMethod(a, np.array(_DORMAND_PRINCE[-1]), errors, 5, 0)
+
+
+def interpolate_motion(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:
+    """Coordinates at given times, shape (len(times), n), of a motion with states at `nodes`, (k,), s.
+
+    q, v, a : (k, n), coordinates, velocities, accelerations. Quintics, with an error of O(h^6) of a step of length h;
+    cubics, O(h^4), where accelerations are None.
+    """
+    times = np.asarray(times, float)
+    k = np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2)
+    h = (nodes[k + 1] - nodes[k])[:, None]
+    x = np.divide(times[:, None] - nodes[k][:, None], h, out=np.zeros_like(h), where=h > 0.0)
+    q0, rise = q[k], q[k + 1] - q[k]
+    v0, v1 = h * v[k], h * v[k + 1]
+    if a is None:
+        cubic: Reals = q0 + x * (v0 + x * (3 * rise - 2 * v0 - v1 + x * (v0 + v1 - 2 * rise)))
+        return cubic
+    a0, a1 = h * h * a[k], h * h * a[k + 1]
+    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+    c5 = 6 * rise - 3 * (v0 + v1) - 0.5 * (a0 - a1)
+    quintic: Reals = q0 + x * (v0 + x * (0.5 * a0 + x * (c3 + x * (c4 + x * c5))))
+    return quintic

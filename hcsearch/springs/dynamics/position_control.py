@@ -1,0 +1,166 @@
+"""Motions under position control: a known torque in driven joints, and one that pulls towards a course.
+
+The controller is sampled, as those of machines are: it computes angle, rate and torque every period. Drives interpolate
+between two of them, as motor drives in interpolated position mode do, so that no torque depends on the step of a course
+in a period.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.kernels.multibody.hinges import Targets
+from hcsearch.springs.dynamics.system import System
+from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
+
+FIRST_STEP_SHARE, LONGEST_STEP_SHARE = 1e-5, 0.001
+"""First and longest step, as shares of the course."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveDemand(ByValue):
+    """What drives are asked for.
+
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles,
+    at rest at both ends, straight lines between the torques; the last ones hold from then on.
+    stiffness, damping : (n_driven,), torque for an angle (N m/rad) and for a rate (N m s/rad) that is missed.
+    period : of the controller, s.
+    """
+
+    times: Reals
+    angles: Reals
+    torques: Reals
+    stiffness: Reals
+    damping: Reals
+    period: float
+
+    @cached_property
+    def _course(self) -> Any:
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - loads slowly
+
+        return CubicSpline(self.times, self.angles, bc_type="clamped")
+
+    def at(self, times: Reals) -> tuple[Reals, Reals, Reals]:
+        """Angles, rates and torques that are planned at times, each (len(times), n_driven)."""
+        over = times >= self.times[-1]
+        own = np.clip(times, self.times[0], self.times[-1])
+        angles, rates = np.asarray(self._course(own), float), np.asarray(self._course(own, 1), float)
+        rates[over] = 0.0
+        torques = np.array([np.interp(own, self.times, column) for column in self.torques.T]).T
+        return angles, rates, torques.reshape(angles.shape)
+
+    def asked(self, times: Reals) -> tuple[Reals, Reals, Reals]:
+        """As `at`, as drives interpolate it: between the ends of a period, cubics for angles, lines for torques."""
+        period = self.period
+        begun = period * np.floor(times / period)
+        x = ((times - begun) / period)[:, None]
+        (q0, v0, t0), (q1, v1, t1) = self.at(begun), self.at(begun + period)
+        rise = q1 - q0
+        b, c = 3.0 * rise - period * (2.0 * v0 + v1), period * (v0 + v1) - 2.0 * rise
+        angles = q0 + x * (period * v0 + x * (b + x * c))
+        rates = v0 + x * (2.0 * b + x * 3.0 * c) / period
+        return angles, rates, t0 + x * (t1 - t0)
+
+
+@dataclass(frozen=True, eq=False)
+class JointCommands(DriveDemand):
+    """What driven joints are asked for; joints : their numbers."""
+
+    joints: tuple[int, ...]
+
+    @property
+    def targets(self) -> Targets:
+        """The tables that the kernels read."""
+        return Targets(
+            joints=np.array(self.joints, np.int64),
+            stiffness=np.array(self.stiffness, float),
+            damping=np.array(self.damping, float),
+            period=float(self.period),
+            times=np.array(self.times, float),
+            cubics=np.ascontiguousarray(np.asarray(self._course.c, float)[::-1].transpose(1, 2, 0)),
+            torques=np.array(self.torques, float),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenMotion(ByValue):
+    """A motion under control.
+
+    motion : its energies are those of the system without its drives, and `work` (k,) is what these have done (J).
+    planned, torques : (k, n_driven), of the drives at its states, those known beforehand and those under control, N m.
+    missed : (k, n_driven), angles less those planned. greatest : (n_driven,), of the torques until the course is over,
+    though the motion ends where it is flat, N m.
+    """
+
+    motion: Motion
+    work: Reals
+    planned: Reals
+    torques: Reals
+    missed: Reals
+    greatest: Reals
+
+    @property
+    def drift(self) -> float:
+        """Greatest error of the energy balance, J."""
+        own = self.motion
+        total = own.kinetic + own.stored + own.height + own.in_stops + own.damped + own.lost - self.work
+        return float(np.abs(total - total[0]).max())
+
+
+def simulate_driven(
+    system: System,
+    commands: JointCommands,
+    q: Reals,
+    *,
+    end: float,
+    method: str = "dormand-prince",
+    tolerance: float = 1e-6,
+    restitution: float = 0.0,
+    flat: float | None = None,
+    watched: NDArray[np.bool_] | None = None,
+    max_steps: int = 200_000,
+) -> DrivenMotion:
+    """Follow a system under control from a closed state at rest to a time (s); as `simulation.simulate`."""
+    motion = simulate_system(
+        system.under_control(commands.targets),
+        q,
+        end=end,
+        method=method,
+        tolerance=tolerance,
+        restitution=restitution,
+        flat=flat,
+        watched=watched,
+        first_step=FIRST_STEP_SHARE * float(commands.times[-1]),
+        longest_step=LONGEST_STEP_SHARE * float(commands.times[-1]),
+        max_steps=max_steps,
+    )
+    damped = _damped(system, motion)
+    joints = list(commands.joints)
+    angles, rates = motion.q[:, joints], motion.v[:, joints]
+    wanted, speeds, known = commands.asked(motion.times)
+    torques = known + commands.stiffness * (wanted - angles) + commands.damping * (speeds - rates)
+    plan = commands.at(motion.times)
+    # the kernel books what dampers take less what drives give
+    return DrivenMotion(
+        replace(motion, damped=damped),
+        damped - motion.damped,
+        plan[2],
+        torques,
+        angles - plan[0],
+        np.abs(torques).max(axis=0),
+    )
+
+
+def _damped(system: System, motion: Motion) -> Reals:
+    """What the dampers of the joints have taken, (k,), J: Simpson's rule, with cubics between rates."""
+    damping = np.array([drive.damping for drive in system.drives])
+    step, v, a = np.diff(motion.times)[:, None], motion.v, motion.a
+    middle = 0.5 * (v[1:] + v[:-1]) + step * (a[:-1] - a[1:]) / 8.0
+    taken = (damping * step * (v[1:] ** 2 + v[:-1] ** 2 + 4.0 * middle**2) / 6.0).sum(axis=1)
+    return np.asarray(np.r_[0.0, np.cumsum(taken)], float)

@@ -1,0 +1,333 @@
+"""The motion of a system from one state on: steps with error control, events at stops and snaps, and how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, Required, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.kernels.multibody import recording
+from hcsearch.kernels.multibody import simulation as kernel
+from hcsearch.kernels.multibody.accelerations import discrete_state_for
+from hcsearch.kernels.multibody.events import (
+    INTERPOLATED_STATE_RESIDUAL,
+    StateSeries,
+    largest_opening,
+    open_state_share,
+    refined_motion,
+)
+from hcsearch.kernels.multibody.steps import StepPlan
+from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
+from hcsearch.kernels.multibody.tree import work_for
+from hcsearch.kernels.multibody.welds import cut_angles
+from hcsearch.springs.dynamics.integrators import interpolate_motion, method_named
+from hcsearch.springs.dynamics.system import System
+
+SimulationStop = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
+"""`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
+numbers `diverged`; the `energy` balance does not hold; stops `jammed`, event after event without going on."""
+
+SIMULATION_STOPS: dict[int, SimulationStop] = {
+    kernel.ENDING_TIME_OUT: "time",
+    kernel.ENDING_FLAT: "flat",
+    kernel.ENDING_REST: "rest",
+    kernel.ENDING_TOO_MANY_STEPS: "steps",
+    kernel.ENDING_SMALL_STEP: "stuck",
+    kernel.ENDING_OPEN: "open",
+    kernel.ENDING_INVALID_NUMBER: "diverged",
+    kernel.ENDING_UNBALANCED: "energy",
+    kernel.ENDING_JAMMED: "jammed",
+}
+"""Endings by the numbers that the kernel gives them."""
+OPENING_BATCH_STEPS = 100
+"""Steps whose openings of loops are computed together."""
+_KINDS = {
+    recording.RECORDED_HIT: "hit",
+    recording.RECORDED_RELEASE: "released",
+    recording.RECORDED_SNAP_UP: "snap",
+    recording.RECORDED_SNAP_DOWN: "snap",
+}
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened in a joint: `hit` a stop (with its speed, rad/s), `released` by it, or a `snap`; time in s.
+
+    joint : its number; cut hinges are counted after the joints.
+    """
+
+    time: float
+    joint: int
+    kind: str
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(ByValue):
+    """States of a motion and its books.
+
+    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two
+        states, before it and after it.
+    cubic : whether accelerations say nothing of the motion between states: it is overdamped, and they are 0, or stiff
+        springs close its loops.
+    kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
+    damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
+        projection, rad or gap over size; of cut hinges, what their springs give way.
+    """
+
+    ending: SimulationStop
+    cubic: bool
+    times: Reals
+    q: Reals
+    v: Reals
+    a: Reals
+    kinetic: Reals
+    stored: Reals
+    height: Reals
+    in_stops: Reals
+    damped: Reals
+    lost: Reals
+    gap: float
+    events: tuple[Event, ...]
+    steps: int
+    rejected: int
+    evaluations: int
+
+    @property
+    def drift(self) -> float:
+        """Greatest error of the energy balance, J."""
+        total = self.kinetic + self.stored + self.height + self.in_stops + self.damped + self.lost
+        return float(np.abs(total - total[0]).max())
+
+    @property
+    def largest_energy(self) -> float:
+        """The largest of all entries of the energy balance, J."""
+        books = (self.kinetic, self.stored, self.height, self.in_stops, self.damped, self.lost)
+        return max(float(np.abs(book).max()) for book in books)
+
+    def at(self, times: Reals) -> Reals:
+        """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
+
+        The error of a step of length h is O(h^6), with cubics O(h^4).
+        """
+        return interpolate_motion(self.times, self.q, self.v, None if self.cubic else self.a, times)
+
+
+class SimulationOptions(TypedDict, total=False):
+    """What a simulation is asked for; `plan_for` has the defaults.
+
+    end : s. tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
+    restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
+    flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
+    rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
+    closed : residual after the projection that follows each step, where loops are closed exactly.
+    first_step, longest_step : s.
+    """
+
+    end: Required[float]
+    tolerance: float
+    floor: float | None
+    restitution: float
+    slow: float
+    flat: float | None
+    watched: NDArray[np.bool_] | None
+    rest: float | None
+    closed: float
+    first_step: float
+    longest_step: float
+
+
+def simulate_system(
+    system: System,
+    q: Reals,
+    v: Reals | None = None,
+    *,
+    method: str = "dormand-prince",
+    max_steps: int = 20_000,
+    **wanted: Unpack[SimulationOptions],
+) -> Motion:
+    """Follow a system from a closed state, velocities 0 unless given, to a time (s)."""
+    n = system.n_joints
+    record = record_for(n, max_steps)
+    plan = plan_for(system, **wanted)
+    mechanism = system.mechanism
+    coordinates = np.array(q, float)
+    hold = discrete_state_for(mechanism, coordinates)
+    speeds = np.zeros(n) if v is None else np.array(v, float)
+    kernel.simulate_motion(
+        mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
+    )
+    return motion_of_record(record, system)
+
+
+def plan_for(
+    system: System,
+    *,
+    end: float,
+    tolerance: float = 1e-6,
+    floor: float | None = None,
+    restitution: float = 0.0,
+    slow: float = 1e-2,
+    flat: float | None = None,
+    watched: NDArray[np.bool_] | None = None,
+    rest: float | None = None,
+    closed: float = 1e-14,
+    first_step: float = 0.0,
+    longest_step: float = math.inf,
+) -> StepPlan:
+    """What the kernel is asked for; see `SimulationOptions`."""
+    return StepPlan(
+        end=float(end),
+        tolerance=float(tolerance),
+        floor=float(tolerance if floor is None else floor),
+        first=float(first_step),
+        longest=float(longest_step),
+        restitution=float(restitution),
+        slow=float(slow),
+        flat=np.zeros(system.n_joints) if watched is None else np.where(watched, 0.0, math.nan),
+        near=-1.0 if flat is None else float(flat),
+        rest=-1.0 if rest is None else float(rest),
+        closed=math.inf if system.closure_stiffness else float(closed),
+    )
+
+
+def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
+    """Motions one after the other as one; starts : s, when each begins. Energies taken add up, others follow on."""
+
+    def together(name: str) -> Reals:
+        return np.concatenate([getattr(motion, name) for motion in motions])
+
+    def added(name: str) -> Reals:
+        ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
+        return np.concatenate([getattr(motion, name) + end for motion, end in zip(motions, ends, strict=False)])
+
+    return replace(
+        motions[-1],
+        times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
+        q=together("q"),
+        v=together("v"),
+        a=together("a"),
+        kinetic=together("kinetic"),
+        stored=together("stored"),
+        height=together("height"),
+        in_stops=together("in_stops"),
+        damped=added("damped"),
+        lost=added("lost"),
+        gap=max(motion.gap for motion in motions),
+        events=tuple(
+            replace(event, time=event.time + start)
+            for motion, start in zip(motions, starts, strict=True)
+            for event in motion.events
+        ),
+        steps=sum(motion.steps for motion in motions),
+        rejected=sum(motion.rejected for motion in motions),
+        evaluations=sum(motion.evaluations for motion in motions),
+    )
+
+
+def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
+    """States of a motion, refined where loops open by more than `INTERPOLATED_STATE_RESIDUAL`, and the residual left.
+
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints); openings are of each step (k - 1,),
+    the largest of `OPENING_BATCH_STEPS` steps. Loops that springs close, or that are cut open, stay as they are.
+    """
+    mechanism = system.mechanism
+    states, work = _refined(system, motion), work_for(mechanism.tree)
+    gaps = np.zeros(len(states[0]) - 1)
+    for k in range(0, len(gaps), OPENING_BATCH_STEPS):
+        times, q, v, a = (part[k : k + OPENING_BATCH_STEPS + 1] for part in states)
+        gaps[k : k + OPENING_BATCH_STEPS] = largest_opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
+    return states, gaps
+
+
+def greatest_opening(system: System, motion: Motion) -> float:
+    """Greatest closure residual at the states of `closed_between`, and between them; rad, or gap over size."""
+    tree = system.mechanism.tree
+    return float(largest_opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
+
+
+def _refined(system: System, motion: Motion) -> StateSeries:
+    mechanism = system.mechanism
+    states: StateSeries = (motion.times, motion.q, motion.v, motion.a)
+    if motion.cubic or not len(mechanism.tree.rows):
+        return states
+    return refined_motion(mechanism, states, INTERPOLATED_STATE_RESIDUAL, work_for(mechanism.tree))
+
+
+def loose_states(system: System, motion: Motion) -> float:
+    """Share of a motion's states that leave loops open though they are projected; 0 where springs close the loops."""
+    mechanism = system.mechanism
+    if system.closure_stiffness or not len(mechanism.tree.rows):
+        return 0.0
+    return float(open_state_share(mechanism.tree, motion.q, work_for(mechanism.tree)))
+
+
+def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
+    """Fold angles of cut hinges and their rates, shape (k, n_cuts), at states (k, n_joints)."""
+    mechanism = system.mechanism
+    work = work_for(mechanism.tree)
+    angles, rates = np.empty((len(q), len(system.cuts))), np.empty((len(q), len(system.cuts)))
+    for k in range(len(q)):
+        place_bodies(mechanism.tree, q[k], work)
+        move_bodies(mechanism.tree, v[k], work)
+        cut_angles(mechanism.cuts, work, angles[k], rates[k])
+    return angles, rates
+
+
+def record_for(n: int, steps: int) -> recording.SimulationRecord:
+    """An empty record with room for so many steps of n joints."""
+    return recording.SimulationRecord(
+        times=np.empty(steps + 1),
+        q=np.empty((steps + 1, n)),
+        v=np.empty((steps + 1, n)),
+        a=np.empty((steps + 1, n)),
+        books=np.empty((steps + 1, 6)),
+        gaps=np.empty(steps + 1),
+        counts=np.zeros(5, np.int64),
+        event_times=np.empty(steps + 1),
+        event_joints=np.empty(steps + 1, np.int64),
+        event_kinds=np.empty(steps + 1, np.int64),
+        event_speeds=np.empty(steps + 1),
+    )
+
+
+def motion_of_record(record: recording.SimulationRecord, system: System) -> Motion:
+    """What a record holds."""
+    states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
+    events = min(events, len(record.event_times))
+    kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
+    v, a = record.v[:states].copy(), record.a[:states].copy()
+    if system.overdamped:  # the kernel writes velocities where accelerations are else
+        v, a = a, v
+    return Motion(
+        SIMULATION_STOPS[ending],
+        system.overdamped or system.closure_stiffness > 0.0,
+        record.times[:states].copy(),
+        record.q[:states].copy(),
+        v,
+        a,
+        kinetic,
+        stored,
+        height,
+        in_stops,
+        damped,
+        lost,
+        gap=float(record.gaps[:states].max()),
+        events=tuple(
+            Event(
+                float(record.event_times[k]),
+                int(record.event_joints[k]),
+                _KINDS[int(record.event_kinds[k])],
+                float(record.event_speeds[k]),
+            )
+            for k in range(events)
+        ),
+        steps=int(np.count_nonzero(np.diff(record.times[:states]))),
+        rejected=rejected,
+        evaluations=evaluations,
+    )

@@ -1,0 +1,235 @@
+"""Measurements: CSV files whose columns are named by quantity and unit, and the sampling rate of rounded times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.scenes import spring_files
+from hcsearch.system.reading import HUGE, TINY, Columns, is_number, read_columns, renamed
+from hcsearch.system.terminal import short
+
+MIN_VIBRATION_SAMPLES = 64
+"""Fewer do not show a vibration."""
+MAX_JITTER_SHARE = 0.1
+"""How far a time may be from even sampling, as a share of a step."""
+MAX_ROUNDING_UNIT_SHARE = 0.98
+"""Rounding explains uneven steps only where its unit is below this share of a step: times in whole steps are exact."""
+MAX_TIME_DECIMALS = 12
+TIME_ROUNDING_SLACK = 1e-4
+"""Share of its unit by which rounding seems to move a time further, as the narrowest strip is searched for."""
+
+
+def sampling_rate(times: Reals, path: str) -> float:
+    """The sampling rate (Hz) of even times (s), which may be rounded to decimals or to significant digits.
+
+    Errors: HcsearchError for times that do not grow, or are uneven by more than rounding, with the place.
+    """
+    if len(times) < 2:
+        raise HcsearchError(f"{path} has {len(times)} rows: a vibration needs many")
+    steps, unit = np.diff(times), _unit(times)
+    numbers: Reals = np.arange(len(times), dtype=float) - 0.5 * (len(times) - 1)
+    step = float(numbers @ times / (numbers @ numbers))
+    width = _strip(times, numbers, step, unit)
+    if not (steps > 0.0).all():
+        if (
+            (steps >= 0.0).all()
+            and step < MAX_ROUNDING_UNIT_SHARE * unit
+            and width <= unit * (1.0 + TIME_ROUNDING_SLACK)
+        ):
+            raise HcsearchError(
+                f"the times of {path} are rounded to {unit:g} s, more than a step: give the sampling rate by --rate HZ"
+            )
+        k = int(np.argmin(steps > 0.0))
+        raise HcsearchError(f"{times[k + 1]:g} s comes after {times[k]:g} s in {path}: sort the rows, each time once")
+    rounding = unit * (1.0 + TIME_ROUNDING_SLACK) if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
+    if width > max(2.0 * MAX_JITTER_SHARE * step, rounding):
+        raise HcsearchError(f"{path} is not sampled evenly{_place(times, steps, unit)}")
+    return 1.0 / step
+
+
+def _unit(times: Reals) -> float:
+    """What the last digit of the largest times counts, s; 0 where times have all the digits of a computer."""
+    decimals = np.full(len(times), -1)
+    for k in range(MAX_TIME_DECIMALS + 1):
+        scaled = times * 10.0**k
+        open_yet = decimals < 0
+        decimals[open_yet & (abs(scaled - np.round(scaled)) <= 1e-6)] = k
+        if (decimals >= 0).all():
+            break
+    if (decimals < 0).any():
+        return 0.0
+    sizes = np.floor(np.log10(np.maximum(abs(times), 1e-300)))
+    # as many decimals everywhere, or as many significant digits, which are fewer decimals of larger times
+    digits = (sizes + 1 + decimals)[times != 0.0].max(initial=1.0)
+    return float(max(10.0 ** -decimals.max(), 10.0 ** (sizes.max() + 1 - digits)))
+
+
+def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
+    """The width (s) of the narrowest strip between parallel lines over the numbers of samples that holds all times."""
+    level = times - step * numbers
+
+    def width(tilt: float) -> float:
+        return float(np.ptp(level - tilt * numbers))
+
+    reach = max(2.0 * unit, width(0.0)) / max(1.0, float(numbers[-1]))
+    found = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
+    return min(width(0.0), float(found.fun))
+
+
+def _place(times: Reals, steps: Reals, unit: float) -> str:
+    """Where times are uneven, and what to do."""
+    usual, gaps = _gaps(times, steps, unit)
+    digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # that tell a sample from the next
+    if len(gaps):
+        named = ", ".join(f"{short(times[k], digits)} to {short(times[k + 1], digits)} s" for k in gaps[:3])
+        more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+        return (
+            f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
+            f"{short(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
+        )
+    k = int(np.argmax(abs(steps - usual)))
+    return (
+        f", near {short(times[k], digits)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: "
+        "resample it, or give the sampling rate by --rate HZ if it is even"
+    )
+
+
+def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
+    """How to keep a stretch without gaps: the last that is long enough for a vibration, or else the longest."""
+    begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
+    lengths = ends - begins + 1
+    k = -1 if lengths[-1] >= MIN_VIBRATION_SAMPLES else int(lengths.argmax())
+    begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
+    if lengths[k] < MIN_VIBRATION_SAMPLES:
+        return (
+            f"measure anew: at most {lengths.max()} samples follow each other, and {MIN_VIBRATION_SAMPLES} are needed"
+        )
+    if k == -1:
+        return f"begin after it by --from {begin}"
+    return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
+
+
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+    """The usual step (s), which no single one of rounded steps is, and the numbers of steps with samples missing.
+
+    Steps of one unit and of two are rounded ones if with them all times fit a line; else the longer ones are gaps.
+    """
+    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < most].mean())
+        rounding = unit if unit < MAX_ROUNDING_UNIT_SHARE * usual else 0.0
+        gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
+        counted = np.ones(len(steps))
+        counted[gaps] = np.maximum(1.0, np.round(steps[gaps] / usual))
+        numbers = np.concatenate(([0.0], np.cumsum(counted)))
+        numbers -= numbers.mean()
+        step = float(numbers @ times / (numbers @ numbers))
+        if _strip(times, numbers, step, unit) <= max(
+            2.0 * MAX_JITTER_SHARE * step, rounding * (1.0 + TIME_ROUNDING_SLACK)
+        ):
+            break
+    return step, gaps
+
+
+TIME_COLUMN = "time_s"
+MAX_MEASUREMENT_BYTES = 32 * 2**20
+"""Size of a file: two million samples of one channel, which take a gigabyte of memory to read."""
+DOUBTED_SAMPLING_RATE = 5.0
+"""Sampling rate (Hz) up to which times are doubted: no accelerometer is read so seldom, and 5 kHz in ms look so."""
+MIN_COUNTER_ROWS = 3
+"""Rows from which on a column that always rises is a counter and no channel."""
+
+
+def read_measured_moments(path: str) -> tuple[Reals, Reals]:
+    """Fold angles (rad) and moments (N m) of a file, as a law `table:FILE.csv` reads them, up to a whole turn."""
+    return spring_files.read_law_points(path, most=MAX_MEASUREMENT_BYTES, turn=2.0 * math.pi)
+
+
+def read_accelerations(
+    path: str,
+    rate: float | None = None,
+    start: float | None = None,
+    note: Callable[[str], None] = lambda _: None,
+) -> tuple[Reals, float]:
+    """Accelerations, shape (channels, samples), and their sampling rate (Hz), of a file.
+
+    Every column with a name but `time_s` is a channel, except for columns of text, and for counters beside a channel,
+    which rise in every row; `note` is called with a sentence for each that is left out, and for times that may be no
+    seconds. rate : Hz; takes the place of `time_s`. start : time (s) from which rows are taken; at a given rate, after
+    the first row.
+    Errors: HcsearchError for times that do not grow or are not even, for a missing rate, for cells without a number.
+    """
+    columns = renamed(
+        read_columns(path, TIME_COLUMN, most=MAX_MEASUREMENT_BYTES), {TIME_COLUMN: TIME_COLUMN}, TIME_COLUMN
+    )
+    channels = _channels(columns, note)
+    if rate is None and TIME_COLUMN not in columns.names:
+        raise HcsearchError(f"{path} has no column {TIME_COLUMN}: add one, or give the sampling rate by --rate HZ")
+    if rate is not None:
+        _check_rate(rate := float(rate))
+        times = np.arange(len(columns.rows)) / rate
+    else:
+        times = columns.numbers(TIME_COLUMN)
+    if start is not None and not math.isfinite(start):
+        raise HcsearchError(f"a start at {start:g} s: give a finite time")
+    kept = np.flatnonzero(~(times < start)) if start is not None else np.arange(len(times))
+    repair = "write what was measured there, leave the column out, or begin after that line by --from SECONDS"
+    wanted = {TIME_COLUMN: times} | channels if rate is None else channels
+    for name, values in wanted.items():
+        for k in kept[np.isnan(values[kept])]:
+            raise columns.fault(int(k), name, repair)
+    if rate is None:
+        # gaps before the start do not count; of too few rows the vibration is refused later
+        rate = sampling_rate(times[kept] if len(kept) > 1 else times, path)
+        _check_rate(rate)
+        if rate <= DOUBTED_SAMPLING_RATE:
+            note(
+                f"{path} has one sample in {short(1.0 / rate, 3)} s: "
+                f"write seconds in {TIME_COLUMN} if these are milliseconds"
+            )
+    channels = _without_counters({name: values[kept] for name, values in channels.items()}, path, note)
+    for name, record in channels.items():
+        if len(record) and np.ptp(record) == 0.0:
+            raise HcsearchError(f"column {name!r} of {path} is {record[0]:g} all the time: leave it out")
+    return np.array(list(channels.values())), rate
+
+
+def _channels(columns: Columns, note: Callable[[str], None]) -> dict[str, Reals]:
+    """The columns that hold numbers, by name; NaN in cells that hold none."""
+    names = [name for name in columns.names if name and name != TIME_COLUMN]
+    for name in names:
+        if names.count(name) > 1:
+            raise HcsearchError(
+                f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
+                f"write one name for each, such as {TIME_COLUMN}"
+            )
+    texts = {name: columns.texts(name) for name in names}
+    words = [name for name in names if columns.rows and not any(map(is_number, texts[name]))]
+    if len(words) == len(names):
+        raise HcsearchError(f"{columns.path} has no accelerations: give a column for each channel beside {TIME_COLUMN}")
+    for name in words:
+        note(f"column {name!r} of {columns.path} is left out: it holds no numbers")
+    return {name: columns.numbers(name) for name in names if name not in words}
+
+
+def _without_counters(channels: dict[str, Reals], path: str, note: Callable[[str], None]) -> dict[str, Reals]:
+    """The channels without those that rise in every row, such as row numbers, unless all do."""
+    counters = [
+        name for name, values in channels.items() if len(values) >= MIN_COUNTER_ROWS and (np.diff(values) > 0.0).all()
+    ]
+    if len(counters) == len(channels):
+        return channels
+    for name in counters:
+        note(f"column {name!r} of {path} is left out: it rises in every row, as row numbers and times do")
+    return {name: values for name, values in channels.items() if name not in counters}
+
+
+def _check_rate(rate: float) -> None:
+    if not TINY <= rate <= HUGE:
+        raise HcsearchError(f"a sampling rate of {rate:g} Hz: give one from {TINY:g} to {HUGE:g}")

@@ -1,0 +1,284 @@
+"""The search for springs with which an array becomes flat and clear (thesis 4.4), free or from a catalogue.
+
+The thesis starts at equal springs and follows gradients; from where they lead nowhere it starts anew. The objective has
+jumps where one collision takes the place of another, so here CMA-ES (Hansen 2016, the library `cma`) searches over
+the logarithms of the stiffnesses, from equal springs first and then from random ones, and gradients serve where the
+objective is smooth: up to the largest gap from where there is no collision. On the 4x4 array of the thesis under
+gravity CMA-ES takes some hundred evaluations, where SciPy's differential evolution takes several times as many, or
+finds nothing; descents from equal springs end at collisions there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.tuning.evaluation import Evaluator
+from hcsearch.system.terminal import short
+
+TuningProgress = Callable[[int, int, str], None]
+
+GENERATION_SIZE, MAX_GENERATIONS = 16, 40
+"""Sets of a generation of CMA-ES, and generations until it starts anew."""
+MAX_IDLE_GENERATIONS, MIN_OBJECTIVE_GAIN = 2, 0.01
+"""Generations without a gain, of this in the objective, after the first set that becomes flat and clear."""
+DISTINCT_STIFFNESS_SHARE = 0.05
+"""Sets count as different where a stiffness differs by this share."""
+AMPLE_GAP_OBJECTIVE = -0.999
+"""Objective of a set whose gap is ample."""
+
+
+def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
+    """Stiffnesses of all hinges from those of the tied groups, to four digits: nobody makes springs more precisely."""
+    stiffnesses = np.empty(sum(map(len, tied)))
+    for value, hinges in zip(values, tied, strict=True):
+        stiffnesses[list(hinges)] = float(f"{value:.4g}")
+    return stiffnesses
+
+
+def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
+    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
+
+    low, high = np.log(bounds)
+    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION_SIZE)
+    logarithms: Reals = low + (high - low) * points
+    logarithms[0] = np.log([start[hinges[0]] for hinges in tied])
+    return logarithms
+
+
+class EvaluationsSpentError(Exception):
+    """The evaluations are spent."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSpringSet(ByValue):
+    """A spring set that was seen: logarithms of the tied groups' stiffnesses, and its check."""
+
+    point: Reals
+    stiffnesses: Reals
+    check: DeploymentCheck
+    value: float
+
+
+class SpringSearch:
+    """The search for springs: starts of CMA-ES until a set becomes flat and clear, or evaluations are spent."""
+
+    def __init__(
+        self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: TuningProgress
+    ) -> None:
+        self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
+        self.spent = 0
+        self.best: SeenSpringSet | None = None
+        self.clear: list[SeenSpringSet] = []
+        self.success = False
+        self._own: SeenSpringSet | None = None
+        low, high = evaluator.setup.spring_range
+        self.bounds = self.low, self.high = math.log(low), math.log(high)
+
+    def run(self, start: Reals, first: Reals) -> None:
+        """Search; ends quietly when the evaluations are spent."""
+        try:
+            self.values(first)
+            number = 0
+            while not self.success:
+                self._round(number, first[0])
+                number += 1
+        except EvaluationsSpentError:
+            pass
+
+    def candidates(self) -> list[Reals]:
+        """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
+        kept: list[Reals] = []
+        for place in sorted(self.clear, key=lambda place: place.value):
+            if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in kept):
+                kept.append(place.stiffnesses)
+        return kept or ([self.best.stiffnesses] if self.best else [])
+
+    def values(self, points: Reals) -> Reals:
+        """Objectives of points, (k, len(tied)), checked together; those beyond the bounds count as on them."""
+        inside = np.clip(points[: self.budget - self.spent], self.low, self.high)
+        if not len(inside):
+            raise EvaluationsSpentError
+        sets = [stiffnesses_of_groups(np.exp(point), self.tied) for point in inside]
+        self.spent += len(sets)
+        places = [
+            SeenSpringSet(point, stiffnesses, check, self.evaluator.value(check))
+            for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
+        ]
+        self.clear += [place for place in places if place.check.deploys]
+        least = min(places, key=lambda place: place.value)
+        if self.best is None or least.value < self.best.value:
+            self.best = least
+        if self._own is None or least.value < self._own.value:
+            self._own = least
+        self.progress(self.spent, self.budget, check_summary(self.best.check))
+        if len(inside) < len(points):
+            raise EvaluationsSpentError
+        return np.array([place.value for place in places])
+
+    def _round(self, number: int, start: Reals) -> None:
+        """One start of CMA-ES, and from the best set, where that becomes flat and clear, up to its largest gap."""
+        rng = np.random.default_rng([self.seed, number])
+        self._own = None
+        known = len(self.clear)
+        begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
+        own = self._evolve(begin, rng)
+        if own.check.deploys:
+            self.success = True
+            self._descend(own.point)
+            # the middle of the sets that do is further from those that do not
+            self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
+
+    def _evolve(self, start: Reals, rng: np.random.Generator) -> SeenSpringSet:
+        """The best set of one start."""
+        strategy = strategy_from(start, 0.2, self.bounds, GENERATION_SIZE, rng)
+        idle, least = 0, math.inf
+        while not strategy.stop() and idle < MAX_IDLE_GENERATIONS:
+            points = np.array(strategy.ask())
+            values = self.values(points)
+            strategy.tell(list(points), values.tolist())
+            assert self._own is not None
+            own = self._own
+            if own.value <= AMPLE_GAP_OBJECTIVE:
+                break
+            if own.check.deploys:
+                idle = 0 if own.value < least - MIN_OBJECTIVE_GAIN else idle + 1
+                least = min(least, own.value)
+        assert self._own is not None
+        return self._own
+
+    def _descend(self, point: Reals) -> None:
+        """Down the gradient, a few steps; differences to both sides, all in one call."""
+        from scipy.optimize import minimize  # noqa: PLC0415 - takes longer to load than many checks
+
+        step = 0.02
+
+        def value_and_slope(x: Reals) -> tuple[float, Reals]:
+            ways = step * np.eye(len(x))
+            values = self.values(np.vstack([x, x + ways, x - ways]))
+            up, down = values[1 : len(x) + 1], values[len(x) + 1 :]
+            return float(values[0]), (up - down) / (2.0 * step)
+
+        bounds = [(self.low, self.high)] * len(point)
+        options = {"maxiter": 1, "maxls": 2}
+        minimize(value_and_slope, point, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+
+
+def strategy_from(
+    start: Reals, share: float, bounds: tuple[float, float], population: int, rng: np.random.Generator
+) -> Any:
+    """CMA-ES from a point, with steps that are a share of the bounds to begin with."""
+    import cma  # noqa: PLC0415 - takes seconds to load
+
+    low, high = bounds
+    options = {
+        "bounds": [low, high],
+        "popsize": population,
+        "maxiter": MAX_GENERATIONS,
+        "tolfun": 1e-3,
+        "tolx": 1e-2,
+        "verbose": -9,
+        "randn": lambda *shape: rng.standard_normal(shape),  # else the generator that all of NumPy shares is seeded
+        "seed": math.nan,
+    }
+    return cma.CMAEvolutionStrategy(start, share * (high - low), options)
+
+
+def check_summary(check: DeploymentCheck) -> str:
+    """A check in a few words."""
+    if check.deploys:
+        return "flat, clear" if check.gap is None else f"flat, clear by {short(1e3 * check.gap, 2)} mm"
+    verdict = {True: "clear", False: "collides", None: "undecided"}[check.clear]
+    return f"{check.outcome}, {verdict}"
+
+
+CatalogueLevels = tuple[int, ...]
+
+STIFFNESS_TOLERANCE = 1e-9
+"""Share by which two equal stiffnesses may differ: sums of decimals are rounded."""
+
+
+def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.0) -> tuple[float, ...]:
+    """Stiffnesses (N m/rad) that a hinge can get, rising: 0, each spring, and two in parallel, up to a bound.
+
+    softest : of the springs that are tuned, for the remedy where the catalogue has a stiffer one than the bound.
+    """
+    if not springs or not all(0.0 < spring < math.inf for spring in springs):
+        raise HcsearchError("a catalogue has springs above 0 N m/rad: write --catalogue 0.07,0.10")
+    stiffest = max(springs)
+    if stiffest > upper * (1.0 + STIFFNESS_TOLERANCE):
+        low = softest or stiffest / 200.0
+        raise HcsearchError(
+            f"the catalogue has a spring of {stiffest:g} N m/rad, and springs are tried up to {upper:g} N m/rad: add "
+            f"--spring-range {low:g},{stiffest:g}, or leave that spring out"
+        )
+    return tuple(level for level in sorted(_made_of(springs)) if level <= upper * (1.0 + STIFFNESS_TOLERANCE))
+
+
+def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ...]:
+    """The springs of a catalogue that make a level of `catalogue_levels` in parallel: the fewest."""
+    return next(
+        made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= STIFFNESS_TOLERANCE * stiffness
+    )
+
+
+def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
+    """Springs by the stiffness that they make: none, one, or two; the fewest of each."""
+    each = sorted(set(catalogue))
+    made: dict[float, tuple[float, ...]] = {0.0: ()}
+    for springs in [*((one,) for one in each), *combinations_with_replacement(each, 2)]:
+        level = springs[0] if len(springs) == 1 else round(sum(springs), 12)
+        made.setdefault(level, springs)
+    return made
+
+
+def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> CatalogueLevels:
+    """The level nearest to each stiffness."""
+    return tuple(int(np.abs(np.array(levels) - value).argmin()) for value in stiffnesses)
+
+
+def neighbouring_levels(chosen: CatalogueLevels, levels: int) -> list[CatalogueLevels]:
+    """All sets that differ in one place, by one level."""
+    return [
+        (*chosen[:k], level + step, *chosen[k + 1 :])
+        for k, level in enumerate(chosen)
+        for step in (-1, 1)
+        if 0 <= level + step < levels
+    ]
+
+
+def descend_levels(
+    starts: Sequence[CatalogueLevels],
+    levels: int,
+    costs: Callable[[list[CatalogueLevels]], Sequence[float]],
+    *,
+    budget: int,
+) -> dict[CatalogueLevels, float]:
+    """Search the sets around some: from the best one seen whose neighbours have not been asked for, to these.
+
+    Ends when all neighbours of the best sets are known or when the budget of sets, 1 or more, is spent; returns all of
+    them that it saw.
+    costs : of sets, together.
+    """
+    first = list(dict.fromkeys(starts))[:budget]
+    seen = dict(zip(first, map(float, costs(first)), strict=True))
+    opened: set[CatalogueLevels] = set()
+    while len(seen) < budget:
+        waiting = [chosen for chosen in seen if chosen not in opened]
+        if not waiting:
+            break
+        best = min(waiting, key=lambda chosen: (seen[chosen], chosen))
+        opened.add(best)
+        fresh = [chosen for chosen in neighbouring_levels(best, levels) if chosen not in seen][: budget - len(seen)]
+        if fresh:
+            seen.update(zip(fresh, map(float, costs(fresh)), strict=True))
+    return seen

@@ -1,5 +1,0 @@
-"""The release that is installed, looked up when it is asked for."""
-
-from importlib.metadata import version
-
-__version__ = version("hcsearch")

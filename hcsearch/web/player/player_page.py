@@ -1,0 +1,116 @@
+"""Pages on which a motion plays: one file that asks for nothing, and a frame for notebooks."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from functools import cache
+from html import escape
+from importlib.resources import files
+from string import Template
+
+from hcsearch.cases.replay import Replay
+from hcsearch.web.player.player_data import payload_of
+
+
+def as_script(value: object) -> str:
+    """JSON that may stand in a script element: no `<`, `>` or `&`, so that nothing in it ends the element."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    for mark in "<>&":
+        text = text.replace(mark, f"\\u{ord(mark):04x}")
+    return text
+
+
+def digest_of(text: str) -> str:
+    """The hash by which a policy of a page admits a script or a style."""
+    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+
+
+NOTEBOOK = 640
+"""Height of the frame in a notebook, pixels."""
+
+COLOURS = """
+:root {
+  color-scheme: light dark;
+  --page: #f3f4f6; --card: #ffffff; --text: #1b1f27; --quiet: #5c6370; --line: #d9dce2; --accent: #1f6f54;
+}
+@media screen and (prefers-color-scheme: dark) {
+  :root {
+    --page: #14171c; --card: #1d2128; --text: #e7e9ee; --quiet: #a2a9b6; --line: #343a45; --accent: #63c9a2;
+  }
+}
+"""
+"""Of a page, light and dark; the player takes them over."""
+
+_STYLE = (
+    COLOURS
+    + """\
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--page); color: var(--text); font: 15px/1.45 system-ui, sans-serif; }
+main { max-width: 1080px; margin: 0 auto; padding: 20px 24px 32px; }
+h1 { margin: 0 0 14px; font-size: 20px; line-height: 1.25; overflow-wrap: anywhere; }
+@media (max-width: 520px) { main { padding: 12px 12px 24px; } h1 { font-size: 17px; } }
+@media print { :root { --page: #ffffff; } main { max-width: none; padding: 0; } }
+"""
+)
+
+_PAGE = Template("""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'sha256-$script_hash'; style-src\
+ 'sha256-$style_hash'; img-src data:; base-uri 'none'; form-action 'none'">
+<title>$title</title>
+<style>$style</style>
+</head>
+<body>
+<main>
+<h1>$title</h1>
+<div id="player"><noscript>$source. The motion plays where scripts may run.</noscript></div>
+</main>
+<script type="application/json" id="motion">$motion</script>
+<script>$script</script>
+</body>
+</html>
+""")
+
+_START = """
+hcsearchPlayer.mount(
+  document.getElementById("player"), document.getElementById("motion").textContent, { autoplay: true }
+);
+"""
+
+
+def player_html(replay: Replay) -> str:
+    """A page that shows a motion, whole in itself: it makes no request, and its policy admits its one script alone."""
+    script = player_script() + _START
+    return _PAGE.substitute(
+        title=escape(replay.title),
+        source=escape(replay.source),
+        style=_STYLE,
+        style_hash=digest_of(_STYLE),
+        motion=motion_json(replay),
+        script=script,
+        script_hash=digest_of(script),
+    )
+
+
+def notebook_html(replay: Replay) -> str:
+    """The page of a motion in a frame of its own, for notebooks: nothing in it reaches the notebook's page."""
+    return (
+        f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts" width="100%" height="{NOTEBOOK}" '
+        f'frameborder="0" srcdoc="{escape(player_html(replay))}"></iframe>'
+    )
+
+
+def motion_json(replay: Replay) -> str:
+    """The plain data of a motion as JSON that may stand in a script element."""
+    return as_script(payload_of(replay))
+
+
+@cache
+def player_script() -> str:
+    """The player: a script that defines `hcsearchPlayer`, made of `js` by `npm run build`."""
+    return (files("hcsearch.web.player") / "player.js").read_text(encoding="ascii")
