@@ -51,7 +51,7 @@ from hcsearch.scenes import Scene as Scene
 from hcsearch.scenes import SCENES as SCENES
 
 # Results
-from hcsearch.springs.deployment.deployed import Deployed as Deployed
+from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.driven_folding import Drive as Drive
 from hcsearch.cases.replay import Replay as Replay

@@ -10,7 +10,7 @@ import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.basics.errors import HcsearchWarning, SceneError
-from hcsearch.cases.parameters import LENGTH_PARAMETERS, parameters_of
+from hcsearch.cases.names import LENGTH_PARAMETERS, parameters_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import panel_size_doubt, read_panel
 from hcsearch.library.assemblies import ASSEMBLIES

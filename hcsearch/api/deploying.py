@@ -10,7 +10,7 @@ from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.names import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
-from hcsearch.springs.deployment.deployed import Deployed, deploy_linkage
+from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
 from hcsearch.system.terminal import say
 
 

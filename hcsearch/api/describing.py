@@ -7,7 +7,7 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.parameters import parameters_of
+from hcsearch.cases.names import parameters_of
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, description
 from hcsearch.shape.pattern_drawing import draw_pattern
 

@@ -7,7 +7,7 @@ from hcsearch.cases.replay_sources import replay_case, replay_of_deployment
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
-from hcsearch.springs.deployment.deployed import Deployed
+from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import notebook_html
 
 MOST_PANELS = 12

@@ -13,7 +13,7 @@ from hcsearch.cases.names import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.motion.certificates import certifying as proving
+from hcsearch.motion.certificates import certifying
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, write_output
 
@@ -33,7 +33,7 @@ def prove(
     path: str | Path,
     scene: Scene | str | None = None,
     *,
-    budget: int = proving.DEFAULT_PROOF_BUDGET,
+    budget: int = certifying.DEFAULT_PROOF_BUDGET,
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
@@ -48,7 +48,7 @@ def prove(
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
-    data, sentences = proving.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
+    data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
     return Certificate(Path(path), tuple(sentences))
 
@@ -59,4 +59,4 @@ def verify(path: str | Path) -> Certificate:
     Errors: `hcsearch.motion.certificates.certifying.CertificateError` where it does not prove a claim; InputFileError.
     """
     check_kinds(verify, locals())
-    return Certificate(Path(path), tuple(proving.verify_certificate(proving.read_certificate(str(path)))))
+    return Certificate(Path(path), tuple(certifying.verify_certificate(certifying.read_certificate(str(path)))))

@@ -14,7 +14,7 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
-from hcsearch.springs.deployment.deployed import Deployed
+from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.system.terminal import say
 
 

@@ -8,7 +8,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.cases.names import Place, reading_database
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
-from hcsearch.web.report.report_page import LIMIT, write_report
+from hcsearch.web.report.page_files import LIMIT, write_report
 
 
 def report(

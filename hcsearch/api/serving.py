@@ -34,7 +34,7 @@ def serve(
     for name in ("werkzeug", "waitress"):
         if find_spec(name) is None:
             raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
-    from hcsearch.web.serve.guards import is_local  # noqa: PLC0415 - needs the extra `serve`
+    from hcsearch.web.serve.requests import is_local  # noqa: PLC0415 - needs the extra `serve`
     from hcsearch.web.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
 
     place = database_location(db)

@@ -89,7 +89,7 @@ def show_page(
     design, db, scene, panel : as in `show`; a circuit is shown in the scene `default`. path : of the file, by default
     reports/design-DESIGN.html.
     """
-    from hcsearch.web.report.report_page import write_design  # noqa: PLC0415 - the engine, which texts do without
+    from hcsearch.web.report.page_files import write_design  # noqa: PLC0415 - the engine, which texts do without
 
     check_kinds(show_page, locals())
     name, crease = _split(design)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.parameters import parameters_of
+from hcsearch.cases.names import parameters_of
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text

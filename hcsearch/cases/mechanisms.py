@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from hcsearch.basics.array_values import Reals
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
-from hcsearch.motion.kinematics.generic_rank import generic_rank
-from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.tightness import tightness
 from hcsearch.shape.linkage import Linkage

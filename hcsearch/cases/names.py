@@ -1,17 +1,39 @@
-"""Databases, designs and foldings as users name them."""
+"""Databases, designs, queries and parameters of assemblies as users name them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.store import Database, find_circuit, open_database, open_readonly
+from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
+from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.scenes.scene import warn_of_panel_size
+from hcsearch.store import (
+    SCENIC,
+    Database,
+    Rows,
+    asks_for,
+    check_scene,
+    find_circuit,
+    open_database,
+    open_readonly,
+    stream,
+    stream_sql,
+)
 from hcsearch.system.machine import default_database
+
+if TYPE_CHECKING:
+    from hcsearch.designs.panel_sizes import PanelSize
 
 Place = str | Path | Database
 
@@ -90,3 +112,87 @@ def only_folding(circuit: Circuit, name: str | None = None) -> Folding:
             f"{text} has {len(candidates)} foldings: name one as {text}:CREASE; its creases are {creases}"
         )
     return candidates[0]
+
+
+LENGTH_PARAMETERS = ("base", "thickness", "side", "width")
+
+
+def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
+    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows.
+
+    HcsearchWarning for lengths that are probably not meant.
+    """
+    changes: dict[str, Any] = {}
+    for name, value in given.items():
+        if value is None:
+            continue
+        if name not in (*LENGTH_PARAMETERS, "alpha", "size"):
+            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(LENGTH_PARAMETERS)}")
+        if name == "size":
+            changes[name] = _size(str(value))
+        else:
+            changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
+    for name in changes:
+        if name not in assembly.uses:
+            option = "SIZE" if name == "size" else f"--{name}"
+            raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
+    parameters = replace(assembly.defaults, **changes)
+    if changes.keys() & {*LENGTH_PARAMETERS}:
+        warn_of_panel_size(_panel(assembly, parameters), None)
+    return parameters
+
+
+def _panel(assembly: Assembly, parameters: Parameters) -> PanelSize:
+    """The sizes of an assembly's panels, of triangles the base on both sides."""
+    side = parameters.base if "base" in assembly.uses else parameters.side
+    return (side, parameters.width if "width" in assembly.uses else side, parameters.thickness)
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([0-9]{1,4})x([0-9]{1,4})", text)
+    if match is None:
+        raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
+    return int(match[1]), int(match[2])
+
+
+@dataclass(frozen=True)
+class Query:
+    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands in place of the rest."""
+
+    conditions: str = ""
+    view: str = "designs"
+    columns: str | Sequence[str] = ""
+    sort: str = ""
+    limit: int | None = None
+    scene: str | None = None
+    panel: str | None = None
+    sql: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.sql is not None and (any((self.conditions, self.columns, self.sort)) or self.limit is not None):
+            raise QueryError("a SELECT stands alone: put conditions, columns, order and limit into it")
+
+    def rows(self, database: Database) -> AbstractContextManager[Rows]:
+        """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
+        if self.sql is not None:
+            scenic = asks_for(self.sql, *SCENIC)
+            scene = self._scene(database, scenic)
+            if scenic:
+                check_scene(database, scene)
+            return stream_sql(database, self.sql, scene=scene)
+        return stream(
+            database,
+            self.conditions,
+            columns=self.columns,
+            sort=self.sort,
+            limit=self.limit,
+            view=self.view,
+            scene=self._scene(database, self.view in SCENIC),
+        )
+
+    def _scene(self, database: Database, scenic: bool) -> str:
+        """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
+        named = (self.scene, self.panel)
+        if not scenic and all(name is None for name in named):
+            return DEFAULT_SCENE_NAME
+        return scene_asked_for(database, *named, query=self.conditions)

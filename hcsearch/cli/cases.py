@@ -1,22 +1,50 @@
-"""The argument and the options that say what `hcsearch deploy`, `tune` and `drive` work on, and in which scene."""
+"""What commands work on, and in which scene: arguments, `--scene`, `--panel` and their like."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cli.options import database_option
-from hcsearch.cli.scenes import scene_options
+from hcsearch.cli.options import Command, database_option
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
 
-Command = Callable[..., Any]
+
+def scene_options(command: Command) -> Command:
+    """Add `--scene` and `--panel`; `--across WxT`, which help does not show, is `--panel 'across WxT'`."""
+
+    @wraps(command)
+    def run(*args: Any, across: str | None, **options: Any) -> Any:
+        if across is not None:
+            if options["panel"] is not None:
+                raise SceneError("give either --panel or --across: both say how large panels are")
+            options["panel"] = f"across {across}"
+        return command(*args, **options)
+
+    for option in (
+        click.option("--across", metavar="WxT", hidden=True),
+        click.option(
+            "--panel",
+            metavar="LxWxT",
+            help="Size of the panels in mm: length, width and thickness, or side and thickness (SxT), or 'across WxT', "
+            "the width across flats (of triangles, the height) and the thickness.",
+        ),
+        click.option(
+            "--scene",
+            metavar="NAME|FILE.toml",
+            help="The panels, springs and gravity: a scene such as default or earth, or a file.  [default: default]",
+        ),
+    ):
+        run = option(run)
+    return run
+
+
 _VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
 """Values of a scene that one command or another has options for."""
 

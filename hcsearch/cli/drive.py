@@ -87,13 +87,11 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     proved; 2 for wrong input.
     """
     from hcsearch.api import driving
-    from hcsearch.springs.drive import drive_facts as facts
-    from hcsearch.springs.drive import drive_facts as files
-    from hcsearch.springs.drive import drive_pictures as pictures
+    from hcsearch.springs.drive import drive_facts
     from hcsearch.springs.drive.driven_folding import NoPathError, release_with_latches
 
     for path in options["outputs"]:
-        check_output(path, (*files.DRIVE_TABLE_SUFFIXES, *files.DRIVE_SCENE_SUFFIXES))
+        check_output(path, (*drive_facts.DRIVE_TABLE_SUFFIXES, *drive_facts.DRIVE_SCENE_SUFFIXES))
     if options["picture"]:
         check_picture(options["picture"])
     chosen = _drive_options(options)
@@ -105,12 +103,12 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         click.echo(said)
         click.get_current_context().exit(1)
     for path in options["outputs"]:
-        files.save_drive(driven, path)
+        drive_facts.save_drive(driven, path)
     if options["picture"]:
-        pictures.draw_drive(driven, options["picture"])
-    outcome = facts.drive_facts(driven)
+        drive_facts.draw_drive(driven, options["picture"])
+    outcome = drive_facts.drive_facts(driven)
     if options["latches"]:
-        outcome |= facts.latch_facts(*release_with_latches(driven))
+        outcome |= drive_facts.latch_facts(*release_with_latches(driven))
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:

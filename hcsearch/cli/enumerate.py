@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.compile import compiling_ahead
 from hcsearch.cli.options import crew_options, database_option, examples, target_options
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.scenes import scene_options
 
 if TYPE_CHECKING:
     from hcsearch.search.pipeline import Funnel, Plan, Summary

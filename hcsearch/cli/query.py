@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from hcsearch.basics.errors import printable
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples, query_argument
-from hcsearch.cli.scenes import scene_options
 from hcsearch.store.columns import column_names
 from hcsearch.store.result_files import FORMATS
 from hcsearch.system.outputs import check_output
@@ -57,7 +57,7 @@ def query(
     circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
     negation.
     """
-    from hcsearch.cases.selections import Query
+    from hcsearch.cases.names import Query
     from hcsearch.store import format_rows, open_readonly, save_rows
 
     chosen = columns or (_COLUMNS if sql is None else "")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.basics.errors import QueryError
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples, named_numbers, query_argument
-from hcsearch.cli.scenes import scene_options
 from hcsearch.store.columns import CRITERIA
 from hcsearch.store.result_files import FORMATS
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from hcsearch.basics.errors import printable
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples, query_argument
-from hcsearch.cli.scenes import scene_options
 
 
 @click.command(epilog=examples("hcsearch report 'grid=hex n=12' --output hex-12.html"))

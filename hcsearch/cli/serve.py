@@ -6,8 +6,8 @@ import signal
 
 import click
 
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples
-from hcsearch.cli.scenes import scene_options
 from hcsearch.system.interrupts import leave
 
 

@@ -9,8 +9,8 @@ import click
 
 from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.basics.vocabulary import play_sentence
+from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples
-from hcsearch.cli.scenes import scene_options
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short

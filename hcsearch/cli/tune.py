@@ -81,7 +81,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     springs; 2 for wrong input.
     """
     from hcsearch.api import tuning as tunings
-    from hcsearch.springs.tuning import tuning_facts as facts
+    from hcsearch.springs.tuning import spring_tuning
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -102,7 +102,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         _write(options["output"], tuning, case)
     if as_json:
-        click.echo(json.dumps(facts.tuning_facts(tuning), indent=2, allow_nan=False))
+        click.echo(json.dumps(spring_tuning.tuning_facts(tuning), indent=2, allow_nan=False))
     else:
         _print(tuning, case)
     if tuning.interrupted:
@@ -118,11 +118,13 @@ def _write(path: str, tuning: Tuning, case: Case) -> None:
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    from hcsearch.springs.tuning import tuning_facts as facts
+    from hcsearch.springs.tuning import spring_tuning
 
     setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
     scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
-    bought = "" if facts.springs_to_buy(tuning) is None else f"# buy: {facts.shopping_sentence(tuning)}\n"
+    bought = (
+        "" if spring_tuning.springs_to_buy(tuning) is None else f"# buy: {spring_tuning.shopping_sentence(tuning)}\n"
+    )
     write_output(path, bought + scene_file_text(case.facts, tuning.formulation, scene))
 
 
@@ -149,13 +151,13 @@ def _spread(texts: tuple[str, ...]) -> Spread:
 
 
 def _print(tuning: Tuning, case: Case) -> None:
-    from hcsearch.springs.tuning import tuning_facts as facts
+    from hcsearch.springs.tuning import spring_tuning
 
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range
-    click.echo(f"{'use':24}{facts.tuning_advice(tuning)}")
+    click.echo(f"{'use':24}{spring_tuning.tuning_advice(tuning)}")
     if tuning.catalogue:
-        click.echo(f"{'buy':24}{facts.shopping_sentence(tuning)}")
+        click.echo(f"{'buy':24}{spring_tuning.shopping_sentence(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{short(tuning.setup.seconds, 6)}")
@@ -164,7 +166,7 @@ def _print(tuning: Tuning, case: Case) -> None:
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, one) for name, one in sets if one is not None]
     for name, one in shown:
-        click.echo(f"{name:24}{facts.spring_set_sentence(one, labels)}")
+        click.echo(f"{name:24}{spring_tuning.spring_set_sentence(one, labels)}")
     pairs = [f"{labels.panels[own.first]}, {labels.panels[own.second]}" for own in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")

@@ -1,4 +1,7 @@
-"""The formats of exports. A format is a module here, a writer in `writers`, and one line in this list.
+"""The formats of exports, each with its writer.
+
+A writer's keywords are the settings that its format heeds (`Settings`). Modules of formats are imported where they
+write: the command line names formats in its help, and some formats need what an extra installs.
 
 Loads nothing that is heavy: the command line names formats in its help.
 """
@@ -13,10 +16,136 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from hcsearch.basics.errors import HcsearchError, OutputError
-from hcsearch.export import writers
 
 if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported, Settings
+    from hcsearch.designs.circuit import Circuit
+    from hcsearch.designs.folding import Folding
+    from hcsearch.export.cutting_sheets import Sheet
+    from hcsearch.export.exported import Exported, Profile, Settings, SheetKind, State
+    from hcsearch.shape.pattern import Pattern
+
+
+def write_fold(exported: Exported) -> str:
+    """Write the crease pattern, the folded states, and the motion where there is one."""
+    from hcsearch.export.fold import fold_of
+
+    return fold_of(exported.name, exported.linkage, exported.labels, exported.circuit, exported.replay)
+
+
+def write_svg(exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> str:
+    """Write the sheet as SVG."""
+    from hcsearch.export.sheet_formats import svg_of
+
+    return svg_of(_sheet_of(exported, sheet, kerf_mm, hinge_gap_mm, profile), exported.name, profile)
+
+
+def write_dxf(exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> str:
+    """Write the sheet as DXF."""
+    from hcsearch.export.sheet_formats import dxf_of
+
+    return dxf_of(_sheet_of(exported, sheet, kerf_mm, hinge_gap_mm, profile), profile)
+
+
+def _sheet_of(exported: Exported, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> Sheet:
+    from hcsearch.export.cutting_sheets import sheet_of
+
+    pattern, labels = exported.linkage.pattern, exported.labels
+    return sheet_of(pattern, labels, sheet=sheet, kerf_mm=kerf_mm, hinge_gap_mm=hinge_gap_mm, profile=profile)
+
+
+def write_animation(exported: Exported) -> str:
+    """Write the motion as a moving picture."""
+    from hcsearch.export.animation import animation_of
+
+    return animation_of(exported.motion)
+
+
+def write_csv(exported: Exported) -> str:
+    """Write the table of the motion as CSV."""
+    from hcsearch.export.motion_tables import csv_of
+
+    return csv_of(exported.motion)
+
+
+def write_parquet(exported: Exported) -> bytes:
+    """Write the table of the motion as Parquet."""
+    from hcsearch.export.motion_tables import parquet_of
+
+    return parquet_of(exported.motion)
+
+
+def write_networkx(exported: Exported) -> str:
+    """Write the graph of panels, creases and slits as JSON."""
+    from hcsearch.export.graphs import node_link_json
+
+    return node_link_json(exported.name, _array_of(exported))
+
+
+def write_graph6(exported: Exported) -> bytes:
+    """Write the graph of neighbouring panels as graph6."""
+    from hcsearch.export.graphs import graph6_of
+
+    return graph6_of(_array_of(exported))
+
+
+def _array_of(exported: Exported) -> Folding | Circuit | Pattern:
+    """Return the folding, else the circuit, else the pattern of an assembly."""
+    if exported.folding is not None:
+        return exported.folding
+    return exported.case.linkage.pattern if exported.circuit is None else exported.circuit
+
+
+def write_glb(exported: Exported) -> bytes:
+    """Write the motion as an animation in glTF."""
+    from hcsearch.export.glb import glb_of
+
+    return glb_of(exported.motion)
+
+
+def write_stl(exported: Exported, *, state: State, part: str | None) -> bytes:
+    """Write triangles of all panels in a state, or of one of them."""
+    from hcsearch.export.panel_solids import wanted_panels
+    from hcsearch.export.print_formats import stl_of
+
+    panels = wanted_panels(exported.labels, part)
+    return stl_of(exported.linkage, exported.angles(state), exported.name, panels)
+
+
+def write_3mf(exported: Exported, *, state: State, part: str | None) -> bytes:
+    """Write objects of all panels in a state, or of one of them."""
+    from hcsearch.export.panel_solids import wanted_panels
+    from hcsearch.export.print_formats import threemf_of
+
+    panels = wanted_panels(exported.labels, part)
+    return threemf_of(exported.linkage, exported.labels, exported.angles(state), exported.name, panels)
+
+
+def write_step(exported: Exported, *, state: State, part: str | None) -> str:
+    """Write exact solids of all panels in a state, or of one of them."""
+    from hcsearch.export.panel_solids import wanted_panels
+    from hcsearch.export.step import step_of
+
+    panels = wanted_panels(exported.labels, part)
+    return step_of(exported.linkage, exported.labels, exported.angles(state), exported.name, panels)
+
+
+def write_mjcf(exported: Exported, *, contact: bool, timestep_s: float | None) -> str:
+    """Write the scene as a model of MuJoCo; HcsearchError where drives move it."""
+    from hcsearch.export.mjcf import mjcf_of
+
+    case = exported.case
+    if case.drives is not None:
+        raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
+    return mjcf_of(case.linkage, exported.labels, case.setup, exported.name, contact=contact, timestep=timestep_s)
+
+
+def write_urdf(exported: Exported, *, stem: str) -> Mapping[str, str | bytes]:
+    """Write the scene as a tree of links, its closure, and a mesh of each panel."""
+    from hcsearch.export.urdf import urdf_of
+
+    case = exported.case
+    return urdf_of(case.linkage, exported.labels, case.setup, exported.name, stem)
+
 
 Of = Literal["array", "pattern", "motion"]
 Content = str | bytes
@@ -75,25 +204,25 @@ FORMATS: dict[str, Format] = {
             "fold",
             (".fold",),
             "FOLD 1.2: crease pattern and folded states, for origami software",
-            writers.write_fold,
+            write_fold,
             frames=True,
         ),
-        Format("svg", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", writers.write_svg),
+        Format("svg", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", write_svg),
         Format(
             "animation",
             (".svg",),
             "with --format animation: a moving picture",
-            writers.write_animation,
+            write_animation,
             of="motion",
             by_name=True,
         ),
-        Format("dxf", (".dxf",), "the same sheet for CAD systems and cutters", writers.write_dxf, needs=("ezdxf",)),
-        Format("csv", (".csv",), "a table of fold angles and gaps along the motion", writers.write_csv, of="motion"),
+        Format("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
+        Format("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, of="motion"),
         Format(
             "parquet",
             (".parquet",),
             "the same table",
-            writers.write_parquet,
+            write_parquet,
             of="motion",
             extra="parquet",
             needs=("pyarrow",),
@@ -102,16 +231,16 @@ FORMATS: dict[str, Format] = {
             "networkx",
             (".json",),
             "the graph of panels, creases and slits, as node-link JSON",
-            writers.write_networkx,
+            write_networkx,
             of="array",
         ),
-        Format("graph6", (".g6",), "the graph of neighbouring panels, as graph6", writers.write_graph6, of="array"),
-        Format("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", writers.write_glb, of="motion"),
-        Format("stl", (".stl",), "triangles of all panels or of one, in millimetres", writers.write_stl),
-        Format("3mf", (".3mf",), "an object for each panel, for printers", writers.write_3mf),
-        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", writers.write_step),
-        Format("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", writers.write_mjcf),
-        Format("urdf", (".urdf",), "a tree of links, with a second file of the loops", writers.write_urdf),
+        Format("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, of="array"),
+        Format("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, of="motion"),
+        Format("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
+        Format("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
+        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", write_step),
+        Format("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", write_mjcf),
+        Format("urdf", (".urdf",), "a tree of links, with a second file of the loops", write_urdf),
     )
 }
 

@@ -12,7 +12,7 @@ from typing import Any
 from xml.etree import ElementTree as Xml
 
 from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers
-from hcsearch.export.stl import stl_of
+from hcsearch.export.print_formats import stl_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import Labels

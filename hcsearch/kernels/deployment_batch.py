@@ -19,12 +19,11 @@ from hcsearch.kernels.collision.clearance_search import (
     ClearanceTolerances,
     judge_clearance,
 )
-from hcsearch.kernels.collision.dips import angles_at, approach_speed
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.collision.least_gaps import angles_at, approach_speed
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism
 from hcsearch.kernels.multibody.events import (
     INTERPOLATED_STATE_RESIDUAL,

@@ -1,4 +1,4 @@
-"""Pictures of curves: matplotlib draws them all in one look, whatever machine, folder or notebook set for it."""
+"""Pictures of curves: one palette for all plots, and one look, whatever a machine or a notebook set for matplotlib."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from logging.handlers import BufferingHandler
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output, replacing
-from hcsearch.system.palette import COLOURS, LOOKS, curve_look
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -23,6 +22,26 @@ if TYPE_CHECKING:
 
     Axes: TypeAlias = matplotlib.axes.Axes
     Figure: TypeAlias = matplotlib.figure.Figure
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
+"""After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
+DASHES: tuple[tuple[float, ...], ...] = ((), (4.0, 1.5), (1.0, 1.5), (5.0, 1.5, 1.0, 1.5))
+"""Strokes and gaps, in widths of the line; solid lines have none."""
+LOOKS = len(COLOURS) * len(DASHES)
+"""Looks there are; the next ones are the first again."""
+
+
+class CurveLook(NamedTuple):
+    """A colour, and one of `DASHES`."""
+
+    colour: str
+    dashes: tuple[float, ...]
+
+
+def curve_look(number: int) -> CurveLook:
+    """Look of a curve; those of `LOOKS` curves differ, and of neighbours in both colour and dashes."""
+    return CurveLook(COLOURS[number % len(COLOURS)], DASHES[(number + number // len(COLOURS)) % len(DASHES)])
+
 
 WIDTH, WIDER = 1.4, 1.2
 """Of lines, pt, and by how much they are wider where looks begin anew."""

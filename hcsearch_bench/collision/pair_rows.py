@@ -10,7 +10,7 @@ from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.collision.gjk import write_hull_gaps
 from hcsearch_bench.collision.pairs import Family, Sample
 from hcsearch_bench.collision.proofs import settle
-from hcsearch_bench.peers import coal_distances as coal
+from hcsearch_bench.peers import coal_distances
 from hcsearch_bench.run.timing import Stopwatch, median_time
 
 AT_ONCE = 1_000
@@ -63,7 +63,7 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
     answers, cold, runs = _search(solids, counts, None, repeats)
     _, warm, _ = _search(solids, counts, answers, repeats)
     row = dict.fromkeys(("difference", "beyond", "ours", "theirs", "coal_us", "coal_warm_us", "coal_loop_us"))
-    if coal.installed():
+    if coal_distances.installed():
         row |= _beside_coal(sample, solids, counts, answers, repeats)
     return PairRow(
         kind=family.name,
@@ -99,14 +99,14 @@ def _beside_coal(
     sample: Sample, solids: Reals, counts: WholeNumbers, answers: _Answers, repeats: int
 ) -> dict[str, float | int]:
     """What coal says and takes, and who is right where it differs."""
-    theirs, seconds = coal.one_by_one(sample.shapes, sample.which, sample.turns, sample.shifts)
+    theirs, seconds = coal_distances.one_by_one(sample.shapes, sample.which, sample.turns, sample.shifts)
     ours = np.maximum(answers.gaps, 0.0)
     apart = np.abs(ours - theirs) / sample.width
     beyond = np.flatnonzero(apart > SAME)
     hulls = [(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]]) for k in beyond]
     right = settle(hulls, ours[beyond], theirs[beyond], sample.width)
     n = min(AT_ONCE, len(theirs))
-    scene = coal.CoalScene(
+    scene = coal_distances.CoalScene(
         [sample.shapes[k] for k in sample.which[:n].ravel()], np.arange(2 * n).reshape(n, 2), moving=False
     )
     scene.place(sample.turns[:n].reshape(-1, 3, 3), sample.shifts[:n].reshape(-1, 3))

@@ -13,7 +13,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiling import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch_bench.collision.proofs import search, settle
-from hcsearch_bench.peers import coal_distances as coal
+from hcsearch_bench.peers import coal_distances
 from hcsearch_bench.run.timing import Stopwatch, median_time
 from hcsearch_bench.subjects.deployments import SCENE, assembly, design
 
@@ -76,7 +76,7 @@ def proximity_row(name: str, repeats: int) -> ProximityRow:
     facets = facet_pairs(linkage, proximity.pairs)
     size = proximity.gaps.size
     beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "ours", "theirs"))
-    if coal.installed():
+    if coal_distances.installed():
         beside |= _beside_coal(linkage, states, proximity, facets, repeats)
     return ProximityRow(
         deployment=name,
@@ -128,7 +128,7 @@ def _beside_coal(
     solids = [solid.reshape(-1, 3) for solid in linkage.solids(linkage.flat)]
     panels = np.array(linkage.pattern.panel_of)
     poses = [linkage.poses(angles)[panels] for angles in states]
-    scene = coal.CoalScene(solids, facets[:, :2], moving=True)
+    scene = coal_distances.CoalScene(solids, facets[:, :2], moving=True)
     placed = [scene.coordinates(pose[:, :, :3], pose[:, :, 3]) for pose in poses]
     seconds, _ = median_time(lambda: scene.follow(placed), repeats)
     worst = 0.0

@@ -18,7 +18,7 @@ from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import SPREAD_SPRING_SETS, scene_variants
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import mobility
-from hcsearch.search.stages.motion_batches import motions
+from hcsearch.search.stages.motion import motions
 from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch_bench.run.bench import Say
 from hcsearch_bench.subjects.foldings import packed, untwisted

@@ -14,7 +14,7 @@ from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.search.stages.mobility import locked_with, locks_of, mobility
-from hcsearch.search.stages.motion_batches import motions
+from hcsearch.search.stages.motion import motions
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.subjects.foldings import untwisted
 

@@ -22,7 +22,7 @@ from hcsearch import (
 from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.grid import GRIDS, parse_array
-from hcsearch.springs.tuning.tuning_facts import tuning_facts
+from hcsearch.springs.tuning.spring_tuning import tuning_facts
 
 SMALL = "hex:023350:1"
 

@@ -11,8 +11,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch_bench.run.process import Finished
-from hcsearch_bench.stability import heat_map, judging
-from hcsearch_bench.stability import processors as stability_processors
+from hcsearch_bench.stability import heat_map, judging, processors
 from hcsearch_bench.stability.heat_map import COLOURS, plot_heat
 from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
@@ -242,7 +241,7 @@ def test_answers_are_compared_row_by_row():
 
 
 def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
-    monkeypatch.setattr(stability_processors, "kernels_for", lambda _: "")
+    monkeypatch.setattr(processors, "kernels_for", lambda _: "")
     (only,) = measure_processors(quick=True, say=lambda _: None)
     assert (only.rows, only.differ) == (None, None)
     assert only.note == "no OpenBLAS here whose kernels could be chosen: not tried"
@@ -250,9 +249,9 @@ def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
 
 def test_kernels_that_are_not_taken_are_reported(monkeypatch):
     taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX", "Prescott": ""}
-    monkeypatch.setattr(stability_processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
-    monkeypatch.setattr(stability_processors, "_branches_for", lambda core: [{"kernels": core or "Haswell"}])
-    monkeypatch.setattr(stability_processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
+    monkeypatch.setattr(processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
+    monkeypatch.setattr(processors, "_branches_for", lambda core: [{"kernels": core or "Haswell"}])
+    monkeypatch.setattr(processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
     rows = measure_processors(quick=False, say=lambda _: None)
     assert [(r.core, r.differ, r.off, r.note) for r in rows] == [
         ("Haswell", 0, 0.0, ""),
@@ -270,7 +269,7 @@ def test_the_kernels_in_use_have_a_name():
 def test_kernels_that_end_their_process_are_not_taken(monkeypatch):
     ended = {"Haswell": -signal.SIGILL, "Prescott": 1}
     monkeypatch.setattr(
-        stability_processors, "_process", lambda core, *_: Finished(ended[core], "SkylakeX", "no numpy", 1.0, 1.0, 1.0)
+        processors, "_process", lambda core, *_: Finished(ended[core], "SkylakeX", "no numpy", 1.0, 1.0, 1.0)
     )
     assert kernels_for("Haswell") == ""
     with pytest.raises(HcsearchError, match="kernels for Prescott: no numpy"):

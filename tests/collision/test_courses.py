@@ -15,7 +15,7 @@ from hcsearch.kernels.linkage.courses import (
     write_course_angles,
     write_course_rates,
 )
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.prisms import PrismPairs
 from hcsearch.motion.collision.panel_prisms import prisms_of, solid_pairs
 
 LINKAGES = {

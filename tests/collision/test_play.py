@@ -18,7 +18,7 @@ from hcsearch.motion.collision.distances import deepest_cut, first_cut
 from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, prisms_of
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.agreement import confirm_deployment
-from hcsearch.springs.deployment.deployed import deploy_linkage
+from hcsearch.springs.deployment.deployment_facts import deploy_linkage
 from hcsearch.springs.deployment.play import course_of_deployment, needed_margin_of
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from tests.linkages import linkage_named

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from hcsearch import Folding
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.deployed import deploy_linkage
-from hcsearch.springs.deployment.deployment_pictures import mark_collision
+from hcsearch.springs.deployment.deployment_facts import deploy_linkage, mark_collision
 from hcsearch.system.figures import head, legend, line_style
 
 

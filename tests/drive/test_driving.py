@@ -20,16 +20,15 @@ from hcsearch.scenes.laws import linear_law
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.drives import drives_in, drives_text
 from hcsearch.springs.deployment.simulated_deployment import compile_driven, simulate_deployment
-from hcsearch.springs.drive import driven_folding as driving
+from hcsearch.springs.drive import driven_folding
 from hcsearch.springs.drive.choosing import choose_driven_hinges, frames_at, least_singular_values, monotone_hinges
-from hcsearch.springs.drive.drive_pictures import envelope
-from hcsearch.springs.drive.gains import static_stability
-from hcsearch.springs.drive.torques import torques_along
-from hcsearch.springs.drive.tracking import judge_following
+from hcsearch.springs.drive.drive_facts import envelope
+from hcsearch.springs.drive.driven_folding import judge_following
+from hcsearch.springs.drive.torques import static_stability, torques_along
 from hcsearch.springs.drive.trajectory import smooth_path, time_path
 from hcsearch.springs.dynamics.time_integration import simulate_system
 
-QUICK = driving.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
+QUICK = driven_folding.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (
     "square:0122333011:1",
     "hex:0234550132:3",
@@ -52,7 +51,7 @@ def folding_named(name):
 @pytest.fixture(scope="module")
 def machine():
     folding, scene = folding_named("hex:0234435011:1"), SCENES["default"]
-    return driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene), QUICK)
+    return driven_folding.drive_along(folding, scene, driven_folding.find_drive_motion(folding, scene), QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -86,8 +85,8 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
     folding, scene = folding_named(name), SCENES[scene]
     if panel is not None:
         scene = with_panel(scene, read_panel(panel), folding.circuit.grid.name)
-    own = driving.drive_along(
-        folding, scene, driving.find_drive_motion(folding, scene), driving.DriveOptions(period=period)
+    own = driven_folding.drive_along(
+        folding, scene, driven_folding.find_drive_motion(folding, scene), driven_folding.DriveOptions(period=period)
     )
     assert own.deployment.deploys
     assert own.greatest == pytest.approx(np.abs(own.torques.torques).max(axis=0), rel=0.05)
@@ -100,7 +99,9 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
 def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
     folding, scene = folding_named("hex:0234550132:3"), SCENES["default"]
     own = judge_following(
-        driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene), driving.DriveOptions(**wishes))
+        driven_folding.drive_along(
+            folding, scene, driven_folding.find_drive_motion(folding, scene), driven_folding.DriveOptions(**wishes)
+        )
     )
     assert not own.follows
     assert own.share > 0.05
@@ -111,7 +112,7 @@ def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
 def test_motors_are_sized_by_the_simulation_where_no_remedy_helps():
     folding = folding_named("square:012233330111:4")
     scene = with_panel(SCENES["default"], read_panel("1000x20"), "square")
-    own = judge_following(driving.drive_along(folding, scene, driving.find_drive_motion(folding, scene)))
+    own = judge_following(driven_folding.drive_along(folding, scene, driven_folding.find_drive_motion(folding, scene)))
     assert not own.follows
     assert own.sentence.endswith("singular at 1 of the path: size motors by simulated torques, or try other panels")
 
@@ -320,14 +321,14 @@ def test_moments_of_joints_are_those_of_pinocchio(on_earth):
 @pytest.mark.parametrize("name", [*TEN, SIX_BY_FIVE])
 def test_ten_foldings_and_6x5_come_flat_clear(name):
     folding, scene = folding_named(name), SCENES["default"]
-    motion = driving.find_drive_motion(folding, scene)
-    machine = driving.drive_along(folding, scene, motion, replace(QUICK, period=0.002))
+    motion = driven_folding.find_drive_motion(folding, scene)
+    machine = driven_folding.drive_along(folding, scene, motion, replace(QUICK, period=0.002))
     assert machine.deployment.deploys, machine.deployment.reason
     assert machine.missed < 5e-3
     assert machine.torques.imbalance < 1e-4 * np.ptp(machine.torques.stored)
 
 
 def test_smoothing_refuses_ends_that_leave_nothing(machine):
-    motion = driving.find_drive_motion(machine.folding, SCENES["default"])
+    motion = driven_folding.find_drive_motion(machine.folding, SCENES["default"])
     with pytest.raises(HcsearchError, match="smaller --near"):
         smooth_path(machine.linkage, motion.proof.motion, (4.0, 4.0))

@@ -11,7 +11,7 @@ from hcsearch.scenes.laws import linear_law
 from hcsearch.springs.dynamics.body_trees import GROUND, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
 from hcsearch.springs.dynamics.time_integration import simulate_system
-from hcsearch_bench.iftomm import references as iftomm_references
+from hcsearch_bench.iftomm import references
 from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
@@ -60,14 +60,12 @@ def test_speeds_of_the_four_bars():
     for loops in (2, 40):
         for time, row in PRINTED["A02"][str(loops)].items():
             around = float(time) + np.array([-1e-4, 1e-4])
-            before, after = iftomm_references.four_bars(loops, np.array([0.0, *around]))[1:, :2]
+            before, after = references.four_bars(loops, np.array([0.0, *around]))[1:, :2]
             assert (after - before) / 2e-4 == pytest.approx(row[2:], abs=1e-6)
 
 
 def test_squeezer_has_the_data_of_the_test_set():
-    assert iftomm_references.squeezer_angles(np.array([0.0, 0.03]))[1] == pytest.approx(
-        PRINTED["A03"]["angles"], abs=2e-9
-    )
+    assert references.squeezer_angles(np.array([0.0, 0.03]))[1] == pytest.approx(PRINTED["A03"]["angles"], abs=2e-9)
     assert closure(PROBLEMS["A03"].system, np.zeros(7)) < 1e-15
 
 

@@ -15,7 +15,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.scenes.laws import FREE_LAW, law_named, linear_law, quadratic_law
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld
-from hcsearch.springs.dynamics.integrators import SCIPY_SOLVERS, method_named
+from hcsearch.springs.dynamics.integration_methods import SCIPY_SOLVERS, method_named
 from hcsearch.springs.dynamics.panels import panel_tree
 from hcsearch.springs.dynamics.system import JointDrive, System
 from hcsearch.springs.dynamics.time_integration import simulate_system

@@ -11,9 +11,8 @@ import pytest
 
 from hcsearch.export.glb import glb_of
 from hcsearch.export.panel_solids import placed, solid_of
+from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
-from hcsearch.export.stl import stl_of
-from hcsearch.export.threemf import threemf_of
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case, replay, volumes
 

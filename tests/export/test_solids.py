@@ -16,9 +16,8 @@ from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import SECONDS, glb_of
 from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels
+from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
-from hcsearch.export.stl import stl_of
-from hcsearch.export.threemf import threemf_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern
 from tests.export.cases import NAMES, case, merged, replay, volumes

@@ -36,7 +36,6 @@ import hcsearch.kernels
 from hcsearch.cli.compile import compile_
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.kernels.compiling import cache_folder, compiled, kernel_cache, under_way
-from hcsearch.kernels.compiling import cache_folder as cache_locks
 from hcsearch.kernels.compiling.numba_internals import NUMBA_INTERNALS, has_internals
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
@@ -272,7 +271,7 @@ def test_two_processes_compile_each_kernel_once(folder, load):
 def has_waited(folder, name):
     """Claim a name and give it back: whether another process held it."""
     with mock.patch("time.sleep", wraps=time.sleep) as sleep:
-        cache_locks.release_kernel(cache_locks.claim_kernel(folder, name))
+        cache_folder.release_kernel(cache_folder.claim_kernel(folder, name))
     return sleep.called
 
 
@@ -310,15 +309,15 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
     """
     holder = run(script, tmp_path)
     assert holder.stdout.readline() == "held\n"
-    monkeypatch.setattr(cache_locks, "LOCK_TIMEOUT_SECONDS", 0.1)
+    monkeypatch.setattr(cache_folder, "LOCK_TIMEOUT_SECONDS", 0.1)
     with pytest.raises(OSError, match="0123456789abcdef"):
-        cache_locks.claim_kernel(tmp_path, "0123456789abcdef")
+        cache_folder.claim_kernel(tmp_path, "0123456789abcdef")
     holder.communicate("")
 
 
 def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, monkeypatch):
-    claim = mock.Mock(wraps=cache_locks.claim_kernel)
-    monkeypatch.setattr(cache_locks, "claim_kernel", claim)
+    claim = mock.Mock(wraps=cache_folder.claim_kernel)
+    monkeypatch.setattr(cache_folder, "claim_kernel", claim)
     module = load()
     with pytest.raises(TypingError):
         module.through("text")
@@ -327,10 +326,10 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.compiling import cache_folder as cache_locks
-        cache_locks.PATIENCE = 0.0
+        from hcsearch.kernels.compiling import cache_folder
+        cache_folder.PATIENCE = 0.0
         for name in sys.argv[2:]:
-            cache_locks.claim(Path(sys.argv[1]), name)
+            cache_folder.claim(Path(sys.argv[1]), name)
         print("claimed")
     """
     other = run(script, folder, *(name for _, name in claimed))

@@ -16,8 +16,7 @@ from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.unit_search.elements import untwisted
 from hcsearch.motion.kinematics.local import bilinear_products
-from hcsearch.motion.locks import end_locks as locks
-from hcsearch.motion.locks import exact_checks as certificates
+from hcsearch.motion.locks import end_locks, exact_checks
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.lattice import lattice_frame_of, whole_end
 from hcsearch.search.stages.mobility import locked_with, mobility
@@ -111,7 +110,7 @@ def by_hand(equations, n):
 @given(st.integers(2, 7), st.integers(1, 4), st.data())
 def test_rays_are_those_found_support_by_support(n, k, data):
     equations = [data.draw(st.lists(st.integers(-3, 3), min_size=n, max_size=n)) for _ in range(k)]
-    rays = certificates.extreme_rays(equations)
+    rays = exact_checks.extreme_rays(equations)
     assert len(set(rays)) == len(rays)
     exact = np.array(rays, float).reshape(-1, n)
     same(exact / exact.sum(axis=1, keepdims=True), by_hand(equations, n))
@@ -124,7 +123,7 @@ def same(one, two):
 @pytest.mark.parametrize("folding", TEN[::4], ids=str)
 def test_floating_point_misses_no_ray(folding):
     for linkage, angles in both_ends(folding):
-        exact = np.array(certificates.extreme_rays(whole_end(linkage, angles).columns.T.tolist()), float).reshape(
+        exact = np.array(exact_checks.extreme_rays(whole_end(linkage, angles).columns.T.tolist()), float).reshape(
             -1, linkage.n_hinges
         )
         rays = np.empty((2048, linkage.n_hinges))
@@ -153,10 +152,10 @@ def test_every_lock_on_a_tiling_is_proved_in_whole_numbers():
 
 
 def first_order(end, rows, wrench):
-    return certificates.proves_first_order(end, rows, wrench, np.zeros(0))
+    return exact_checks.proves_first_order(end, rows, wrench, np.zeros(0))
 
 
-@pytest.mark.parametrize(("order", "check"), [(1, first_order), (2, certificates.proves_second_order)])
+@pytest.mark.parametrize(("order", "check"), [(1, first_order), (2, exact_checks.proves_second_order)])
 def test_a_tampered_wrench_proves_nothing(order, check):
     rng = np.random.default_rng(2)
     for linkage, angles, lock in proofs(order):
@@ -177,7 +176,7 @@ def test_a_wrench_has_no_power_at_all_on_hinges_that_turn():
     for linkage, angles, lock in proofs(2):
         end = whole_end(linkage, angles)
         turning = np.delete(np.arange(linkage.n_hinges), lock.stuck)
-        exact = certificates._powerless(end.columns[turning], end.wrench(lock.wrench))
+        exact = exact_checks._powerless(end.columns[turning], end.wrench(lock.wrench))
         assert not (end.columns[turning] @ exact).any()
         rounded += bool((end.columns[turning] @ end.wrench(lock.wrench)).any())
     assert rounded
@@ -188,25 +187,25 @@ def test_a_proof_that_leaves_out_a_ray_is_refused():
     linkage, angles = both_ends(Folding.from_notation("hex:0223435501:2"))[0]
     columns, senses = screws(linkage, angles)
     end, jacobian = whole_end(linkage, angles), linkage.closure(angles)[1]
-    rays = np.array(certificates.extreme_rays(end.columns.T.tolist()), float)
+    rays = np.array(exact_checks.extreme_rays(end.columns.T.tolist()), float)
     rays /= rays.sum(axis=1, keepdims=True)
     proved = []
     for left_out in range(len(rays)):
         some = np.delete(rays, left_out, axis=0)
         values = bilinear_products(some, lambda x: linkage.bend(jacobian, senses * x))
-        proof = locks.excluding_wrench(np.ascontiguousarray(columns.T), some, values)
+        proof = end_locks.excluding_wrench(np.ascontiguousarray(columns.T), some, values)
         if proof is not None:
             proved.append(left_out)
-            assert not certificates.proves_second_order(end, none(linkage), proof[0])
+            assert not exact_checks.proves_second_order(end, none(linkage), proof[0])
     assert len(proved) == 1
     assert not lock_at(linkage, angles).locked
 
 
 def test_forms_are_refused_where_the_diagonal_is_outweighed():
-    assert certificates.has_dominant_diagonal(np.array([[2, -1], [-1, 1]], object), [1, 1]) is False
-    assert certificates.has_dominant_diagonal(np.array([[2, -1], [-1, 2]], object), [1, 1]) is True
-    assert certificates.has_dominant_diagonal(np.array([[1, 5], [5, 0]], object), [1, 1]) is False
-    assert certificates.has_dominant_diagonal(np.array([[200, -10], [-10, 2]], object), [10, 1]) is True
+    assert exact_checks.has_dominant_diagonal(np.array([[2, -1], [-1, 1]], object), [1, 1]) is False
+    assert exact_checks.has_dominant_diagonal(np.array([[2, -1], [-1, 2]], object), [1, 1]) is True
+    assert exact_checks.has_dominant_diagonal(np.array([[1, 5], [5, 0]], object), [1, 1]) is False
+    assert exact_checks.has_dominant_diagonal(np.array([[200, -10], [-10, 2]], object), [10, 1]) is True
 
 
 def test_contacts_are_exact_on_the_lattice_and_numerical_beside_it():
@@ -219,7 +218,7 @@ def test_contacts_are_exact_on_the_lattice_and_numerical_beside_it():
     end = whole_end(linkage, linkage.folded)
     rows = end.contacts(contact_rows(linkage))
     forces = np.ones(len(rows))
-    assert not certificates.proves_first_order(end, rows, lock.wrench, -forces)
+    assert not exact_checks.proves_first_order(end, rows, lock.wrench, -forces)
 
 
 def test_off_a_tiling_a_proof_is_numerical():
@@ -234,7 +233,7 @@ def test_off_a_tiling_a_proof_is_numerical():
 
 def test_what_whole_numbers_refuse_is_not_locked(monkeypatch):
     linkage, angles, _ = proofs(2)[0]
-    monkeypatch.setattr(certificates, "proves_second_order", lambda *_: False)
+    monkeypatch.setattr(exact_checks, "proves_second_order", lambda *_: False)
     lock = lock_at(linkage, angles)
     assert (lock.locked, lock.tried, lock.wrench) == (False, True, None)
     assert lock.motion.sum() == pytest.approx(1.0)

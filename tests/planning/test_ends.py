@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, write_series
 from hcsearch.motion.planning.ends import DEPARTURE_RESIDUAL, MIN_DEPARTURE_TURN_RATIO, EndClosure, _rest
-from hcsearch.motion.planning.motion_groups import group_of_all
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.shape.linkage import Linkage
 from tests.linkages import linkage_named
 from tests.naive import around_the_loop

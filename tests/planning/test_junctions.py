@@ -14,7 +14,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.planning.space import new_state_stack, pick_state, place_state
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning import simple_moves as junctions
+from hcsearch.motion.planning import simple_moves
 from hcsearch.motion.planning.problems import space_of
 from hcsearch.motion.planning.simple_moves import clear_junctions, junctions_of
 from hcsearch.shape.linkage import Linkage
@@ -96,12 +96,12 @@ def test_junctions_of_long_loops(name, count):
 def test_a_list_that_is_not_whole_says_so(monkeypatch):
     linkage = joined("hex:0234550132:4", "hinged")
     every = junctions_of(linkage).states.tolist()
-    monkeypatch.setattr(junctions, "MAX_JUNCTION_COUNT", len(every) - 1)
+    monkeypatch.setattr(simple_moves, "MAX_JUNCTION_COUNT", len(every) - 1)
     some = junctions_of(linkage)
     assert not some.complete
     assert len(some.states) == len(every) - 1
     assert all(state in every for state in some.states.tolist())
-    monkeypatch.setattr(junctions, "MAX_JUNCTION_LOOP_HINGES", 9)
+    monkeypatch.setattr(simple_moves, "MAX_JUNCTION_LOOP_HINGES", 9)
     none = junctions_of(linkage)
     assert (none.complete, none.states.shape) == (False, (0, 10))
 

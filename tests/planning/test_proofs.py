@@ -13,10 +13,9 @@ from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closed_states import close_state, new_closing
 from hcsearch.kernels.planning.tubes import Track, prove_tube
 from hcsearch.motion.collision.panel_prisms import kept_apart, prisms_of, solid_pairs
-from hcsearch.motion.planning.motion_groups import group_of_all
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover, _beyond
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.motion.planning.stretches import MAX_STRETCH_HALVINGS
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern

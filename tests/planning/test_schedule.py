@@ -10,7 +10,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.locks.enclosures import Enclosure
-from hcsearch.motion.planning import motion_search as motions
+from hcsearch.motion.planning import motion_search
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, reason_of
 from hcsearch.motion.planning.planner import TreeGrowth
 from hcsearch.motion.planning.schedule import (
@@ -22,7 +22,7 @@ from hcsearch.motion.planning.schedule import (
     all_efforts,
     planned_efforts,
 )
-from hcsearch.search.stages.motion_batches import _batch
+from hcsearch.search.stages.motion import _batch
 
 GROWN = TreeGrowth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"
@@ -78,7 +78,7 @@ def test_what_is_given_up_is_taken_up_again():
 @pytest.mark.parametrize("ways", [("rigid", "hinged"), ("rigid",)])
 def test_panels_lock_what_closed_states_join(monkeypatch, ways):
     """Of its own search only the floods with panels."""
-    monkeypatch.setattr(motions, "planned_efforts", lambda *_: [(FloodStep(10_000, panels=True),)])
+    monkeypatch.setattr(motion_search, "planned_efforts", lambda *_: [(FloodStep(10_000, panels=True),)])
     folding = Folding.from_notation("hex:0233435001:3")
     motion = plan_motion(folding, default_panel("hex"), ways)
     assert motion.locked

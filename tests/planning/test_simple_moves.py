@@ -10,10 +10,9 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.planning.closed_states import close_state, new_closing
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning.motion_groups import group_of, group_of_all, turns_equally
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import group_of, group_of_all, loops_of, turns_equally
 from hcsearch.motion.planning.simple_moves import simple_path
 from tests.naive import around_the_loop
 from tests.planned import Planned, along, joined, open_by

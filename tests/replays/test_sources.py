@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases import replay_sources as finding
-from hcsearch.cases import replay_sources as sources
+from hcsearch.cases import replay_sources
 from hcsearch.cases.replay_sources import replay_case, stored_replays
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
@@ -56,8 +55,7 @@ def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_pa
     def planning(*_):
         raise PlannedError
 
-    for module in (finding, sources):
-        monkeypatch.setattr(module, "find_motion", planning)
+    monkeypatch.setattr(replay_sources, "find_motion", planning)
     for path, stored in replays_in(searched)[1]:
         name = f"{path.design_id}:{path.crease}"
         assert replay_case(resolve(name, searched))[0].angles.tolist() == stored.angles.tolist()

@@ -12,7 +12,7 @@ from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
 from hcsearch.web.report.data import ReportData, fetch
-from hcsearch.web.report.report_page import render
+from hcsearch.web.report.page_files import render
 from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import joined_script
 from tests.report.browser import chromium, complaints, driven

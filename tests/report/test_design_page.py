@@ -13,8 +13,7 @@ from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.records import Trial
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.design_data import design_data
-from hcsearch.web.report.design_page import render_design
-from hcsearch.web.report.report_page import write_design
+from hcsearch.web.report.page_files import render_design, write_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, data_of
 

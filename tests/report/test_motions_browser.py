@@ -7,8 +7,7 @@ import pytest
 from hcsearch.designs.folding import Folding
 from hcsearch.web.player import payload_of
 from hcsearch.web.report.design_data import design_data
-from hcsearch.web.report.design_page import render_design
-from hcsearch.web.report.report_page import render
+from hcsearch.web.report.page_files import render, render_design
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.system.palette import curve_look
+from hcsearch.system.figures import curve_look
 from hcsearch.web.report.plots import HEIGHT, WIDTH, Curve, Mark, plot
 
 numbers = st.floats(-1e6, 1e6).map(lambda x: round(x, 6))

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import FunnelStage, ReportData
+from hcsearch.web.report.page_files import census_table, render
 from hcsearch.web.report.reasons import why
-from hcsearch.web.report.report_page import census_table, render
 from hcsearch.web.report.script_data import packed
 from tests.report.pages import Page, column, data_of, unpacked
 

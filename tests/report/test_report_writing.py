@@ -11,7 +11,7 @@ from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.data import fetch
-from hcsearch.web.report.report_page import write_report
+from hcsearch.web.report.page_files import write_report
 from hcsearch.web.report.templating import scene_option
 from tests.judging import judge
 

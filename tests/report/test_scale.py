@@ -10,7 +10,7 @@ from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly
 from hcsearch.web.report.data import fetch
-from hcsearch.web.report.report_page import render
+from hcsearch.web.report.page_files import render
 from tests.judging import judge
 from tests.report.browser import driven
 

@@ -274,6 +274,6 @@ def test_a_query_reads_no_file(asking, tmp_path):
     ],
 )
 def test_names_by_which_the_page_is_known(host, header, known):
-    from hcsearch.web.serve.guards import is_known_host
+    from hcsearch.web.serve.requests import is_known_host
 
     assert is_known_host(header, host) is known

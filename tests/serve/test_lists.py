@@ -203,7 +203,7 @@ def test_streams_are_limited_and_given_back(asking):
 
 
 def rows():
-    from hcsearch.web.serve.addresses import Asked
+    from hcsearch.web.serve.requests import Asked
 
     return Asked("designs"), "csv"
 

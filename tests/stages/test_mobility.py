@@ -15,8 +15,7 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.designs.twisting import twist_batch
-from hcsearch.motion.kinematics.generic_rank import generic_rank
-from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch
 from hcsearch.search.stages import mobility

@@ -33,7 +33,7 @@ from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.search.pipeline.shards import candidates_of, design_rows, run_shard
-from hcsearch.search.stages.motion_batches import motions
+from hcsearch.search.stages.motion import motions
 from hcsearch.search.stages.order import STAGES, stages_until
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.agreement import agreement_of_checks, confirm_deployment
@@ -275,7 +275,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
     ways = [None if path is None else "rigid" for path in paths]
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
-    monkeypatch.setattr("hcsearch.search.stages.motion_batches.motions", lambda *_, **_options: motion)
+    monkeypatch.setattr("hcsearch.search.stages.motion.motions", lambda *_, **_options: motion)
     monkeypatch.setattr(
         "hcsearch.springs.deployment.deployment_verdicts.deploy_foldings",
         lambda *_: DeploymentBatch(time, time, time, time, ()),

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from store_samples import as_rows, begin, circuits, record
 
 from hcsearch.basics.errors import QueryError
-from hcsearch.store import Result, open_database, open_readonly, save_rows, select, stream, stream_sql
-from hcsearch.store import result_files as files
+from hcsearch.store import Result, open_database, open_readonly, result_files, save_rows, select, stream, stream_sql
 from hcsearch.store.columns import DESIGNS
 
 pytestmark = pytest.mark.extra
@@ -87,7 +86,7 @@ def test_mixtures(place, values, kind, expected):
 def test_rows_are_written_in_groups(place, monkeypatch):
     import pyarrow.parquet
 
-    monkeypatch.setattr(files, "_GROUP", 4)
+    monkeypatch.setattr(result_files, "_GROUP", 4)
     result = Result(("n",), tuple((k,) for k in range(10)))
     assert saved(place, result, ("integer",), 3)[1] == list(result.rows)
     assert pyarrow.parquet.ParquetFile(place).metadata.num_row_groups == 3

@@ -23,8 +23,8 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.ranking import rank_designs, save_ranks
-from hcsearch.store import design_rows as designs
 from hcsearch.store import (
+    design_rows,
     finished_batches,
     open_database,
     open_readonly,
@@ -174,9 +174,9 @@ def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
 def insert_and(database, names, then):
     """Insert designs, and do something before the transaction ends."""
     with database.writing() as connection:
-        designs.insert_designs(connection, database.location, sample(names))
+        design_rows.insert_designs(connection, database.location, sample(names))
         then()
-        designs.insert_designs(connection, database.location, sample(names))
+        design_rows.insert_designs(connection, database.location, sample(names))
 
 
 def test_same_batch_twice_adds_nothing(url):

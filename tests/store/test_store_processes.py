@@ -7,8 +7,7 @@ import signal
 import pytest
 from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
 
-from hcsearch.store import design_rows as designs
-from hcsearch.store import finished_batches, open_database, record_batches, select, select_sql
+from hcsearch.store import design_rows, finished_batches, open_database, record_batches, select, select_sql
 from hcsearch.store.database import open_readonly
 
 PROCESSES = 2
@@ -42,7 +41,7 @@ def record_and_hang(path, ready, number):
     with open_database(path, create=True) as database:
         record(database, circuits(1, 30))
         with database.writing() as connection:
-            designs.insert_designs(connection, database.location, sample(circuits(31, 3000)))
+            design_rows.insert_designs(connection, database.location, sample(circuits(31, 3000)))
             ready.wait(30)
             signal.pause()
 

@@ -13,6 +13,7 @@ from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, re
 from hcsearch.designs.records import StageResult, WorkKey
 from hcsearch.store import (
     count_arrays,
+    design_rows,
     finish_run,
     finished_batches,
     open_database,
@@ -21,7 +22,6 @@ from hcsearch.store import (
     select,
     start_run,
 )
-from hcsearch.store import design_rows as designs
 from tests.judging import judge
 
 
@@ -93,7 +93,7 @@ def test_one_circuit_twice_in_a_batch(database):
 
 @pytest.mark.parametrize("chunk", [2, 1000])
 def test_overlapping_batches_in_both_orders(tmp_path, monkeypatch, chunk):
-    monkeypatch.setattr(designs, "CHUNK", chunk)
+    monkeypatch.setattr(design_rows, "CHUNK", chunk)
     names = circuits(1, 9)
     batches = [(names[:6], "twist"), (names[3:], "twist")]
     orders = []

@@ -23,8 +23,7 @@ from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.robustness import Robustness
-from hcsearch.springs.tuning.spring_tuning import Tuning
-from hcsearch.springs.tuning.tuning_facts import shopping_sentence, tuning_advice
+from hcsearch.springs.tuning.spring_tuning import Tuning, shopping_sentence, tuning_advice
 from hcsearch.store import open_readonly, select
 
 DESIGN = "hex:0233340501:3"

@@ -12,7 +12,7 @@ from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS, se
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import tied_hinges
-from hcsearch.springs.tuning import spring_tuning as tuning
+from hcsearch.springs.tuning import spring_tuning
 from hcsearch.springs.tuning.evaluation import Evaluator, RunMemory, tuning_objective
 from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import (
@@ -209,9 +209,9 @@ def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
         0,
         (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
     )
-    chosen = tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None)
+    chosen = spring_tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None)
     assert chosen.formulation == "compliant"
-    assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
+    assert spring_tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
 
 
 def test_checks_are_told_in_a_few_words():

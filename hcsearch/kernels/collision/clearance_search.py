@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import (
     MAX_INTERVAL_HALVINGS,
     Course,
@@ -23,11 +22,11 @@ from hcsearch.kernels.collision.intervals import (
     start_step_intervals,
     write_relative_pose,
 )
+from hcsearch.kernels.collision.least_gaps import smallest_dip
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.courses import write_course_angles
 from hcsearch.kernels.linkage.loops import Chain, place_panels
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MOTION_CLEAR, MOTION_COLLIDES, MOTION_UNDECIDED = 0, 1, 2
 """Verdicts: apart at all times; overlapping at a time; too near to decide."""

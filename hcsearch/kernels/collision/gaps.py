@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import Vector3, dot, vector_at
+from hcsearch.kernels.algebra import Vector3, dot, vector_at
 from hcsearch.kernels.collision.gjk import gap_along, hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, scaled_vector, vector_difference
+from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_difference
 from hcsearch.kernels.collision.simplices import (
     across_edge,
     across_flat,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import Vector3, dot, put_vector, scaled_vector, vector_at, vector_difference
+from hcsearch.kernels.algebra import Vector3, dot, put_vector, scaled_vector, vector_at, vector_difference
 from hcsearch.kernels.collision.gjk import hull_gap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.courses import (
@@ -25,8 +25,7 @@ from hcsearch.kernels.linkage.courses import (
     write_course_angles,
 )
 from hcsearch.kernels.linkage.loops import Chain, place_panels
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MAX_INTERVAL_HALVINGS = 40
 """An interval between two states is halved no more often than this."""

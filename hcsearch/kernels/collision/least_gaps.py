@@ -1,14 +1,22 @@
-"""The least gap of prisms on a motion, below 0 where they overlap: minus how deep panels as built cut into each other.
+"""The least gap of prisms on a motion, below 0 where they overlap, and the dips of gaps in its course.
 
 An interval is halved until some direction shows that its gaps are no less than one that was met, but for a resolution.
 Prisms that overlap are separated least by a normal of a face or the cross product of two edges.
+
+In the packed state neighbours touch, and so they do in the flat one: pairs that only part, or only close, would make
+every smallest gap 0. So a gap counts where it lies in a dip: before it and after it there are states at which the pair
+is further apart by a given rise at least.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, put_vector, scaled_vector, vector_at
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.kernels.algebra import Vector3, cross, dot, put_vector, scaled_vector, vector_at
 from hcsearch.kernels.collision.intervals import (
     Course,
     IntervalTables,
@@ -23,9 +31,9 @@ from hcsearch.kernels.collision.intervals import (
     write_relative_pose,
 )
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.linkage.loops import Chain
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles
+from hcsearch.kernels.linkage.loops import Chain, place_panels
+from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MIN_GAP_INTERVAL = 0.5**20
 """Share of a step below which gaps are not known better than they are."""
@@ -139,3 +147,142 @@ def _along_axes(
                 book.keepers[p] = keeper
                 put_vector(book.ways, p, 0, own)
     return gap, low
+
+
+MIN_DIP_INTERVAL = 0.5**20
+"""Share of a step below which gaps are not known better than they are."""
+
+
+class _Dips(NamedTuple):
+    """What is known, m; of each pair, shape (p,), but of all in `best`.
+
+    widest : the widest gap at a state so far. lows, ups : what the gap has not come below since it last rose, where it
+        was narrower by the rise, and one that it had. best : (2,), both of the dips that are over.
+    """
+
+    widest: Reals
+    lows: Reals
+    ups: Reals
+    best: Reals
+
+
+@compiled
+def smallest_dip(
+    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, rise: float, resolution: float
+) -> tuple[float, int]:
+    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one.
+
+    Also returns how often the gap of a pair was bounded.
+    """
+    book = new_interval_tables(chain, prisms, pairs, course)
+    count = len(pairs.prisms)
+    dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))
+    _rise(prisms, pairs, rise, book, dips)
+    looks = 0
+    for k in range(len(course.times) - 1):
+        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
+        top = 0 if h > 0.0 else -1
+        while top >= 0:
+            share = book.high[top] - book.low[top]
+            looks += book.counts[top]
+            left = _fall(prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, book, dips)
+            if not left:
+                top -= 1
+            else:
+                halve_interval(chain, left, top, book)
+                top += 1
+        _rise(prisms, pairs, rise, book, dips)
+    return dips.best[0], looks
+
+
+@lean
+def _fall(
+    prisms: Prisms,
+    pairs: PrismPairs,
+    rise: float,
+    resolution: float,
+    wait: float,
+    last: bool,
+    top: int,
+    book: IntervalTables,
+    dips: _Dips,
+) -> int:
+    """Book how far gaps fall in an interval, a time `wait` long; pairs of which that is not known move to the front."""
+    left = 0
+    for i in range(book.counts[top]):
+        p = book.lists[top, i]
+        need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
+        if need <= 0.0:
+            continue
+        low, first, second = bound_gap(prisms, pairs, p, need, wait, top, book)
+        low = max(low, 0.0)
+        if low >= need:
+            continue
+        up = min(first, second)
+        if low < min(up, dips.ups[p], dips.best[1]) - resolution and not last:
+            book.lists[top, left] = p
+            left += 1
+            continue
+        dips.lows[p] = low
+        if up <= dips.widest[p] - rise:
+            dips.ups[p] = min(dips.ups[p], up)
+    return left
+
+
+@lean
+def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
+    """Close the dips of pairs that have risen at the end of a step."""
+    for p in range(len(pairs.prisms)):
+        gap, enough = book.spare[p], dips.best[0] + rise
+        if not gap > enough:  # else it is wide enough, whatever it is
+            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[1])
+            gap = sphere_gap_bound(prisms, pairs, p, book.seen[1])
+            if not gap > enough:
+                gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
+            book.spare[p] = gap
+        dips.widest[p] = max(dips.widest[p], gap)
+        if gap >= dips.lows[p] + rise:
+            dips.best[0] = min(dips.best[0], dips.lows[p])
+            dips.best[1] = min(dips.best[1], dips.ups[p])
+            dips.lows[p] = dips.ups[p] = math.inf
+
+
+APPROACH_INTERVAL, MAX_APPROACH_INTERVALS = 1e-4, 100
+"""The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""
+
+
+@compiled
+def angles_at(course: Course, time: float, angles: Reals) -> None:
+    """Write the fold angles at a time."""
+    k = min(max(int(np.searchsorted(course.times, time)) - 1, 0), len(course.times) - 2)
+    h = course.times[k + 1] - course.times[k]
+    q, v, a = course.angles, course.rates, course.accelerations
+    if h <= 0.0:
+        angles[:] = q[k + 1]
+        return
+    polynomials = np.empty((len(angles), COURSE_TERM_COUNT))
+    write_course(h, course.cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], polynomials)
+    write_course_angles(polynomials, (time - course.times[k]) / h, angles)
+
+
+@compiled
+def approach_speed(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, course: Course, time: float) -> float:
+    """Mean speed (m/s) at which the gap of a pair closed in the last `APPROACH_INTERVAL` seconds in which it was open.
+
+    A collision is reported when prisms overlap for sure, which can be a while after they have met. 0 where they were
+    not apart in all of the time that is gone back.
+    """
+    book = new_interval_tables(chain, prisms, pairs, course)
+    last = 0.0
+    for k in range(MAX_APPROACH_INTERVALS):
+        before = time - APPROACH_INTERVAL * k
+        if before < course.times[0]:
+            return 0.0
+        angles_at(course, before, book.angles)
+        place_panels(chain, book.angles, book.highs[0])
+        write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[0])
+        gap = pair_distance(prisms, pairs, p, book.seen[0], book)[0]
+        if k > 0 and gap > 0.0:
+            return float(max(gap - last, 0.0) / APPROACH_INTERVAL)
+        last = gap
+    return 0.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.kernels.algebra.vectors import Vector3, cross, dot, scaled_vector, vector_difference
+from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_difference
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
 CornerShares = tuple[float, float, float, float]

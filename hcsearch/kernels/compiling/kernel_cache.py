@@ -23,8 +23,7 @@ from numba.core import compiler, serialize, types
 from numba.core.caching import NullCache
 from numba.core.compiler_lock import global_compiler_lock
 
-from hcsearch.kernels.compiling import cache_folder as cache_locks
-from hcsearch.kernels.compiling import under_way
+from hcsearch.kernels.compiling import cache_folder, under_way
 from hcsearch.kernels.compiling.cache_folder import (
     prune_folder,
     wanted_folder,
@@ -32,7 +31,7 @@ from hcsearch.kernels.compiling.cache_folder import (
     writable_folder,
     write_atomically,
 )
-from hcsearch.kernels.compiling.llvm_settings import use_compiler_settings
+from hcsearch.kernels.compiling.numba_internals import use_compiler_settings
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
 if TYPE_CHECKING:
@@ -84,7 +83,7 @@ class KernelCache(NullCache):
                 if KernelCache._depth == 0:
                     under_way.end_compilation()
                 while len(self._claims) > held:
-                    cache_locks.release_kernel(self._claims.pop())
+                    cache_folder.release_kernel(self._claims.pop())
 
     @staticmethod
     def set_flags(flags: Any) -> Any:
@@ -129,7 +128,7 @@ class KernelCache(NullCache):
         if folder is None:
             return result
         with suppress(OSError):  # without locks, two processes may do the same work
-            self._claims.append(cache_locks.claim_kernel(folder, name))
+            self._claims.append(cache_folder.claim_kernel(folder, name))
         return _read(folder, name, target_context)  # another process may have made it meanwhile
 
     def save_overload(self, sig: Any, data: Any) -> None:

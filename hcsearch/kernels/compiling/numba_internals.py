@@ -1,4 +1,4 @@
-"""The private API of numba on which the kernel cache rests, and whether this numba has it.
+"""What is used of numba beyond its public API, and whether it has that; settings of LLVM for our kernels.
 
 numba promises none of it. Where a part is missing, or takes other arguments, kernels are kept by numba's own cache.
 """
@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from typing import Any, NamedTuple
+
+import numba
 
 
 class NumbaInternal(NamedTuple):
@@ -76,3 +80,34 @@ def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
     except (TypeError, ValueError):
         return False
     return True
+
+
+_OURS: Mapping[str, int] = {"OPT": 1, "LOOP_VECTORIZE": 0}
+"""numba's own choice, 3 and 1, compiles the same kernels in nearly twice the time, and they run no faster."""
+_OTHERS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+"""More of numba's configuration that changes the code it makes, and is left as it is."""
+
+
+def compiler_settings() -> dict[str, Any]:
+    """What our kernels are compiled with, by names of numba's configuration; environment variables NUMBA_... win."""
+    config: Any = numba.config
+    ours = {name: type(getattr(config, name))(value) for name, value in _OURS.items()}
+    named = {name for name in ours if f"NUMBA_{name}" in os.environ}
+    return {name: ours[name] for name in ours.keys() - named} | {
+        name: getattr(config, name, None) for name in (*sorted(named), *_OTHERS)
+    }
+
+
+@contextmanager
+def use_compiler_settings() -> Iterator[None]:
+    """Let our settings hold while the block runs, which must hold numba's lock of compilation."""
+    config: Any = numba.config
+    before = {name: getattr(config, name) for name in _OURS}
+    chosen = compiler_settings()
+    for name in _OURS:
+        setattr(config, name, chosen[name])
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(config, name, value)

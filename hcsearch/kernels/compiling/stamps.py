@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from hcsearch.kernels.compiling.llvm_settings import compiler_settings
+from hcsearch.kernels.compiling.numba_internals import compiler_settings
 
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.generic)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.algebra.matrices import factor_symmetric
+from hcsearch.kernels.algebra import factor_symmetric
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import EQUATIONS_PER_LOOP, Expansion, HingeRings
 

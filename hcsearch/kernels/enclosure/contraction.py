@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.matrices import factor_symmetric, solve_factored
+from hcsearch.kernels.algebra import factor_symmetric, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import (
     COMBINATION_LANE_COUNT,

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import (
+from hcsearch.kernels.algebra import (
     Vector3,
     cross,
     dot,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import Vector3, put_vector, vector_at
+from hcsearch.kernels.algebra import Vector3, put_vector, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import moved_point
 from hcsearch.kernels.linkage.loops import fold_on

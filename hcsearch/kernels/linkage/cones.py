@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import add_bracket
+from hcsearch.kernels.algebra import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 MAX_EXTREME_RAYS = 2048

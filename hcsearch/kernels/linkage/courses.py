@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.linkage.reaches import PrismPairs
+from hcsearch.kernels.linkage.prisms import PrismPairs
 
 COURSE_TERM_COUNT = 6
 """Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.matrices import row_product
-from hcsearch.kernels.algebra.vectors import add_bracket
+from hcsearch.kernels.algebra import add_bracket, row_product
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs, WholeNumbers
-from hcsearch.kernels.algebra.vectors import cross, put_vector, rotated, vector_at
+from hcsearch.kernels.algebra import cross, put_vector, rotated, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.hinges import (
     Hinges,

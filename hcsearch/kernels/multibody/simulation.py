@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.algebra.vectors import dot, rotated, vector_at, vector_sum
+from hcsearch.kernels.algebra import dot, rotated, vector_at, vector_sum
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.accelerations import (
     DiscreteState,

@@ -13,8 +13,7 @@ import math
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs
-from hcsearch.kernels.algebra.matrices import divide_row, row_product, subtract_row
-from hcsearch.kernels.algebra.vectors import cross, dot, vector_at, vector_sum
+from hcsearch.kernels.algebra import cross, divide_row, dot, row_product, subtract_row, vector_at, vector_sum
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.cones import nonnegative_least_squares
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate, project_state

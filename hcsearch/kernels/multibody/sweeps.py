@@ -9,7 +9,7 @@ unit force does along each joint gives the Delassus matrix as a sum over joints 
 from __future__ import annotations
 
 from hcsearch.basics.array_values import Reals, Signs
-from hcsearch.kernels.algebra.vectors import (
+from hcsearch.kernels.algebra import (
     Vector3,
     add_symmetric,
     add_vector,

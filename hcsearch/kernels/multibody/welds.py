@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs, WholeNumbers
-from hcsearch.kernels.algebra.vectors import (
+from hcsearch.kernels.algebra import (
     Vector3,
     add_vector,
     cross,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.matrices import divide_row, row_product, subtract_row
+from hcsearch.kernels.algebra import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
 

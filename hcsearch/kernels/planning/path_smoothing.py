@@ -8,7 +8,6 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.planning.chords import link_states, separated
 from hcsearch.kernels.planning.sliding import SPARE_GAP_SHARE, near_contacts, slide, write_condition_row
 from hcsearch.kernels.planning.space import (
     PlacedState,
@@ -17,8 +16,10 @@ from hcsearch.kernels.planning.space import (
     StateStack,
     copy_state,
     greatest_angle_change,
+    link_states,
     pick_state,
     place_state,
+    separated,
     squared_distance,
 )
 

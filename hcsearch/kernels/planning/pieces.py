@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.algebra.matrices import row_product, subtract_row
+from hcsearch.kernels.algebra import row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closed_states import Group, Loops, write_closure

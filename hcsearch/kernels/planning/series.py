@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra.vectors import Vector3, cross
+from hcsearch.kernels.algebra import Vector3, cross
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 SERIES_ORDER_COUNT = 8

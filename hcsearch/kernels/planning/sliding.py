@@ -9,20 +9,20 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.algebra.matrices import divide_row, row_product
-from hcsearch.kernels.algebra.vectors import (
+from hcsearch.kernels.algebra import (
     Vector3,
     add_vector,
     cross,
+    divide_row,
     dot,
     put_vector,
+    row_product,
     scaled_vector,
     vector_at,
     vector_difference,
     vector_sum,
 )
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.planning.chords import separated
 from hcsearch.kernels.planning.closed_states import (
     PLANNING_CLOSURE_RESIDUAL,
     close_state,
@@ -37,6 +37,7 @@ from hcsearch.kernels.planning.space import (
     greatest_angle_change,
     greatest_magnitude,
     place_state,
+    separated,
 )
 
 SPARE_GAP_SHARE = 0.7

@@ -9,7 +9,6 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.planning.chords import link_states
 from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, close_state
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import (
@@ -19,6 +18,7 @@ from hcsearch.kernels.planning.space import (
     copy_state,
     greatest_angle_change,
     greatest_magnitude,
+    link_states,
     pick_state,
     place_state,
 )

@@ -13,8 +13,7 @@ from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric, s
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.packages import Package, flat_overlap, package
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
-from hcsearch.motion.kinematics.generic_rank import generic_rank
-from hcsearch.motion.kinematics.numerical_rank import Rank, rank_at
+from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 

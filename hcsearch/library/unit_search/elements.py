@@ -25,7 +25,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies.named_assembly import check_base_angle
 from hcsearch.library.assemblies.packages import flat_overlap
 from hcsearch.library.unit_search.unit_proofs import closes, locked
-from hcsearch.motion.kinematics.generic_rank import generic_rank
+from hcsearch.motion.kinematics.numerical_rank import generic_rank
 from hcsearch.search.enumeration import PolygonSearch, search_all
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import SAME_POINT_SHARE, polygon_mesh

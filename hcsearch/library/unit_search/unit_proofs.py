@@ -16,9 +16,8 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.packages import package
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
-from hcsearch.motion.kinematics.generic_rank import generic_rank
 from hcsearch.motion.kinematics.local import local_at
-from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import contact_rows, lock_at
 from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.paths.descent import find_descent

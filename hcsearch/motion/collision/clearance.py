@@ -24,9 +24,8 @@ from hcsearch.kernels.collision.clearance_search import (
     ClearanceTolerances,
     judge_clearance,
 )
-from hcsearch.kernels.collision.dips import approach_speed, smallest_dip
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.collision.least_gaps import least_pair_gap
+from hcsearch.kernels.collision.least_gaps import approach_speed, least_pair_gap, smallest_dip
 from hcsearch.motion.collision.panel_prisms import (
     DEFAULT_PANEL_MARGIN,
     GAP_RESOLUTION,

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import PrismPairs, pairs_between
+from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms, pairs_between
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet
 from hcsearch.shape.pattern import Hinge

@@ -34,7 +34,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.kernels.linkage.cones import MAX_EXTREME_RAYS, cone_rays, nonnegative_least_squares
 from hcsearch.motion.kinematics.local import bilinear_products
-from hcsearch.motion.locks import exact_checks as certificates
+from hcsearch.motion.locks import exact_checks
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.linkage import Linkage, hinge_tree
 
@@ -142,9 +142,9 @@ def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals
     if end is None or rows is None:
         return None
     if lock.order == 2:
-        return certificates.proves_second_order(end, rows, lock.wrench)
+        return exact_checks.proves_second_order(end, rows, lock.wrench)
     forces = np.zeros(len(contacts)) if lock.forces is None else lock.forces
-    return certificates.proves_first_order(end, rows, lock.wrench, forces)
+    return exact_checks.proves_first_order(end, rows, lock.wrench, forces)
 
 
 def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:

@@ -26,8 +26,7 @@ from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, kept_apart,
 from hcsearch.motion.collision.panel_reaches import longest_way, reaches
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.ends import EndClosure
-from hcsearch.motion.planning.motion_groups import group_of, group_of_all
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import group_of, group_of_all, loops_of
 from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE, Stretch, Tube, cubics_of, times_of
 from hcsearch.shape.linkage import Linkage
 

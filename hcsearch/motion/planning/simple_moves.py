@@ -29,7 +29,7 @@ from hcsearch.kernels.collision.gaps import deepest_overlap
 from hcsearch.kernels.planning.space import Space, StateStack, pick_state, place_state
 from hcsearch.motion.collision.panel_prisms import kept_apart, prisms_of, solid_pairs
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.motion.planning.motion_groups import turns_equally
+from hcsearch.motion.planning.problems import turns_equally
 from hcsearch.shape.linkage import Linkage, Walk
 
 MAX_MOVE_STATES = 400

@@ -28,8 +28,7 @@ from hcsearch.kernels.planning.closed_states import (
 from hcsearch.kernels.planning.tubes import POLISHED_RESIDUAL, Track, polishing_residual, prove_tube
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.ends import Departure, EndClosure
-from hcsearch.motion.planning.motion_groups import turns_equally
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import loops_of, turns_equally
 from hcsearch.shape.linkage import Linkage
 
 MAX_SWITCH_STEPS = 30

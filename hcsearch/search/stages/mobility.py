@@ -21,8 +21,7 @@ from hcsearch.kernels.linkage.cones import END_LOCKED, END_OPEN, END_PASSED, set
 from hcsearch.kernels.linkage.hinge_lines import survey_ends
 from hcsearch.kernels.linkage.loops import generic_states
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
-from hcsearch.motion.kinematics.generic_rank import MAX_GENERIC_ATTEMPTS, generic_rank, leaving_step
-from hcsearch.motion.kinematics.numerical_rank import decide_rank
+from hcsearch.motion.kinematics.numerical_rank import MAX_GENERIC_ATTEMPTS, decide_rank, generic_rank, leaving_step
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.scenes import Scene
 from hcsearch.search.stages.stage import Stage

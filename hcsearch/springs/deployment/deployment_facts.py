@@ -1,20 +1,29 @@
-"""A deployment as plain data, and as a table of its states."""
+"""What `hcsearch deploy` reports: a deployment as plain data, as a table and as pictures."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.basics.vocabulary import millimetres, play_sentence
+from hcsearch.basics.vocabulary import Formulation, Verdict, millimetres, play_sentence
+from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import label_data, labels_of
-from hcsearch.springs.deployment.agreement import Agreement, hinge_arrivals
-from hcsearch.springs.deployment.outcomes import reason_with_clearance
-from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment, hinge_arrivals
+from hcsearch.springs.deployment.drives import Drives
+from hcsearch.springs.deployment.outcomes import collision_sentence, reason_with_clearance
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.system.figures import figure_for, head, legend, line_style
+from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from hcsearch.system.figures import Axes
 
 
 def deployment_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
@@ -144,3 +153,120 @@ def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
         "damped_J": factor * motion.damped,
         "lost_J": factor * motion.lost,
     }
+
+
+def mark_collision(axes: Axes, deployment: Deployment) -> None:
+    """A line where panels first collide, or come too near to tell, if they do."""
+    clearance = deployment.clearance
+    if clearance is None or clearance.time is None:
+        return
+    what = "undecided"
+    if clearance.panels is not None and clearance.kind == "collides":
+        what = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
+    axes.axvline(clearance.time, color="red", linewidth=1.0)
+    ground = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+    axes.annotate(
+        what, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
+        ha="right", va="bottom", bbox=ground,
+    )  # fmt: skip
+
+
+def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
+    """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
+    motion = deployment.motion
+    times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
+    angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
+    with figure_for(path, (9, 6)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        for k, (name, column) in enumerate(zip(labels_of(deployment.compiled.linkage).hinges, angles.T, strict=True)):
+            above.plot(times, column, label=name, **line_style(k))
+        above.set(ylabel="fold angle, rad")
+        head(above, title)
+        legend(above, "hinge")
+        for event in motion.events:
+            if event.kind == "hit":
+                above.axvline(event.time, color="grey", linewidth=0.3)
+        mark_collision(above, deployment)
+        for name, column in deployment_energies(deployment).items():
+            if np.ptp(column) > 0.0:
+                label = name.removesuffix("_J").replace("_", " ")
+                below.plot(motion.times, column, label=label, **line_style(len(below.lines)))
+        below.set(xlabel="time, s", ylabel="energy, J")
+        legend(below, "energy")
+
+
+@dataclass(frozen=True, repr=False)
+class Deployed:
+    """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
+
+    name : the name of the folding or assembly. deployment : the simulation, with its states.
+    agreement : how simulations at tighter tolerances agree; None if the array does not become flat or is driven.
+    """
+
+    name: str
+    deployment: Deployment
+    agreement: Agreement | None
+
+    @property
+    def verdict(self) -> Verdict:
+        """`deploys` (flat and certified free of collisions at all tolerances), `collides` or `undecided`."""
+        return self.deployment.verdict if self.agreement is None else self.agreement.verdict
+
+    @property
+    def flat_time(self) -> float | None:
+        """The time at which the array is flat, s, in the digits that all tolerances agree on; None if it never is."""
+        return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
+
+    @property
+    def needed_margin(self) -> float | None:
+        """The least margin on every face, m, at which it is certified clear at all tolerances; None unless it deploys.
+
+        Two such margins are to be left between faces.
+        """
+        if self.verdict != "deploys" or self.deployment.play is None:
+            return None
+        return self.deployment.play.needed_margin if self.agreement is None else self.agreement.needed_margin
+
+    @property
+    def least_gap(self) -> float | None:
+        """The least gap of the panels as built, m, below 0 where they overlap; None unless it deploys."""
+        return None if self.needed_margin is None or self.deployment.play is None else self.deployment.play.least_gap
+
+    @property
+    def reason(self) -> str:
+        """The reason for the verdict, in words that name panels and hinges."""
+        return str(self.facts()["reason"])
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data, as `hcsearch deploy --json` prints them; keys name their units."""
+        return deployment_facts(self.deployment, self.agreement)
+
+    def table(self) -> pd.DataFrame:
+        """A pandas table of times, energies, fold angles and rates, as `hcsearch deploy --output` writes it."""
+        return deployment_table(self.deployment)
+
+    def picture(self, path: str) -> None:
+        """Draw fold angles and energies over time into a file .svg, .png or .pdf."""
+        draw_deployment(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {self.verdict}, {self.reason}>"
+
+
+def deploy_linkage(
+    name: str,
+    linkage: Linkage,
+    scene: Scene | Setup,
+    formulation: Formulation = "constrained",
+    *,
+    method: str | None = None,
+    tolerance: float = 1e-6,
+    drives: Drives | None = None,
+) -> Deployed:
+    """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
+    deployment = simulate_deployment(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
+    agreement = None if drives is not None else confirm_deployment(deployment, method=method, tolerance=tolerance)
+    return Deployed(name, deployment, agreement)

@@ -24,7 +24,7 @@ from hcsearch.springs.deployment.outcomes import (
     method_of,
     outcome_of,
 )
-from hcsearch.springs.dynamics.integrators import method_named
+from hcsearch.springs.dynamics.integration_methods import method_named
 from hcsearch.springs.dynamics.time_integration import SIMULATION_STOPS, plan_for, record_for
 
 MAX_SCENES_PER_CALL = 16

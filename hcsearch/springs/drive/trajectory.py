@@ -23,7 +23,7 @@ from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closed_states import close_state, new_closing
 from hcsearch.motion.planning.problems import loops_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.integrators import interpolate_motion
+from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 
 DRIVE_END_ANGLES = (0.01, 0.005)
 """How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing

@@ -25,7 +25,7 @@ from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.kernels.multibody.welds import cut_angles
-from hcsearch.springs.dynamics.integrators import interpolate_motion, method_named
+from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named
 from hcsearch.springs.dynamics.system import System
 
 SimulationStop = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]

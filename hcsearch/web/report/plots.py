@@ -13,7 +13,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.springs.deployment.deployment_facts import deployment_energies
 from hcsearch.springs.deployment.simulated_deployment import Deployment
-from hcsearch.system.palette import CurveLook, curve_look
+from hcsearch.system.figures import CurveLook, curve_look
 from hcsearch.web.player import Payload
 
 WIDTH, HEIGHT = 480, 220

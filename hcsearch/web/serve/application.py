@@ -28,11 +28,10 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
-from hcsearch.web.serve.addresses import LONGEST, check_query, parameters, read_asked
 from hcsearch.web.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
-from hcsearch.web.serve.guards import FRAMED, HEADERS, POLICY, refusal
 from hcsearch.web.serve.jobs import BusyError, Computing
 from hcsearch.web.serve.listing import Counts, LongLists, render_list
+from hcsearch.web.serve.requests import FRAMED, HEADERS, LONGEST, POLICY, check_query, parameters, read_asked, refusal
 from hcsearch.web.serve.template_pages import render, static_files
 
 

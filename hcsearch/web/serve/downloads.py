@@ -10,9 +10,9 @@ from typing import Any
 from hcsearch.export.exported import NAMES, Settings
 from hcsearch.export.formats import FORMATS, Format
 from hcsearch.store import Database, format_rows, select_page, stream
-from hcsearch.web.serve.addresses import LONGEST, AddressError, Asked, parameters
 from hcsearch.web.serve.jobs import BusyError
 from hcsearch.web.serve.listing import rows_of_a_page
+from hcsearch.web.serve.requests import LONGEST, AddressError, Asked, parameters
 
 STREAMS = 3
 """Files of all rows that are sent at once: each keeps a thread."""

@@ -20,7 +20,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.formats import FORMATS, Format
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
-from hcsearch.web.serve.addresses import Asked, address_of, design_address
+from hcsearch.web.serve.requests import Asked, address_of, design_address
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def design_page(db: str, notation: str, number: int, scene: str, named: str) -> 
     from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.designs.folding import foldings  # noqa: PLC0415 - the engine
     from hcsearch.web.report.design_data import design_data  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.design_page import render_design  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.page_files import render_design  # noqa: PLC0415 - the engine
 
     circuit = Circuit.from_notation(notation)
     with open_readonly(db) as database:

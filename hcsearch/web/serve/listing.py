@@ -33,8 +33,8 @@ from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import ReportData, foldings_of, motions_of, size_of, tried_of
 from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import database_option
-from hcsearch.web.serve.addresses import Asked, check_query, design_address, motion_address
 from hcsearch.web.serve.jobs import BusyError, Kept
+from hcsearch.web.serve.requests import Asked, check_query, design_address, motion_address
 from hcsearch.web.serve.template_pages import render
 
 T = TypeVar("T")

@@ -11,7 +11,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.player import player_script
 from hcsearch.web.report.templating import environment, joined_script, page_style, written
-from hcsearch.web.serve.addresses import address_of, design_address
+from hcsearch.web.serve.requests import address_of, design_address
 
 SCRIPT = ("geometry", "table", "parts", "card", "dialog", "copy")
 """Modules of the report's script that draw cards; `serve.js` uses them."""

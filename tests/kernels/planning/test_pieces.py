@@ -19,8 +19,7 @@ from hcsearch.kernels.planning.pieces import (
     new_piece_tables,
     prove_piece,
 )
-from hcsearch.motion.planning.motion_groups import group_of_all
-from hcsearch.motion.planning.problems import loops_of
+from hcsearch.motion.planning.problems import group_of_all, loops_of
 from tests.planned import SAMPLES, cubic, joined, planned
 
 

@@ -8,7 +8,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from hcsearch.kernels.planning.chords import link_states, separated
 from hcsearch.kernels.planning.closed_states import (
     close_state,
     keep_closed,
@@ -29,7 +28,14 @@ from hcsearch.kernels.planning.sliding import (
     slide,
     write_condition_row,
 )
-from hcsearch.kernels.planning.space import new_space_work, new_state_stack, pick_state, place_state
+from hcsearch.kernels.planning.space import (
+    link_states,
+    new_space_work,
+    new_state_stack,
+    pick_state,
+    place_state,
+    separated,
+)
 from hcsearch.kernels.planning.tree_search import (
     MAX_STATES_PER_CELL,
     add_state,

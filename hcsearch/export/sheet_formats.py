@@ -1,4 +1,4 @@
-"""Sheets as SVG in millimetres, a layer a group, which Inkscape shows as layers.
+"""Sheets as SVG, a layer a group, and as DXF, as AutoCAD 2000 and later read it; in millimetres.
 
 Older versions of Origami Simulator read no groups and do not close paths: for it, all lines stand alone.
 """
@@ -6,7 +6,9 @@ Older versions of Origami Simulator read no groups and do not close paths: for i
 from __future__ import annotations
 
 from html import escape
+from io import StringIO
 from itertools import pairwise
+from typing import Any
 
 from hcsearch.export.cutting_sheets import COLOURS, Line, Sheet
 from hcsearch.export.exported import Profile
@@ -66,3 +68,42 @@ def _data(line: Line, sheet: Sheet) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.5f}".rstrip("0").rstrip(".") if abs(value) > 5e-6 else "0"
+
+
+SCREEN = 4.0 / 3.0
+"""Width over height of the narrowest window in which the whole sheet is in view."""
+
+
+def dxf_of(sheet: Sheet, profile: Profile) -> str:
+    """The sheet; lines have the colours of their layers."""
+    from ezdxf import units  # noqa: PLC0415 - of an extra
+    from ezdxf._options import options  # noqa: PLC0415
+    from ezdxf.filemanagement import new  # noqa: PLC0415
+
+    stamped = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True  # no times: two files of one design are equal
+    try:
+        return _text(sheet, COLOURS[profile], new("R2000"), units.MM)
+    finally:
+        options.write_fixed_meta_data_for_testing = stamped
+
+
+def _text(sheet: Sheet, colours: dict[str, tuple[str, int]], document: Any, units: int) -> str:
+    from ezdxf.bbox import extents  # noqa: PLC0415
+
+    document.units = units
+    space = document.modelspace()
+    for layer, lines in sheet.lines.items():
+        if not lines:
+            continue
+        document.layers.add(layer, color=colours[layer][1])
+        for line in lines:
+            space.add_lwpolyline(line.points, close=line.closed, dxfattribs={"layer": layer})
+    box = extents(space)
+    space.reset_extents(box.extmin, box.extmax)
+    low, high = box.extmin.vec2, box.extmax.vec2
+    width, height = high - low
+    document.set_modelspace_vport(1.1 * max(height, width / SCREEN), center=low.lerp(high))
+    text = StringIO()
+    document.write(text)
+    return text.getvalue()

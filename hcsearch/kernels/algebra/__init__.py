@@ -1,1 +1,0 @@
-"""Small operations that compiled loops share: rows of tables, vectors and matrices as tuples."""
