@@ -8,11 +8,14 @@ import time
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.cli import compile as compiling
+from hcsearch.api import compiling
 from hcsearch.cli import hcsearch, progress
 from hcsearch.kernels.circuits.words import fingerprint_rows, insert_fingerprints
+from hcsearch.kernels.collision.clearance_search import judge_clearance
 from hcsearch.kernels.compiling import under_way
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
+from hcsearch.kernels.multibody.simulation import continue_simulation
+from hcsearch.kernels.multibody.stops import update_held_joints
 
 
 class Terminal(io.StringIO):
@@ -30,10 +33,10 @@ def samples(monkeypatch):
         started.append(process)
         return process
 
-    sample = compiling.Sample(("circuits.words.insert_fingerprints",), lambda: None)
+    sample = compiling.Sample((insert_fingerprints,), lambda: None)
     monkeypatch.setattr(compiling, "SAMPLES", {"quick": sample, "long": sample})
     monkeypatch.setattr(compiling, "_start", start)
-    monkeypatch.setattr(under_way, "is_ready", lambda kernel: any(process.poll() is not None for process in started))
+    monkeypatch.setattr(compiling, "is_ready", lambda kernel: any(process.poll() is not None for process in started))
     return started
 
 
@@ -51,19 +54,18 @@ def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples,
 
 def test_kernels_of_samples_are_those_that_the_program_has():
     for sample in compiling.SAMPLES.values():
-        kernels = under_way.kernels_named(sample.kernels)
-        assert all(kernel_stamp(kernel) for kernel in kernels)
-    check = under_way.kernels_named(compiling.SAMPLES["check"].kernels)
-    assert {"go_on", "judge", "regrip"} <= {kernel.__name__ for kernel in reached_kernels(check[0])}
+        assert all(kernel_stamp(kernel) for kernel in sample.kernels)
+    check = compiling.SAMPLES["check"].kernels[0]
+    assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check))
 
 
 CALLED = """
 from numba.core.dispatcher import Dispatcher
-from hcsearch.cli.compile import SAMPLES, run_sample
+from hcsearch.api.compiling import SAMPLES, run_sample
 compile_for = Dispatcher._compile_for_args
 def noted(kernel, *args, **options):
     function = kernel.py_func
-    print(function.__module__.removeprefix("hcsearch.kernels.") + "." + function.__name__, file=sys.stderr)
+    print(function.__module__ + "." + function.__name__, file=sys.stderr)
     return compile_for(kernel, *args, **options)
 Dispatcher._compile_for_args = noted
 for name in SAMPLES:
@@ -74,8 +76,10 @@ for name in SAMPLES:
 def test_all_kernels_that_python_calls_in_a_sample_are_named():
     done = subprocess.run([sys.executable, "-c", f"import sys{CALLED}"], capture_output=True, text=True, check=True)
     called = set(done.stderr.split())
-    assert "circuits.words.write_rows" in called
-    assert called == {kernel for sample in compiling.SAMPLES.values() for kernel in sample.kernels}
+    assert "hcsearch.kernels.circuits.words.write_rows" in called
+    assert called == {
+        f"{kernel.__module__}.{kernel.__name__}" for sample in compiling.SAMPLES.values() for kernel in sample.kernels
+    }
 
 
 def test_a_sample_that_fails_is_one_line(samples, monkeypatch):

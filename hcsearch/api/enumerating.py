@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
@@ -28,6 +30,18 @@ from hcsearch.system.machine import usable_cores
 
 JOBS_PER_CORE = 4
 """Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """A finished run, as commands report it.
+
+    plan : what was to be done. summary : what was done. location : of the database; None of a dry run.
+    """
+
+    plan: Plan
+    summary: Summary
+    location: str | None
 
 
 def enumerate_into(
@@ -64,15 +78,20 @@ def enumerate_into(
     Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deploys=None)
     """
     check_kinds(enumerate_into, locals())
-    crew = crew_of(jobs, scheduler)
-    plan = plan_of(search_of(grid, n, array, keep), until, keep, scene, panel, crew, db, budget)
-    say = announce or _silent
-    announce_size(plan, db, say)
-    return run_plan(plan, db, progress, say)[0].funnel
-
-
-def _silent(sentence: str) -> None:
-    """Say nothing."""
+    plan = plan_enumeration(
+        db,
+        grid=grid,
+        n=n,
+        array=array,
+        until=until,
+        keep=keep,
+        scene=scene,
+        panel=panel,
+        budget=budget,
+        jobs=jobs,
+        scheduler=scheduler,
+    )
+    return run_enumeration(plan, db, progress, announce).summary.funnel
 
 
 def search_of(grid: str | Grid | None, n: int | None, array: str | Array | None, keep: str) -> Search:
@@ -105,43 +124,57 @@ def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
     return Crew(jobs or cores, scheduler)
 
 
-def plan_of(
-    search: Search,
-    until: str | None,
-    keep: str,
-    scene: Scene | str | None,
-    panel: str | None,
-    crew: Crew,
-    db: Place | None,
+def plan_enumeration(
+    db: Place | None = None,
+    *,
+    grid: str | Grid | None = None,
+    n: int | None = None,
+    array: str | Array | None = None,
+    until: str | None = None,
+    keep: Keep = "all",
+    scene: Scene | str | None = None,
+    panel: str | None = None,
     budget: int | None = None,
+    jobs: int | None = None,
+    scheduler: str | None = None,
 ) -> Plan:
-    """What a run is to do; db : where scenes are looked up."""
+    """Plan a run of `enumerate_into` and check it; the parameters are the same."""
+    search, crew = search_of(grid, n, array, keep), crew_of(jobs, scheduler)
     last = list(STAGES)[-1] if until is None else until
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
     with database_snapshot(db) as (database, _):
         chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
-    plan = Plan(search, last, keep, with_size(chosen, panel, search.grid.name), crew, budget)
-    plan.crew.check()
-    return plan
+    crew.check()
+    return Plan(search, last, keep, with_size(chosen, panel, search.grid.name), crew, budget)
 
 
-def announce_size(plan: Plan, db: Place | None, announce: Announce, *, dry: bool = False) -> None:
-    """Say beforehand how much a plan lists and how long that takes, where it takes long; refuse what finds no room."""
+def run_enumeration(
+    plan: Plan,
+    db: Place | None = None,
+    progress: Progress | None = None,
+    announce: Announce | None = None,
+    *,
+    dry: bool = False,
+) -> Enumeration:
+    """Run a plan into a database, which is made where there is none.
+
+    dry : store nothing. The size of a long run is announced first; a run for whose results the disk has no room is
+    refused.
+    """
+    tell = announce or _ignore
     location = database_location(db)
     expected = estimate(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
     if expected is not None:
-        announce(expected.sentence(plan.crew))
+        tell(expected.sentence(plan.crew))
         if not dry:
             check_room(expected, location)
-
-
-def run_plan(
-    plan: Plan, db: Place | None, progress: Progress | None, announce: Announce, *, dry: bool = False
-) -> tuple[Summary, str | None]:
-    """Run a plan into a database, which is made where there is none, or without one; also where the database is."""
     if dry:
-        return run_dry(plan, progress, announce), None
+        return Enumeration(plan, run_dry(plan, progress, tell), None)
     with writing_database(db, create=True) as database:
-        return run_into(plan, database, progress, announce), database.location
+        return Enumeration(plan, run_into(plan, database, progress, tell), database.location)
+
+
+def _ignore(sentence: str) -> None:
+    """Announce nothing."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.compile import compiling_ahead
 from hcsearch.cli.options import crew_options, database_option, examples, target_options
 from hcsearch.cli.progress import Meter
 
 if TYPE_CHECKING:
-    from hcsearch.search.pipeline import Funnel, Plan, Summary
+    from hcsearch.api.enumerating import Enumeration
+    from hcsearch.search.pipeline import Funnel, Plan
 
 
 @click.command(
@@ -38,18 +38,10 @@ if TYPE_CHECKING:
 @crew_options
 @click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")
 def enumerate_(
-    grid: str,
-    n: int | None,
     array_spec: str | None,
-    keep: str,
     db: str,
-    until: str | None,
-    scene: str | None,
-    panel: str | None,
-    budget: int | None,
-    jobs: int | None,
-    scheduler: str | None,
     dry_run: bool,
+    **given: Any,
 ) -> None:
     """Search arrays for designs that fold, and store them.
 
@@ -57,15 +49,14 @@ def enumerate_(
     a motion for each folding that may open, and simulates how springs open it. It prints how many designs pass each
     stage. Finished work is stored: the same command continues an interrupted search.
     """
-    from hcsearch.api.enumerating import announce_size, crew_of, plan_of, run_plan, search_of
+    from hcsearch.api.compiling import compiling_ahead
+    from hcsearch.api.enumerating import plan_enumeration, run_enumeration
 
-    search, crew = search_of(grid, n, array_spec, keep), crew_of(jobs, scheduler)
-    plan = plan_of(search, until, keep, scene, panel, crew, db, budget)
-    announce_size(plan, db, _announce, dry=dry_run)
+    plan = plan_enumeration(db, array=array_spec, **given)
     with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
-        summary, place = run_plan(plan, db, meter, _announce, dry=dry_run)
-    _print_summary(plan, summary, place)
-    _announce_none(plan, summary.funnel)
+        done = run_enumeration(plan, db, meter, _announce, dry=dry_run)
+    _print_summary(done)
+    _announce_none(plan, done.summary.funnel)
 
 
 def _announce(sentence: str) -> None:
@@ -82,8 +73,8 @@ def _announce_none(plan: Plan, funnel: Funnel) -> None:
         _announce(f"nothing folds: {no_folding_reason(plan.search.n)}")
 
 
-def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
-    funnel = summary.funnel
+def _print_summary(done: Enumeration) -> None:
+    plan, summary, funnel = done.plan, done.summary, done.summary.funnel
     target = plan.search.target or f"all arrays of {plan.search.n} cells"
     click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
     arrays = "arrays" if plan.keep == "all" else f"arrays ({plan.keep})"
@@ -105,8 +96,8 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
     if summary.undecided:
         foldings = "1 folding is" if summary.undecided == 1 else f"{summary.undecided:,} foldings are"
         click.echo(f"{foldings} undecided: the same command with --budget {_next_budget(plan)} searches on")
-    if place is not None:
-        click.echo(f"database: {place}")
+    if done.location is not None:
+        click.echo(f"database: {done.location}")
 
 
 def _next_budget(plan: Plan) -> int:

@@ -8,8 +8,8 @@ import click
 
 from hcsearch.cli.cases import named_options, subject_options
 from hcsearch.cli.options import Number, examples
-from hcsearch.export.exported import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
 from hcsearch.export.formats import FORMATS
+from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
 
 
 @click.command(

@@ -40,7 +40,7 @@ class _CompilingNote:
         while not self._over.wait(wait):
             wait = _LOOK
             kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # without it nothing is compiled yet
-            compiled = kernels.under_way() if kernels is not None else None
+            compiled = kernels.compilation_under_way() if kernels is not None else None
             if compiled is not None:
                 line = f"compiling kernels, {compiled.done} of {compiled.total}: {compiled.name}"
                 click.echo(f"\r{line:<79}", err=True, nl=False)

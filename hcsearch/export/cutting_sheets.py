@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.export.exported import Profile, SheetKind
+from hcsearch.export.settings import Profile, SheetKind
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.mesh import PlanePoint
 from hcsearch.shape.pattern import Crease, FacetPair, Pattern

@@ -12,8 +12,9 @@ from hcsearch.cases.replay_sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
-from hcsearch.export.exported import NAMES, Exported, Settings, State
+from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS, Content, Format
+from hcsearch.export.settings import NAMES, Settings, State
 
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from hcsearch.designs.circuit import Circuit
     from hcsearch.designs.folding import Folding
     from hcsearch.export.cutting_sheets import Sheet
-    from hcsearch.export.exported import Exported, Profile, Settings, SheetKind, State
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Profile, Settings, SheetKind, State
     from hcsearch.shape.pattern import Pattern
 
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 from hcsearch.export.cutting_sheets import COLOURS, Line, Sheet
-from hcsearch.export.exported import Profile
+from hcsearch.export.settings import Profile
 
 STROKE = 0.1
 """Width of lines, mm."""

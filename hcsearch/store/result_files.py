@@ -18,14 +18,14 @@ from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import QueryError, printable
-from hcsearch.store.rows import Row, Rows
 from hcsearch.system.outputs import replacing
 from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     import pyarrow
 
-    from hcsearch.store.rows import Rows
+    from hcsearch.store.rows import Row, Rows
+
 
 FORMATS = ("table", "csv", "json", "markdown", "parquet")
 

@@ -8,8 +8,9 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import foldings
 from hcsearch.export.cutting_sheets import Sheet, sheet_of
 from hcsearch.export.export_files import exported_case
-from hcsearch.export.exported import Exported, Settings
+from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS, Files
+from hcsearch.export.settings import Settings
 from tests.strategies import circuits
 
 DESIGN = "hex:0234435011:1"

@@ -16,8 +16,8 @@ from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS
-from hcsearch.export.exported import Settings, read_state
 from hcsearch.export.formats import FORMATS, Format, format_of
+from hcsearch.export.settings import Settings, read_state
 from hcsearch.scenes import SCENES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.own_patterns.fold_reading import read_fold

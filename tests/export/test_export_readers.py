@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hcsearch.export.exported import Settings
+from hcsearch.export.settings import Settings
 from tests.export.exports import DESIGN, MOVING, RING, exported, sheet_for, written
 from tests.report.browser import chromium, complaints
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning
 from hcsearch.export.cutting_sheets import LAYERS, MARGIN, chains, strokes
-from hcsearch.export.exported import Settings
+from hcsearch.export.settings import Settings
 from hcsearch.library.assemblies import ASSEMBLIES
 from tests.export.exports import DESIGN, MOVING, RING, SLITTED, exported, folded, sheet_for, written
 

@@ -11,8 +11,8 @@ import pytest
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning
 from hcsearch.designs.folding import Folding
 from hcsearch.export.cut_trees import cut_tree, line_of
-from hcsearch.export.exported import Settings
 from hcsearch.export.mjcf import mjcf_of
+from hcsearch.export.settings import Settings
 from hcsearch.export.urdf import urdf_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.laws import law_named

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -60,15 +59,6 @@ def is_ready(kernel: Any) -> bool:
         return True
     end = f"-{kernel_stamp(kernel)}-{kernel.__name__}.kernel"
     return any(path.name.endswith(end) for path in _files())
-
-
-def kernels_named(names: Iterable[str]) -> list[Any]:
-    """Kernels by the names of their modules, within `hcsearch.kernels`, and their own."""
-    kernels = []
-    for name in names:
-        module, _, kernel = name.rpartition(".")
-        kernels.append(getattr(importlib.import_module(f"hcsearch.kernels.{module}"), kernel))
-    return kernels
 
 
 def uncompiled_stamps(stamps: frozenset[str]) -> frozenset[str]:

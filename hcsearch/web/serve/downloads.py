@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
-from hcsearch.export.exported import NAMES, Settings
 from hcsearch.export.formats import FORMATS, Format
+from hcsearch.export.settings import NAMES, Settings
 from hcsearch.store import Database, format_rows, select_page, stream
 from hcsearch.web.serve.jobs import BusyError
 from hcsearch.web.serve.listing import rows_of_a_page
