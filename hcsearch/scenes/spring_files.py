@@ -8,7 +8,8 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.reading import MOST_BYTES, Columns, canonical, read_columns, renamed
+from hcsearch.system.csv_columns import Columns, canonical, read_columns, renamed
+from hcsearch.system.reading import MOST_BYTES
 
 ANGLE_COLUMN_UNITS = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
 MOMENT_COLUMN_UNITS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import spring_files
-from hcsearch.system.reading import HUGE, TINY, Columns, is_number, read_columns, renamed
+from hcsearch.system.csv_columns import HUGE, TINY, Columns, is_number, read_columns, renamed
 from hcsearch.system.terminal import short
 
 MIN_VIBRATION_SAMPLES = 64
