@@ -30,11 +30,11 @@ PLAIN = {
     "__version__": "The release that is installed.",
 }
 KINDS = {
-    "By": ReplaySource,
+    "CaseSubject": CaseSubject,
     "Formulation": Formulation,
     "Keep": Keep,
-    "Named": CaseSubject,
     "Place": Place,
+    "ReplaySource": ReplaySource,
     "Way": Way,
 }
 """Names of kinds in the signatures of functions."""
