@@ -32,11 +32,9 @@ class Case:
         sweeps.move_bodies(self.tree, self.v, self.work)
 
     def accelerations(self):
-        accelerations = np.empty(self.n)
-        assert accelerations.accelerate(
-            self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, accelerations
-        )
-        return accelerations
+        found = np.empty(self.n)
+        assert accelerations.accelerate(self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, found)
+        return found
 
 
 def closed_state(seed, hold, **options):
@@ -57,12 +55,12 @@ def closed_state(seed, hold, **options):
 def test_accelerations_and_holding_forces_are_those_of_the_dense_equations(seed):
     case = Case(seed, hold=0.2)
     expected, holding = case.twin.accelerations(case.q, case.v, case.held)
-    accelerations = case.accelerations()
+    found = case.accelerations()
     size = max(1.0, np.abs(expected).max())
-    assert accelerations[~case.held] == pytest.approx(expected[~case.held], rel=1e-7, abs=1e-7 * size)
+    assert found[~case.held] == pytest.approx(expected[~case.held], rel=1e-7, abs=1e-7 * size)
     rows = case.twin.rows(case.q)
     if np.linalg.matrix_rank(rows[:, ~case.held], 1e-6) == np.linalg.matrix_rank(rows, 1e-6):
-        assert accelerations[case.held] == pytest.approx(holding, rel=1e-7, abs=1e-7 * size)
+        assert found[case.held] == pytest.approx(holding, rel=1e-7, abs=1e-7 * size)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -184,8 +182,8 @@ def test_closure_springs_pull_as_in_the_dense_equations(seed):
     rows, gaps, free = case.twin.rows(q), case.twin.errors(q), ~case.held
     forces = case.twin.forces(q, v) - rows.T @ (stiffness * gaps + damping * rows @ v)
     expected = np.linalg.solve(case.twin.masses(q)[np.ix_(free, free)], forces[free])
-    accelerations = case.accelerations()[free]
-    assert accelerations == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
+    found = case.accelerations()[free]
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
     case.move()
     stored, lost = accelerations.closure_energy(case.mechanism, case.work)
     assert stored == pytest.approx(0.5 * stiffness * gaps @ gaps, rel=1e-9)
