@@ -100,9 +100,9 @@ def test_the_place_and_the_traceback_of_a_fault_are_those_in_the_worker(run):
 def test_a_fault_is_none_of_the_verdicts(run, tmp_path):
     """The commands that end with 1 where nothing deploys."""
     words = {
-        "deploy": ("hcsearch.springs.deployment.simulated_deployment:deploy", "hex:0234550132:4"),
+        "deploy": ("hcsearch.springs.deployment.simulated_deployment:simulate_deployment", "hex:0234550132:4"),
         "check": ("hcsearch.search.own_patterns.single_circuits:check_circuit", "square:0123"),
-        "tune": ("hcsearch.springs.tuning.spring_tuning:tune", "hex:0234550132:4"),
+        "tune": ("hcsearch.springs.tuning.spring_tuning:tune_springs", "hex:0234550132:4"),
         "drive": ("hcsearch.springs.drive.driven_folding:drive_along", "hex:0234550132:4"),
     }
     for command, (broken, name) in words.items():

@@ -55,7 +55,7 @@ def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_pa
     def planning(*_):
         raise PlannedError
 
-    monkeypatch.setattr(replay_sources, "find_motion", planning)
+    monkeypatch.setattr(replay_sources, "find_drive_motion", planning)
     for path, stored in replays_in(searched)[1]:
         name = f"{path.design_id}:{path.crease}"
         assert replay_case(resolve(name, searched))[0].angles.tolist() == stored.angles.tolist()
