@@ -10,9 +10,9 @@ try:  # an interrupt may come in each of these lines, and in none between this m
     import signal
     import sys
 
-    from hcsearch.system.interrupts import leave
+    from hcsearch.system.interrupts import exit_interrupted
 
-    signal.signal(signal.SIGINT, leave)
+    signal.signal(signal.SIGINT, exit_interrupted)
 except KeyboardInterrupt:
     raise SystemExit(128 + 2) from None  # `sys` may not be there yet
 
@@ -28,7 +28,7 @@ def main() -> None:
         run()
     except Exception as error:
         if _comes_of_interrupt(error):
-            leave()
+            exit_interrupted()
         _print_fault(error)
         sys.exit(FAULT_CODE)
 

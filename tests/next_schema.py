@@ -9,13 +9,13 @@ from pathlib import Path
 
 from hcsearch.store import database, migrate, schema
 
-NEXT = f"{int(schema.REVISION) + 1:04d}"
+NEXT = f"{int(schema.SCHEMA_REVISION) + 1:04d}"
 SCRIPT = f"versions/{NEXT}_more.py"
 _MIGRATION = f"""
 import sqlalchemy as sa
 from alembic import op
 revision = {NEXT!r}
-down_revision = {schema.REVISION!r}
+down_revision = {schema.SCHEMA_REVISION!r}
 def upgrade():
     recreate = "always" if op.get_bind().dialect.name == "sqlite" else "never"
     for name in ("design", "verdict"):
@@ -27,7 +27,7 @@ def upgrade():
 def install(folder, change=setattr):
     """Make this program that one; change : sets an attribute, such as that of a monkeypatch."""
     if not folder.exists():
-        shutil.copytree(migrate.SCRIPTS, folder, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(migrate.MIGRATION_SCRIPTS, folder, ignore=shutil.ignore_patterns("__pycache__"))
         (folder / SCRIPT).write_text(_MIGRATION)
     change(migrate, "SCRIPTS", folder)
     for module in (migrate, database):

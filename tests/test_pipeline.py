@@ -111,7 +111,7 @@ def test_addresses_of_all_kinds_are_taken():
 
 
 def test_an_estimate_leaves_out_what_is_finished(monkeypatch):
-    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL_CIRCUIT_COUNT", 0)
     plan = Plan(PolygonSearch(HEX, 16), "twist")
     shards = plan.search.prefixes
     whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(shards[::2]))
@@ -128,7 +128,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
             (ArraySearch(parse_array(GRIDS["square"], "6x6")), "two-stack"),
         )
     ]
-    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL_CIRCUIT_COUNT", 0)
     monkeypatch.setattr("hcsearch.search.enumeration.folded._SHARD_PAIRS", 500)
     for plan in plans:
         alone = run_dry(plan)
@@ -193,7 +193,7 @@ def test_small_runs_are_not_estimated():
 
 
 def test_an_estimate_is_near_what_is_found(monkeypatch):
-    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL", 0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL_CIRCUIT_COUNT", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
     expected = estimate(plan, stored=True)
     assert expected is not None

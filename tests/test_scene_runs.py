@@ -250,7 +250,7 @@ def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatc
 
 
 def test_progress_and_times_are_known_beforehand(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcsearch.search.pipeline.run.LONG", 0.0)
+    monkeypatch.setattr("hcsearch.search.pipeline.run.LONG_RUN_SECONDS", 0.0)
     seen, said = [], []
 
     def show(done, total, note, unit="batch"):

@@ -17,9 +17,17 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.eight_r import eight_r
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
 from hcsearch.library.assemblies.named_assembly import Parameters
-from hcsearch.library.assemblies.overlays import neighbours
+from hcsearch.library.assemblies.overlays import neighbouring_facets
 from hcsearch.library.assemblies.squares import array_6r, element_6r
-from hcsearch.library.unit_search.copies import STILL, Placement, Rings, Sheet, congruence_key, least_kutzbach, marks_of
+from hcsearch.library.unit_search.copies import (
+    IDENTITY_PLACEMENT,
+    CopySheet,
+    Placement,
+    Rings,
+    congruence_key,
+    least_kutzbach,
+    marks_of_copies,
+)
 from hcsearch.library.unit_search.elements import (
     KITE,
     PARALLELOGRAM,
@@ -32,8 +40,8 @@ from hcsearch.library.unit_search.elements import (
     untwisted,
     with_triangles,
 )
-from hcsearch.library.unit_search.unit_proofs import freedom, prove
-from hcsearch.library.unit_search.unit_search import Limits, search_elements, search_units
+from hcsearch.library.unit_search.unit_proofs import freedom, prove_unit
+from hcsearch.library.unit_search.unit_search import Limits, find_units, search_elements
 from hcsearch.motion.collision.distances import penetration
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
@@ -57,9 +65,9 @@ motions = st.builds(
 
 def same_class(pattern, length=None):
     """What congruent patterns have in common; similar ones where a length (m) is given to measure them by."""
-    sheet = Sheet(pattern, lattice=False)
+    sheet = CopySheet(pattern, lattice=False)
     scale = 1.0 if length is None else sheet.unit / length
-    return congruence_key([(scale * place, code) for place, code in marks_of(sheet)])
+    return congruence_key([(scale * place, code) for place, code in marks_of_copies(sheet)])
 
 
 @pytest.fixture(scope="module")
@@ -78,15 +86,15 @@ def test_motions_compose_and_turn_back(one, two, point):
     assert (one @ two).plane(point) == pytest.approx(one.plane(two.plane(point)))
     assert (one.inverse @ one).plane(point) == pytest.approx(point)
     assert (one @ two).exchange == one.exchange * two.exchange
-    assert (one @ one.inverse).key == STILL.key
+    assert (one @ one.inverse).key == IDENTITY_PLACEMENT.key
 
 
 @settings(max_examples=25)
 @given(motions)
 def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
     element = eight_r(DEGREES)
-    sheet = Sheet(element, lattice=False)
-    moved = Sheet(motion.of(element, sheet.unit), lattice=False)
+    sheet = CopySheet(element, lattice=False)
+    moved = CopySheet(motion.of(element, sheet.unit), lattice=False)
     assert moved.centres == pytest.approx(np.array([motion.plane(z) for z in sheet.centres]))
     assert {code for *_, code in moved.creases} == {motion.exchange * code for *_, code in sheet.creases}
     assert (moved.codes[0, 9], moved.codes[0, 2]) == (motion.exchange * sheet.codes[0, 9], sheet.codes[0, 2])
@@ -95,10 +103,10 @@ def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
 
 def test_placements_are_those_of_joining():
     element = eight_r(DEGREES)
-    rings = Rings(Sheet(element, lattice=False), strict=False)
+    rings = Rings(CopySheet(element, lattice=False), strict=False)
     unit = rings.sheet.unit
     joined = set()
-    for placement, _, _ in neighbours(element, element):
+    for placement, _, _ in neighbouring_facets(element, element):
         scaled = placement._replace(shift=placement.shift / unit)
         joined.add(rings.key(Placement(scaled, -1 if placement.reflects else 1)))
     # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
@@ -108,8 +116,8 @@ def test_placements_are_those_of_joining():
 
 
 def test_overlap_of_a_copy_with_itself():
-    sheet = Sheet(eight_r(DEGREES), lattice=False)
-    overlap = sheet.overlap(STILL)
+    sheet = CopySheet(eight_r(DEGREES), lattice=False)
+    overlap = sheet.overlap(IDENTITY_PLACEMENT)
     assert (overlap.facets, overlap.hinges, overlap.crossed, overlap.agrees) == (10, 8, 0, True)
     assert not sheet.overlap(Placement(Isometry.by(), -1)).agrees
     assert not sheet.overlap(Placement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
@@ -119,7 +127,7 @@ def test_overlap_of_a_copy_with_itself():
 def test_kutzbach_of_marks_is_a_lower_bound():
     for build in (eight_r, unit_i, unit_ii):
         pattern = build(DEGREES)
-        assert least_kutzbach(marks_of(Sheet(pattern, lattice=False))) == pattern.kutzbach
+        assert least_kutzbach(marks_of_copies(CopySheet(pattern, lattice=False))) == pattern.kutzbach
 
 
 def test_patterns_of_one_key_are_congruent_or_mirror_each_other():
@@ -242,7 +250,7 @@ def test_units_are_unions_of_their_copies(ten):
 
 def test_a_crease_in_a_slit_leaves_no_folded_state():
     element = next(iter(isosceles_elements(10, 70.0)))
-    sheet = Sheet(element.pattern, lattice=False)
+    sheet = CopySheet(element.pattern, lattice=False)
     strict, loose = (
         {congruence_key(rings.marks(ring)): ring for ring in rings.rings()}
         for rings in (Rings(sheet), Rings(sheet, strict=False))
@@ -256,15 +264,15 @@ def test_a_crease_in_a_slit_leaves_no_folded_state():
 
 def test_panels_cut_through_each_other_below_45_degrees():
     # thesis 5.3.1: the slit's distance p changes its sign there
-    proofs = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
+    proofs = {alpha: prove_unit(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
     assert [proof.contact for proof in proofs.values()] == [True, False]
     assert all(proof.holds for proof in proofs.values())
 
 
 def test_limits_stop_a_search_and_say_so():
     element = next(iter(elements("triangle", 14)))
-    assert not search_units(element, limits=Limits(unions=5)).complete
-    assert not search_units(element, limits=Limits(seconds=0.0)).complete
+    assert not find_units(element, limits=Limits(unions=5)).complete
+    assert not find_units(element, limits=Limits(seconds=0.0)).complete
     (searched, *_) = search_elements([element], max_dof=3)
     assert searched.skipped == "more than 3 degrees of freedom"
 
@@ -280,7 +288,7 @@ def test_circuits_of_fourteen_triangles_make_no_units():
 def test_hexagons_around_the_centres_of_triangles_make_the_same_units():
     folding = next(folding for folding in foldings(Circuit.from_notation("hex:0123434501")) if folding.crease == 1)
     (element,) = elements_of(folding)
-    searched = search_units(element, copies=(4,))
+    searched = find_units(element, copies=(4,))
     steps = math.sqrt(3) * 0.050, DEGREES.base / math.sqrt(3)  # from panel to panel
     regular = replace(DEGREES, alpha=math.pi / 3)
     known = {same_class(build(regular), steps[1]) for build in (unit_i, unit_ii)}
@@ -292,7 +300,7 @@ def test_hexagons_around_the_centres_of_triangles_make_the_same_units():
 def test_two_6r_elements_in_a_column_are_no_unit():
     element = next(iter(elements("square", 8)))
     assert same_class(element.pattern) == same_class(element_6r(SQUARES))
-    searched = search_units(element, copies=(2,))
+    searched = find_units(element, copies=(2,))
     assert not searched.units
     columns = [unit for unit in searched.refuted if unit.proof.overlap == 0]
     assert [same_class(unit.pattern) for unit in columns] == [same_class(array_6r(replace(SQUARES, size=(1, 2))))]

@@ -15,7 +15,7 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS, parse_array
-from hcsearch.export.formats import FORMATS
+from hcsearch.export.formats import EXPORT_FORMATS
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
@@ -103,7 +103,7 @@ def test_drawings_for_a_cutter_have_the_parts_of_the_linkage_that_deploys(here):
 
 
 def test_each_format_is_said_to_be_of_the_way_that_deploys(here):
-    for form in FORMATS.values():
+    for form in EXPORT_FORMATS.values():
         file = f"design{form.endings[0]}"
         if form.needs or form.endings[0] in (".json", ".g6"):  # graphs of circuits have no linkage
             continue

@@ -16,9 +16,9 @@ from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.fold_reading import read_fold
 from hcsearch.search.own_patterns.recognition import recognise, sized
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
-Progress = Callable[[int, int, str], None]
+CheckProgress = Callable[[int, int, str], None]
 
 
 def check(
@@ -28,7 +28,7 @@ def check(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: Progress | None = None,
+    progress: CheckProgress | None = None,
     **values: Any,
 ) -> CheckedCircuit:
     """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
@@ -56,7 +56,7 @@ def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:
     """The circuit of a FOLD file, the creases of the foldings that are drawn, and the size of its panels."""
     drawing = read_fold(path)
     for remark in drawing.remarks:
-        say(f"{path}: {remark}")
+        write_notice(f"{path}: {remark}")
     design = recognise(drawing)
     return design.circuit, list(design.creases) if design.assigned else None, sized(design, drawing)
 

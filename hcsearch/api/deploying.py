@@ -11,7 +11,7 @@ from hcsearch.cases.names import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def deploy(
@@ -49,7 +49,7 @@ def deploy(
     """
     check_kinds(deploy, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
-    say(case.sentence)
+    write_notice(case.sentence)
     return deploy_linkage(
         case.name,
         case.linkage,

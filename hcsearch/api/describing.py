@@ -20,7 +20,7 @@ def describe(name: str, **parameters: Any) -> dict[str, Any]:
     """
     check_kinds(describe, locals())
     assembly = _named(name)
-    return description.describe(assembly, parameters_of(assembly, parameters))
+    return description.describe_assembly(assembly, parameters_of(assembly, parameters))
 
 
 def draw_assembly(name: str, parameters: Mapping[str, Any]) -> str:

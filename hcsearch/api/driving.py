@@ -15,7 +15,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.springs.drive.driven_folding import DRIVE_STAGES, Drive, DriveOptions, DriveProgress, drive_along
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def drive(
@@ -48,4 +48,4 @@ def drive(
     try:
         return drive_along(folding, found, motion, options, progress)
     finally:
-        say(said)
+        write_notice(said)

@@ -17,7 +17,7 @@ from hcsearch.search.pipeline import (
     Crew,
     Funnel,
     Plan,
-    Summary,
+    RunSummary,
     check_room,
     estimate,
     finished_shards,
@@ -40,7 +40,7 @@ class Enumeration:
     """
 
     plan: Plan
-    summary: Summary
+    summary: RunSummary
     location: str | None
 
 

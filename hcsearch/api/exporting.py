@@ -19,7 +19,7 @@ from hcsearch.export.export_files import export_files, settings_of
 from hcsearch.export.formats import format_of
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, replacing
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def save(
@@ -56,5 +56,5 @@ def save(
     with ExitStack() as stack:
         for place, content in zip(paths, files.values(), strict=True):
             stack.enter_context(replacing(place)).write_bytes(content)
-    say(exported.sentence)
+    write_notice(exported.sentence)
     return paths

@@ -17,7 +17,7 @@ from hcsearch.springs.identification.vibration import (
     hinge_test,
     identify_modes,
 )
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 @dataclass(frozen=True)
@@ -68,4 +68,4 @@ def identify_damping(
 
 
 def _note(text: str) -> None:
-    say(f"hcsearch: {printable(text)}")
+    write_notice(f"hcsearch: {printable(text)}")

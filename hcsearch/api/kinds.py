@@ -29,7 +29,7 @@ def check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
     """
     for name, kind in _annotated(function).items():
         if not _is(given[name], kind):
-            raise HcsearchError(wrong_kind_message(f"{function.__name__}: {name}", given[name], described(kind)))
+            raise HcsearchError(wrong_kind_message(f"{function.__name__}: {name}", given[name], describe_kind(kind)))
 
 
 @cache
@@ -54,11 +54,11 @@ def _is(value: Any, kind: Any) -> bool:
     return isinstance(value, _NUMBERS.get(kind, kind)) and (kind is bool or not isinstance(value, bool))
 
 
-def described(kind: Any) -> str:
+def describe_kind(kind: Any) -> str:
     """What an annotation asks for, in words."""
     origin, args = get_origin(kind), get_args(kind)
     if origin in _UNIONS:
-        return _either([described(one) for one in args if one is not NoneType])
+        return _either([describe_kind(one) for one in args if one is not NoneType])
     if origin is Literal:
         return _either([repr(one) for one in args])
     if origin is Sequence:
@@ -76,7 +76,7 @@ def _is_protocol(kind: Any) -> bool:
 
 
 def _several(kind: Any) -> str:
-    return described(kind).removeprefix("a ") + "s"
+    return describe_kind(kind).removeprefix("a ") + "s"
 
 
 def _either(words: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import notebook_html
 
-MOST_PANELS = 12
+MAX_PLANNED_PANELS = 12
 """Panels of a folding whose motion is planned for a notebook: of larger ones that takes long, and `replay` does it."""
 
 
@@ -28,7 +28,7 @@ def html_of(value: object) -> str | None:
 
 def _folding_html(folding: Folding) -> str | None:
     """Return the picture of a folding above its motion; None where it is twisted or large."""
-    if folding.circuit.n > MOST_PANELS or twist(folding):
+    if folding.circuit.n > MAX_PLANNED_PANELS or twist(folding):
         return None
     replay, _ = replay_case(resolve(folding))
     return f"<div>{folding._repr_svg_()}</div>{notebook_html(replay)}"

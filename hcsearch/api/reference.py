@@ -10,26 +10,26 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from hcsearch.api.kinds import described
+from hcsearch.api.kinds import describe_kind
 from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import CaseSubject
 from hcsearch.cases.names import Place
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.system.lazy import names_of
 
-TITLE = """# Reference of the Python names
+REFERENCE_TITLE = """# Reference of the Python names
 
 All names are imported from the package, as in `from hcsearch import deploy`; [python.md](../howto/python.md) shows how
 to use them. Lengths are in metres and angles in radians, but sizes in texts are in millimetres: `panel="50x40x6"`.
 
 `make docs` generates this page from the docstrings.
 """
-PLAIN = {
+VALUE_DESCRIPTIONS = {
     "GRIDS": "The grids by their names: `triangle`, `square`, `rectangle`, `hex`.",
     "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
     "__version__": "The release that is installed.",
 }
-KINDS = {
+SIGNATURE_KINDS = {
     "CaseSubject": CaseSubject,
     "Formulation": Formulation,
     "Keep": Keep,
@@ -38,27 +38,27 @@ KINDS = {
     "Way": Way,
 }
 """Names of kinds in the signatures of functions."""
-WIDTH = 100
+CODE_WIDTH = 100
 _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
 """How docstrings describe parameters and fields: `name : text.`"""
 
 
 def reference() -> str:
     """The document."""
-    parts = [TITLE]
+    parts = [REFERENCE_TITLE]
     for group, names in names_of("hcsearch").items():
         parts.append(f"\n## {group}\n")
         parts += [_entry(name, getattr(import_module(module), name)) for name, module in names.items()]
     parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")
-    parts += [f"| `{name}` | {described(kind)} |\n" for name, kind in KINDS.items()]
+    parts += [f"| `{name}` | {describe_kind(kind)} |\n" for name, kind in SIGNATURE_KINDS.items()]
     return "".join(parts)
 
 
 def _entry(name: str, value: Any) -> str:
     """The part on one name."""
     lines = [f"\n### `{name}`\n"]
-    if name in PLAIN:
-        return "".join([*lines, f"\n{PLAIN[name]}\n"])
+    if name in VALUE_DESCRIPTIONS:
+        return "".join([*lines, f"\n{VALUE_DESCRIPTIONS[name]}\n"])
     if not inspect.isclass(value):
         return "".join([*lines, _code(_signature(name, value)), _prose(value)])
     if not issubclass(value, Exception):
@@ -77,7 +77,7 @@ def _signature(name: str, value: Any) -> str:
         called = f"{name}({', '.join(given)})"
     else:
         called = name + re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(value)))
-    if len(called) <= WIDTH:
+    if len(called) <= CODE_WIDTH:
         return called
     inside, _, after = called[len(name) + 1 :].rpartition(")")
     return "\n".join([f"{name}(", *(f"    {part}," for part in _parts(inside)), f"){after}"])

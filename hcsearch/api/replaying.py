@@ -15,7 +15,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def replay(
@@ -44,5 +44,5 @@ def replay(
     path = motion == "path"
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=path)
     shown, said = replay_case(case, motion)
-    say(said)
+    write_notice(said)
     return shown

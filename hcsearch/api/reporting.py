@@ -8,7 +8,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.cases.names import Place, reading_database
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
-from hcsearch.web.report.page_files import LIMIT, write_report
+from hcsearch.web.report.page_files import MAX_PAGE_DESIGNS, write_report
 
 
 def report(
@@ -18,7 +18,7 @@ def report(
     db: Place | None = None,
     scene: str | None = None,
     panel: str | None = None,
-    limit: int | None = LIMIT,
+    limit: int | None = MAX_PAGE_DESIGNS,
 ) -> Path:
     """Write one HTML page of the designs that a query selects, as `hcsearch report` does; return its path.
 

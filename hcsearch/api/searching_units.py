@@ -9,12 +9,12 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.names import Place, writing_database
 from hcsearch.library.unit_search.elements import Element, elements, isosceles_elements
-from hcsearch.library.unit_search.unit_search import Limits, Progress, Searched, search_elements
+from hcsearch.library.unit_search.unit_search import Limits, Searched, UnitSearchProgress, search_elements
 from hcsearch.store import record_units
 
-COPIES = (2, 4)
+DEFAULT_COPY_COUNTS = (2, 4)
 """How many copies of an element make a unit."""
-MOST_UNIONS = 20_000
+DEFAULT_MAX_UNIONS = 20_000
 
 
 def search_units(
@@ -23,11 +23,11 @@ def search_units(
     *,
     alpha: float | None = None,
     max_dof: int | None = None,
-    copies: Sequence[int] = COPIES,
-    most: int = MOST_UNIONS,
+    copies: Sequence[int] = DEFAULT_COPY_COUNTS,
+    most: int = DEFAULT_MAX_UNIONS,
     seconds: float | None = None,
     db: Place | None = None,
-    progress: Progress | None = None,
+    progress: UnitSearchProgress | None = None,
 ) -> Iterator[tuple[Searched, int]]:
     """Search for units made of copies of each element of n panels, as `hcsearch units` does.
 

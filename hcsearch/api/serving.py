@@ -10,8 +10,8 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.names import database_location
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.store import check_scene, open_readonly
-from hcsearch.store.queries import SECONDS
-from hcsearch.system.terminal import say
+from hcsearch.store.queries import STATEMENT_SECONDS
+from hcsearch.system.terminal import write_notice
 
 
 def serve(
@@ -35,16 +35,16 @@ def serve(
         if find_spec(name) is None:
             raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
     from hcsearch.web.serve.requests import is_local  # noqa: PLC0415 - needs the extra `serve`
-    from hcsearch.web.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
+    from hcsearch.web.serve.server import open_socket, run, socket_address  # noqa: PLC0415 - as above
 
     place = database_location(db)
-    with open_readonly(place, timeout=SECONDS) as database:
+    with open_readonly(place, timeout=STATEMENT_SECONDS) as database:
         asked = scene_asked_for(database, scene, panel)
         check_scene(database, asked)
         with open_socket(host, port) as listening:
             if not is_local(host):
-                say(f"warning: whoever reaches {host} can read this database; there is no password")
-            sentence = f"{address_of(listening, host)} shows {database.location}; Ctrl-C ends it"
+                write_notice(f"warning: whoever reaches {host} can read this database; there is no password")
+            sentence = f"{socket_address(listening, host)} shows {database.location}; Ctrl-C ends it"
             run(
                 database,
                 place,

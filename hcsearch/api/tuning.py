@@ -18,7 +18,7 @@ from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def tune(
@@ -57,7 +57,7 @@ def tune(
     check_kinds(tune, locals())
     _check_counts(evaluations, samples, seed)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
-    say(case.sentence)
+    write_notice(case.sentence)
     if case.drive is not None:
         raise HcsearchError(
             f"{case.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"

@@ -12,7 +12,7 @@ from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_in
 from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
-from hcsearch.system.terminal import say
+from hcsearch.system.terminal import write_notice
 
 
 def read_scene(text: str | None, database: Database | None, grid: str | None = None) -> Scene:
@@ -53,7 +53,9 @@ def scene_asked_for(
     """
     if text is None and panel is None:
         only = only_scene(database)
-        say("" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of")
+        write_notice(
+            "" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of"
+        )
         if only is None:
             check_scene(database, DEFAULT_SCENE_NAME)
         return only or DEFAULT_SCENE_NAME

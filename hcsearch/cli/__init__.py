@@ -32,7 +32,7 @@ from hcsearch.cli.serve import serve
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
-from hcsearch.system.interrupts import leave
+from hcsearch.system.interrupts import exit_interrupted
 
 _ADDED = "hcsearch.commands"
 _PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
@@ -132,7 +132,7 @@ def main() -> None:
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        leave()
+        exit_interrupted()
     except MemoryError:
         _fail(f"there is not enough memory: ask for less{_smaller()}, or free some")
     except (_UnreadError, BrokenPipeError):
@@ -142,7 +142,7 @@ def main() -> None:
         _discard(sys.stdout)
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
     finally:
-        signal.signal(signal.SIGINT, leave)
+        signal.signal(signal.SIGINT, exit_interrupted)
 
 
 @contextmanager
@@ -173,7 +173,7 @@ def _smaller() -> str:
 
 def _interrupt(_number: int, _frame: object) -> None:
     """Stop in good order at the first Ctrl-C, and at once at the next: the database is safe either way."""
-    signal.signal(signal.SIGINT, leave)
+    signal.signal(signal.SIGINT, exit_interrupted)
     raise KeyboardInterrupt
 
 

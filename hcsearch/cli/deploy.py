@@ -13,7 +13,7 @@ from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS
 from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option
 from hcsearch.system.figures import check_picture
-from hcsearch.system.outputs import TABLES, check_output, write_table
+from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
 from hcsearch.system.terminal import short
 
 
@@ -81,7 +81,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     from hcsearch.springs.deployment.simulated_deployment import omission_savings
 
     if options["output"]:
-        check_output(options["output"], TABLES)
+        check_output(options["output"], TABLE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
     case = resolve_named(name, options | _own_springs(options))

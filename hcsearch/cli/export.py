@@ -8,8 +8,15 @@ import click
 
 from hcsearch.cli.cases import named_options, subject_options
 from hcsearch.cli.options import Number, examples
-from hcsearch.export.formats import FORMATS
-from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
+from hcsearch.export.formats import EXPORT_FORMATS
+from hcsearch.export.settings import (
+    MAX_KERF_MM,
+    MAX_TIMESTEP_S,
+    MIN_TIMESTEP_S,
+    SETTING_NAMES,
+    SHEET_KINDS,
+    SHEET_PROFILES,
+)
 
 
 @click.command(
@@ -22,7 +29,10 @@ from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NA
 @subject_options
 @click.option("--output", required=True, metavar="FILE", help="The file to write; its ending sets the format.")
 @click.option(
-    "--format", "format_name", type=click.Choice(tuple(FORMATS)), help="The format, if the ending does not tell it."
+    "--format",
+    "format_name",
+    type=click.Choice(tuple(EXPORT_FORMATS)),
+    help="The format, if the ending does not tell it.",
 )
 @click.option(
     "--motion",
@@ -34,20 +44,20 @@ from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NA
     metavar="flat|folded|SHARE",
     help="The state of solids; a SHARE of the motion is between 0 (packed) and 1 (flat).",
 )
-@click.option("--sheet", type=click.Choice(SHEETS), help="Draw the sheet in one piece, or its panels apart.")
-@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MOST_KERF_MM), metavar="MM", help="The width of a cut.")
+@click.option("--sheet", type=click.Choice(SHEET_KINDS), help="Draw the sheet in one piece, or its panels apart.")
+@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MAX_KERF_MM), metavar="MM", help="The width of a cut.")
 @click.option(
     "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="The gap along hinges, for --sheet panels."
 )
 @click.option(
-    "--profile", type=click.Choice(PROFILES), help="Use the colours of laser cutters or of Origami Simulator."
+    "--profile", type=click.Choice(SHEET_PROFILES), help="Use the colours of laser cutters or of Origami Simulator."
 )
 @click.option("--part", metavar="PANEL", help="Write one panel of solids, named by its number.  [default: all]")
 @click.option("--contact", is_flag=True, default=None, help="Let panels collide in MuJoCo.")
 @click.option(
     "--timestep",
     "timestep_s",
-    type=Number(min=LEAST_STEP_S, max=MOST_STEP_S),
+    type=Number(min=MIN_TIMESTEP_S, max=MAX_TIMESTEP_S),
     metavar="S",
     help="The time step of MuJoCo, s.  [default: the time that deploy simulates / 50000]",
 )
@@ -62,11 +72,11 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     """
     from hcsearch.api.exporting import save
 
-    settings = {name: options[name] for name in NAMES if options[name] is not None}
+    settings = {name: options[name] for name in SETTING_NAMES if options[name] is not None}
     for path in save(name, output, format=format_name, motion=motion, **named_options(options), **settings):
         click.echo(path)
 
 
-_LINES = (f"    {' '.join(form.endings):12}{form.what}" for form in FORMATS.values())
+_LINES = (f"    {' '.join(form.endings):12}{form.what}" for form in EXPORT_FORMATS.values())
 # lines that are kept as they are follow the character \b, and are indented as the docstring is
 export.help = (export.help or "").replace("\\b", "\b").replace("    {formats}", "\n".join(_LINES))

@@ -8,7 +8,7 @@ import click
 
 from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples
-from hcsearch.system.interrupts import leave
+from hcsearch.system.interrupts import exit_interrupted
 
 
 @click.command(epilog=examples("hcsearch serve --db hcsearch.sqlite"))
@@ -33,4 +33,4 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None) -
         serving.serve(db, host=host, port=port, scene=scene, panel=panel, started=click.echo)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        leave(said="hcsearch: the server has ended")
+        exit_interrupted(said="hcsearch: the server has ended")

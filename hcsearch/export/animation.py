@@ -19,7 +19,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay, accumulated_turn, stacks_of
 from hcsearch.shape.drawing import svg_path
 
-FLAT = 1e-9
+COPLANAR_COSINE = 1e-9
 """Directions are along a face of a solid where their dot product with its unit normal is below this."""
 
 
@@ -70,7 +70,7 @@ def _in_front(one: Reals, other: Reals, normals: Reals, towards: Reals) -> int:
     above, below = a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)
     facing = normals @ towards
     best = int(np.maximum(above, below).argmax())
-    if abs(facing[best]) < FLAT:
+    if abs(facing[best]) < COPLANAR_COSINE:
         return 0
     return 1 if (facing[best] > 0) == (above[best] > below[best]) else -1
 
@@ -95,22 +95,22 @@ def _sorted(before: list[set[int]], depth: Sequence[float]) -> list[int]:
     return order
 
 
-FRAMES = 48
-SECONDS = 5.0
+FRAME_COUNT = 48
+ANIMATION_SECONDS = 5.0
 """From packed to flat, with the rests at both ends; the way back takes as long."""
-REST = 0.14
+REST_SHARE = 0.14
 """Share of the time in which the picture rests, at each end."""
-STILL = 0.55
+STILL_FRAME_SHARE = 0.55
 """The share of the motion at which a viewer without animations sees the panels."""
-WIDTH, PIXELS = 960, 480
+FRAME_WIDTH, FRAME_PIXELS = 960, 480
 """Width of a frame in units, and on a screen."""
-MARGIN = 14
-ASIDE, ELEVATION = math.radians(14.0), math.radians(42.0)
+FRAME_MARGIN = 14
+VIEW_TURN, VIEW_ELEVATION = math.radians(14.0), math.radians(42.0)
 """Where the viewer is: a turn from where the stacks are seen side by side, and the height above the flat state."""
-SHADES = 16
-STACKS = ((238, 214, 160), (158, 190, 222))
+SHADE_COUNT = 16
+STACK_COLOURS = ((238, 214, 160), (158, 190, 222))
 """Red, green and blue of the two stacks in full light."""
-PLAIN = (222, 218, 206)
+PANEL_COLOUR = (222, 218, 206)
 """Of the panels of linkages without two stacks."""
 
 _LIGHT = np.array([0.25, -0.45, 0.86])
@@ -121,17 +121,18 @@ _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
 def animation_of(replay: Replay) -> str:
     """A replay as an animated picture, between whose frames hinges turn by equal angles in sum."""
     moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
-    camera = _camera(_across(replay) + ASIDE)
+    camera = _camera(_across(replay) + VIEW_TURN)
     seen = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    scale = (WIDTH - 2 * MARGIN) / (high[0] - low[0])
-    height = round(scale * (high[1] - low[1])) + 2 * MARGIN
-    painter = _Painter(replay, camera, scale, MARGIN - scale * low[0], MARGIN + scale * high[1])
+    scale = (FRAME_WIDTH - 2 * FRAME_MARGIN) / (high[0] - low[0])
+    height = round(scale * (high[1] - low[1])) + 2 * FRAME_MARGIN
+    painter = _Painter(replay, camera, scale, FRAME_MARGIN - scale * low[0], FRAME_MARGIN + scale * high[1])
     strip = "".join(
-        f'<g transform="translate({k * WIDTH})">{painter.frame(solids)}</g>' for k, solids in enumerate(moving)
+        f'<g transform="translate({k * FRAME_WIDTH})">{painter.frame(solids)}</g>' for k, solids in enumerate(moving)
     )
-    still = round(STILL * (FRAMES - 1)) * WIDTH
-    size = f'width="{PIXELS}" height="{round(height * PIXELS / WIDTH)}" viewBox="0 0 {WIDTH} {height}"'
+    still = round(STILL_FRAME_SHARE * (FRAME_COUNT - 1)) * FRAME_WIDTH
+    pixels = round(height * FRAME_PIXELS / FRAME_WIDTH)
+    size = f'width="{FRAME_PIXELS}" height="{pixels}" viewBox="0 0 {FRAME_WIDTH} {height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
         f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style()}</style>"
@@ -142,7 +143,7 @@ def animation_of(replay: Replay) -> str:
 def _even_steps(replay: Replay) -> Reals:
     """Fold angles of the frames, (FRAMES, n_hinges): springs are fast first, and long in coming to rest."""
     length = accumulated_turn(replay.angles)
-    return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAMES), length, replay.at))
+    return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAME_COUNT), length, replay.at))
 
 
 def _centred(solids: list[Reals]) -> list[Reals]:
@@ -166,7 +167,7 @@ def _camera(across: float) -> Reals:
     """Unit vectors to the right, which lies in the plane of the flat state, upwards, and towards the viewer."""
     right = np.array([math.cos(across), math.sin(across), 0.0])
     away = np.array([-math.sin(across), math.cos(across), 0.0])
-    towards = np.array([0.0, 0.0, math.sin(ELEVATION)]) - math.cos(ELEVATION) * away
+    towards = np.array([0.0, 0.0, math.sin(VIEW_ELEVATION)]) - math.cos(VIEW_ELEVATION) * away
     return np.array([right, np.cross(towards, right), towards])
 
 
@@ -216,23 +217,24 @@ class _Painter:
 def _shade(normal: Reals) -> int:
     """How much light a face has, 0 to SHADES - 1."""
     light = float(normal @ _LIGHT) / float(np.linalg.norm(normal) * np.linalg.norm(_LIGHT))
-    return round((SHADES - 1) * (0.5 + 0.5 * light))
+    return round((SHADE_COUNT - 1) * (0.5 + 0.5 * light))
 
 
 def _style() -> str:
     rules = ["path{stroke:#3b404a;stroke-width:1.5;stroke-linejoin:round}"]
-    for name, colour in zip("abc", (*STACKS, PLAIN), strict=True):
-        for shade in range(SHADES):
-            part = 0.45 + 0.55 * shade / (SHADES - 1)
+    for name, colour in zip("abc", (*STACK_COLOURS, PANEL_COLOUR), strict=True):
+        for shade in range(SHADE_COUNT):
+            part = 0.45 + 0.55 * shade / (SHADE_COUNT - 1)
             red, green, blue = (round(part * value) for value in colour)
             rules.append(f".{name}{shade}{{fill:#{red:02x}{green:02x}{blue:02x}}}")
     rules += [f".{kind}{{stroke:{colour};stroke-width:5;stroke-linecap:round}}" for kind, colour in _LINES.items()]
-    begin, end = 100 * REST, 100 * (1 - REST)
-    last = f"transform:translate(-{(FRAMES - 1) * WIDTH}px)"
+    begin, end = 100 * REST_SHARE, 100 * (1 - REST_SHARE)
+    last = f"transform:translate(-{(FRAME_COUNT - 1) * FRAME_WIDTH}px)"
     rules.append(
         f"@keyframes move{{0%{{transform:translate(0)}}"
-        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({FRAMES - 1})}}{end:g}%,to{{{last}}}}}"
+        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({FRAME_COUNT - 1})}}"
+        f"{end:g}%,to{{{last}}}}}"
     )
-    play = f"animation:move {SECONDS:g}s step-end infinite alternate"
+    play = f"animation:move {ANIMATION_SECONDS:g}s step-end infinite alternate"
     rules.append(f"@media(prefers-reduced-motion:no-preference){{.strip{{{play}}}}}")
     return "".join(rules)

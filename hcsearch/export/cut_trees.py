@@ -121,7 +121,7 @@ def line_of(law: Law, name: str) -> tuple[float, float]:
     return stiffness, moment - stiffness * law.straight.breaks[0]
 
 
-def numbers(values: Any) -> str:
+def numbers_text(values: Any) -> str:
     """Numbers in full digits, as attributes of XML have them."""
     return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.export.settings import Profile, SheetKind
+from hcsearch.export.settings import SheetKind, SheetProfile
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.mesh import PlanePoint
 from hcsearch.shape.pattern import Crease, FacetPair, Pattern
@@ -23,7 +23,7 @@ from hcsearch.shape.pattern import Crease, FacetPair, Pattern
 if TYPE_CHECKING:
     from shapely import Polygon
 
-WIDE, APART, BELOW = 0.5, 0.3, 0.25
+DIGIT_WIDTH_RATIO, DIGIT_SPACE_RATIO, LINE_SPACE_RATIO = 0.5, 0.3, 0.25
 """Width of a digit, the space after it, and that above a line below, over its height."""
 
 # corners of the seven segments, left and right, at heights 1, 1/2 and 0; X, Y of a plus; G, H, I of a 1
@@ -42,34 +42,34 @@ _PATHS: dict[str, tuple[str, ...]] = {
 }
 _CORNERS: dict[str, PlanePoint] = {
     "A": (0.0, 1.0),
-    "B": (WIDE, 1.0),
+    "B": (DIGIT_WIDTH_RATIO, 1.0),
     "C": (0.0, 0.5),
-    "D": (WIDE, 0.5),
+    "D": (DIGIT_WIDTH_RATIO, 0.5),
     "E": (0.0, 0.0),
-    "F": (WIDE, 0.0),
-    "X": (0.5 * WIDE, 0.5 - 0.5 * WIDE),
-    "Y": (0.5 * WIDE, 0.5 + 0.5 * WIDE),
-    "G": (0.1 * WIDE, 0.8),
-    "H": (0.5 * WIDE, 1.0),
-    "I": (0.5 * WIDE, 0.0),
+    "F": (DIGIT_WIDTH_RATIO, 0.0),
+    "X": (0.5 * DIGIT_WIDTH_RATIO, 0.5 - 0.5 * DIGIT_WIDTH_RATIO),
+    "Y": (0.5 * DIGIT_WIDTH_RATIO, 0.5 + 0.5 * DIGIT_WIDTH_RATIO),
+    "G": (0.1 * DIGIT_WIDTH_RATIO, 0.8),
+    "H": (0.5 * DIGIT_WIDTH_RATIO, 1.0),
+    "I": (0.5 * DIGIT_WIDTH_RATIO, 0.0),
 }
 
 
 def strokes(text: str, middle: PlanePoint, height: float, *, underlined: bool = False) -> list[list[PlanePoint]]:
     """Polylines of a text of digits and pluses, of a height, about a point."""
-    step = WIDE + APART
-    wide = step * len(text) - APART
+    step = DIGIT_WIDTH_RATIO + DIGIT_SPACE_RATIO
+    wide = step * len(text) - DIGIT_SPACE_RATIO
     left, low = middle[0] - 0.5 * height * wide, middle[1] - 0.5 * height
     lines = [
         [(left + height * (k * step + _CORNERS[c][0]), low + height * _CORNERS[c][1]) for c in path]
         for k, mark in enumerate(text)
         for path in _PATHS[mark]
     ]
-    below = low - BELOW * height
+    below = low - LINE_SPACE_RATIO * height
     return [*lines, [(left, below), (left + height * wide, below)]] if underlined else lines
 
 
-MARGIN, SPACE = 5.0, 5.0
+SHEET_MARGIN, PANEL_SPACE = 5.0, 5.0
 """Around a sheet, and between panels that lie apart, mm."""
 _INSET, _NUMBER_INSET, _PANEL_DIGIT, _HINGE_DIGIT = 0.1, 0.28, 0.32, 0.16
 """Of marks and numbers of hinges from their edge, and heights of numbers, over the radius of a circle in the panel."""
@@ -78,9 +78,9 @@ _MARK = 0.5
 _GRID = 1e-7
 """Outlines are joined in coordinates rounded to this, mm."""
 
-LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE")
+SHEET_LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE")
 
-COLOURS: dict[Profile, dict[str, tuple[str, int]]] = {
+LAYER_COLOURS: dict[SheetProfile, dict[str, tuple[str, int]]] = {
     "laser": {
         "CUT": ("#ff0000", 1),
         "SLIT": ("#ff00ff", 6),
@@ -118,7 +118,7 @@ class Sheet:
 
     width: float = 0.0
     height: float = 0.0
-    lines: dict[str, list[Line]] = field(default_factory=lambda: {name: [] for name in LAYERS})
+    lines: dict[str, list[Line]] = field(default_factory=lambda: {name: [] for name in SHEET_LAYERS})
 
     def add(self, layer: str, points: Sequence[PlanePoint], label: str = "", *, closed: bool = False) -> None:
         """Add a polyline."""
@@ -131,7 +131,7 @@ class Sheet:
 
 
 def sheet_of(
-    pattern: Pattern, labels: Labels, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile
+    pattern: Pattern, labels: Labels, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
 ) -> Sheet:
     """The sheet that settings of an export ask for; HcsearchError where they contradict each other."""
     apart = sheet == "panels"
@@ -376,18 +376,18 @@ def _in_rows(parts: Sequence[Sheet], width: float) -> Sheet:
             rows.append(row)
             x, row = 0.0, []
         row.append((part, x - left, low, high))
-        x += right - left + SPACE
+        x += right - left + PANEL_SPACE
     rows.append(row)
-    total = sum(max(high - low for _, _, low, high in row) for row in rows) + SPACE * (len(rows) - 1)
-    y = MARGIN + total
+    total = sum(max(high - low for _, _, low, high in row) for row in rows) + PANEL_SPACE * (len(rows) - 1)
+    y = SHEET_MARGIN + total
     for row in rows:
         y -= max(high - low for _, _, low, high in row)
         for part, shift, low, _ in row:
             for layer, lines in part.lines.items():
                 for line in lines:
-                    points = [(px + shift + MARGIN, py - low + y) for px, py in line.points]
+                    points = [(px + shift + SHEET_MARGIN, py - low + y) for px, py in line.points]
                     sheet.add(layer, points, line.label, closed=line.closed)
-        y -= SPACE
+        y -= PANEL_SPACE
     _, _, right, _ = _bounds(sheet)
-    sheet.width, sheet.height = right + MARGIN, total + 2 * MARGIN
+    sheet.width, sheet.height = right + SHEET_MARGIN, total + 2 * SHEET_MARGIN
     return sheet

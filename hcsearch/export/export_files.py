@@ -13,25 +13,25 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import FORMATS, Content, Format
-from hcsearch.export.settings import NAMES, Settings, State
+from hcsearch.export.formats import EXPORT_FORMATS, FileContent, Format
+from hcsearch.export.settings import SETTING_NAMES, ExportState, Settings
 
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
     """Check the settings of an export; HcsearchError for those that the format does not heed."""
     for name in given:
-        if name not in NAMES:
-            raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(NAMES))}")
+        if name not in SETTING_NAMES:
+            raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(SETTING_NAMES))}")
         if name not in wanted.takes:
             option = "--" + name.removesuffix("_mm").removesuffix("_s").replace("_", "-")
-            others = ", ".join(other.name for other in FORMATS.values() if name in other.takes)
+            others = ", ".join(other.name for other in EXPORT_FORMATS.values() if name in other.takes)
             raise HcsearchError(
                 f"{wanted.name} takes no {option}: leave it out, or choose {others or 'another format'}"
             )
     return Settings(**given)
 
 
-def check_motion(wanted: Format, by: ReplaySource | None, state: State) -> None:
+def check_motion(wanted: Format, by: ReplaySource | None, state: ExportState) -> None:
     """Refuse a motion that does not exist, or that a format has no place for."""
     if by is not None and by not in get_args(ReplaySource):
         raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(ReplaySource))}")
@@ -40,7 +40,7 @@ def check_motion(wanted: Format, by: ReplaySource | None, state: State) -> None:
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
 
 
-def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, state: State = "flat") -> Exported:
+def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, state: ExportState = "flat") -> Exported:
     """Give a case as a format takes it, with its motion where the format or the state asks for one.
 
     by : where the motion comes from (`replay_case`). HcsearchError where there is no such motion, and for a share of a
@@ -59,7 +59,7 @@ def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, st
     return Exported(case.title, circuit, case, replay, sentence)
 
 
-def _is_share(wanted: Format, state: State) -> bool:
+def _is_share(wanted: Format, state: ExportState) -> bool:
     """Whether a state is a share of the motion, which solids alone take."""
     return isinstance(state, float) and "state" in wanted.takes
 
@@ -67,7 +67,7 @@ def _is_share(wanted: Format, state: State) -> bool:
 def contents(exported: Exported, wanted: Format, settings: Settings) -> dict[str, bytes]:
     """Make the contents of all files of an export, by what follows the stem of their names; the file itself first."""
     made = wanted.write(exported, settings)
-    files: Mapping[str, Content] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
+    files: Mapping[str, FileContent] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
     return {ending: text.encode() if isinstance(text, str) else text for ending, text in files.items()}
 
 

@@ -10,7 +10,7 @@ from hcsearch.cases.case import Case
 from hcsearch.cases.replay import Replay
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.export.settings import State
+from hcsearch.export.settings import ExportState
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 
@@ -56,7 +56,7 @@ class Exported:
         assert self.replay is not None
         return self.replay
 
-    def angles(self, state: State) -> Reals:
+    def angles(self, state: ExportState) -> Reals:
         """Return the fold angles of `linkage` in a state, (n_hinges,), rad; a share needs the motion."""
         if state == "flat":
             return self.linkage.flat

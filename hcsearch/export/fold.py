@@ -25,7 +25,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Edge, PlanePoint, components
 from hcsearch.shape.pattern import FacetPair, Fold, Pattern
 
-Corner = tuple[int, int]
+FacetCorner = tuple[int, int]
 """A facet, and the place of a corner in it; also the side that begins there."""
 
 
@@ -54,7 +54,7 @@ def mesh_of(pattern: Pattern) -> Mesh:
     """
     creased = [_sides(pattern, pair) for pair in pattern.creases]
     sides = {side for both in creased for side in both}
-    joined: list[tuple[Corner, Corner]] = []
+    joined: list[tuple[FacetCorner, FacetCorner]] = []
     for (i, a), (j, b) in creased:
         joined += [((i, a), (j, (b + 1) % len(pattern.faces[j]))), ((i, (a + 1) % len(pattern.faces[i])), (j, b))]
     corners = [[(f, k) for k in range(len(face))] for f, face in enumerate(pattern.faces)]
@@ -83,13 +83,13 @@ def mesh_of(pattern: Pattern) -> Mesh:
     return Mesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
-def _sides(pattern: Pattern, pair: FacetPair) -> tuple[Corner, Corner]:
+def _sides(pattern: Pattern, pair: FacetPair) -> tuple[FacetCorner, FacetCorner]:
     """The sides of two facets along their shared edge."""
     (first, second), (start, end) = pair, pattern.edges[pair]
     return (first, pattern.faces[first].index(start)), (second, pattern.faces[second].index(end))
 
 
-def _twice(faces: Sequence[Sequence[int]], sides: Collection[Corner]) -> set[Edge]:
+def _twice(faces: Sequence[Sequence[int]], sides: Collection[FacetCorner]) -> set[Edge]:
     """Ends that two sides along borders have in common."""
     seen: set[Edge] = set()
     twice: set[Edge] = set()
@@ -102,7 +102,7 @@ def _twice(faces: Sequence[Sequence[int]], sides: Collection[Corner]) -> set[Edg
     return twice
 
 
-Frame = dict[str, Any]
+FoldFrame = dict[str, Any]
 
 _PACKED = 2
 """The frame that has the panels packed, whose faces the frames of a motion take over."""
@@ -121,16 +121,16 @@ def fold_of(
     frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
     if replay is not None:
         frames += motion_frames(replay)
-    head: Frame = {
+    head: FoldFrame = {
         "file_spec": 1.2,
         "file_creator": f"hcsearch {version('hcsearch')}",
         "file_title": name,
         "file_classes": ["singleModel", *(["animation"] if replay is not None else [])],
     }
-    return _text(head | pattern_frame(mesh, name, linkage.pattern, labels, circuit) | {"file_frames": frames})
+    return _text(head | write_pattern_frame(mesh, name, linkage.pattern, labels, circuit) | {"file_frames": frames})
 
 
-def pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None) -> Frame:
+def write_pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None) -> FoldFrame:
     """The key frame: the flat pattern, with its assignments, and what only thick panels have."""
     creases = [pattern.creases[pair] for pair in mesh.creases]
     borders = len(mesh.edges) - len(creases)
@@ -138,7 +138,7 @@ def pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circu
         None if crease.face is None else labels.hinges[pattern.hinge_of(pair)]
         for pair, crease in zip(mesh.creases, creases, strict=True)
     ]
-    frame: Frame = {
+    frame: FoldFrame = {
         "frame_title": f"{name}, flat, seen from above",
         "frame_classes": ["creasePattern"],
         "frame_attributes": ["2D", *_ATTRIBUTES],
@@ -161,7 +161,7 @@ def pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circu
     return frame
 
 
-def folded_frame(mesh: Mesh, linkage: Linkage) -> Frame:
+def folded_frame(mesh: Mesh, linkage: Linkage) -> FoldFrame:
     """The sheet folded flat, as if it had no thickness, with the order of its layers.
 
     It inherits from the key frame: in plane, panels fold as the sheet does, and points on hinges stay together.
@@ -203,7 +203,7 @@ def face_orders(linkage: Linkage) -> list[list[int]]:
     return [[f, g, int(np.sign((heights[f] - heights[g]) * normals[g]))] for f, g in pairs]
 
 
-def packed_frame(linkage: Linkage) -> Frame:
+def packed_frame(linkage: Linkage) -> FoldFrame:
     """The thick panels packed, by their middle surfaces, each face with vertices and borders of its own."""
     faces, edges = [], []
     count = 0
@@ -224,7 +224,7 @@ def packed_frame(linkage: Linkage) -> Frame:
     }
 
 
-def motion_frames(replay: Replay) -> list[Frame]:
+def motion_frames(replay: Replay) -> list[FoldFrame]:
     """The states of a motion, as the packed frame, with the fold angles of the hinges in their order (degrees)."""
     name, unit = ("hcsearch:time", "s") if replay.axis == "time" else ("hcsearch:pathShare", "of the path")
     return [

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hcsearch.designs.folding import Folding
     from hcsearch.export.cutting_sheets import Sheet
     from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Profile, Settings, SheetKind, State
+    from hcsearch.export.settings import ExportState, Settings, SheetKind, SheetProfile
     from hcsearch.shape.pattern import Pattern
 
 
@@ -33,21 +33,27 @@ def write_fold(exported: Exported) -> str:
     return fold_of(exported.name, exported.linkage, exported.labels, exported.circuit, exported.replay)
 
 
-def write_svg(exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> str:
+def write_svg(
+    exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
+) -> str:
     """Write the sheet as SVG."""
     from hcsearch.export.sheet_formats import svg_of
 
     return svg_of(_sheet_of(exported, sheet, kerf_mm, hinge_gap_mm, profile), exported.name, profile)
 
 
-def write_dxf(exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> str:
+def write_dxf(
+    exported: Exported, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
+) -> str:
     """Write the sheet as DXF."""
     from hcsearch.export.sheet_formats import dxf_of
 
     return dxf_of(_sheet_of(exported, sheet, kerf_mm, hinge_gap_mm, profile), profile)
 
 
-def _sheet_of(exported: Exported, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile) -> Sheet:
+def _sheet_of(
+    exported: Exported, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
+) -> Sheet:
     from hcsearch.export.cutting_sheets import sheet_of
 
     pattern, labels = exported.linkage.pattern, exported.labels
@@ -103,7 +109,7 @@ def write_glb(exported: Exported) -> bytes:
     return glb_of(exported.motion)
 
 
-def write_stl(exported: Exported, *, state: State, part: str | None) -> bytes:
+def write_stl(exported: Exported, *, state: ExportState, part: str | None) -> bytes:
     """Write triangles of all panels in a state, or of one of them."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.print_formats import stl_of
@@ -112,7 +118,7 @@ def write_stl(exported: Exported, *, state: State, part: str | None) -> bytes:
     return stl_of(exported.linkage, exported.angles(state), exported.name, panels)
 
 
-def write_3mf(exported: Exported, *, state: State, part: str | None) -> bytes:
+def write_3mf(exported: Exported, *, state: ExportState, part: str | None) -> bytes:
     """Write objects of all panels in a state, or of one of them."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.print_formats import threemf_of
@@ -121,7 +127,7 @@ def write_3mf(exported: Exported, *, state: State, part: str | None) -> bytes:
     return threemf_of(exported.linkage, exported.labels, exported.angles(state), exported.name, panels)
 
 
-def write_step(exported: Exported, *, state: State, part: str | None) -> str:
+def write_step(exported: Exported, *, state: ExportState, part: str | None) -> str:
     """Write exact solids of all panels in a state, or of one of them."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.step import step_of
@@ -148,9 +154,9 @@ def write_urdf(exported: Exported, *, stem: str) -> Mapping[str, str | bytes]:
     return urdf_of(case.linkage, exported.labels, case.setup, exported.name, stem)
 
 
-Of = Literal["array", "pattern", "motion"]
-Content = str | bytes
-Files = Content | Mapping[str, Content]
+FormatSubject = Literal["array", "pattern", "motion"]
+FileContent = str | bytes
+WrittenFiles = FileContent | Mapping[str, FileContent]
 """What a writer returns: the file, or files by what follows the stem of its name, as `.urdf` and `.closure.json`.
 
 Of several, the first is the file that was asked for.
@@ -173,8 +179,8 @@ class Format:
     name: str
     endings: tuple[str, ...]
     what: str
-    writer: Callable[..., Files]
-    of: Of = "pattern"
+    writer: Callable[..., WrittenFiles]
+    of: FormatSubject = "pattern"
     frames: bool = False
     extra: str = "export"
     needs: tuple[str, ...] = ()
@@ -186,7 +192,7 @@ class Format:
         parameters = signature(self.writer).parameters.values()
         return frozenset(parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY)
 
-    def write(self, exported: Exported, settings: Settings) -> Files:
+    def write(self, exported: Exported, settings: Settings) -> WrittenFiles:
         """Contents of the file, and of any beside it; HcsearchError where what it needs is not installed."""
         self.check_installed()
         return self.writer(exported, **{name: getattr(settings, name) for name in self.takes})
@@ -198,7 +204,7 @@ class Format:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
 
 
-FORMATS: dict[str, Format] = {
+EXPORT_FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
         Format(
@@ -249,15 +255,15 @@ FORMATS: dict[str, Format] = {
 def format_of(path: str, name: str | None = None) -> Format:
     """The format of a name, or of a file's ending; OutputError where neither says which, or they differ."""
     if name is not None:
-        if name not in FORMATS:
-            raise OutputError(f"there is no format {name!r}: choose one of {', '.join(FORMATS)}")
-        chosen = FORMATS[name]
+        if name not in EXPORT_FORMATS:
+            raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
+        chosen = EXPORT_FORMATS[name]
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen
-    known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
+    known = [form for form in EXPORT_FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
     if not known:
-        endings = ", ".join(form.endings[0] for form in FORMATS.values() if not form.by_name)
+        endings = ", ".join(form.endings[0] for form in EXPORT_FORMATS.values() if not form.by_name)
         raise OutputError(f"{path or 'an empty name'} has no known ending: write {endings}")
     if len(known) > 1:
         raise OutputError(f"{path} may be {' or '.join(form.name for form in known)}: name one with --format")

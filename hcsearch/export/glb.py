@@ -18,12 +18,12 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay
-from hcsearch.export.panel_solids import Side, Solid, fan, solid_of
+from hcsearch.export.panel_solids import FaceKind, Solid, fan, solid_of
 
-SECONDS = 4.0
+GLB_ANIMATION_SECONDS = 4.0
 """How long the animation takes: paths have no time of their own, and deployments are over too soon to be seen."""
 
-COLOURS: dict[Side, tuple[float, float, float]] = {
+FACE_COLOURS: dict[FaceKind, tuple[float, float, float]] = {
     "top": (0.86, 0.83, 0.73),
     "bottom": (0.62, 0.65, 0.71),
     "side": (0.45, 0.46, 0.49),
@@ -32,11 +32,11 @@ COLOURS: dict[Side, tuple[float, float, float]] = {
 }
 """Linear red, green and blue of each kind of face; walls with a hinge have the colours of creases in drawings."""
 
-TURN = 0.25 * math.pi
+MAX_KEY_TURN = 0.25 * math.pi
 """The furthest that a hinge turns between two keys, rad."""
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _TRIANGLES = 34962, 34963
-_KINDS = tuple(COLOURS)
+_KINDS = tuple(FACE_COLOURS)
 _UPWARDS = [-0.5 * 2**0.5, 0.0, 0.0, 0.5 * 2**0.5]
 """A quarter turn about x that takes z to y, as a quaternion x, y, z, w."""
 
@@ -52,7 +52,7 @@ def glb_of(replay: Replay) -> bytes:
     channels: list[dict[str, Any]] = []
     samplers: list[dict[str, Any]] = []
     replay = _in_short_turns(replay)
-    times = _rising(SECONDS * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
+    times = _rising(GLB_ANIMATION_SECONDS * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
     clock = buffer.add(times[:, None], "SCALAR", bounds=True)
     node_of: dict[int, int] = {}
     for panel in chain.order.tolist():
@@ -159,8 +159,8 @@ def _normal(corners: Reals) -> Reals:
     return normal
 
 
-def _material(side: Side) -> dict[str, Any]:
-    look = {"baseColorFactor": [*COLOURS[side], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
+def _material(side: FaceKind) -> dict[str, Any]:
+    look = {"baseColorFactor": [*FACE_COLOURS[side], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
     return {"name": side, "pbrMetallicRoughness": look}
 
 
@@ -175,12 +175,12 @@ def _quaternions(axis: Reals, angles: Reals) -> Reals:
 
 
 def _in_short_turns(replay: Replay) -> Replay:
-    """The replay with states between those from which a hinge turns further than `TURN`, as fold angles run linearly.
+    """Add states to a replay wherever a hinge turns further than `MAX_KEY_TURN`, as fold angles run linearly.
 
     At half a turn the sense of a rotation would hang on rounding, and viewers that do not follow the sphere lag behind.
     """
     turns = np.abs(np.diff(replay.angles, axis=0)).max(axis=1, initial=0.0)
-    parts = np.maximum(np.ceil(turns / TURN - 1e-9).astype(int), 1)
+    parts = np.maximum(np.ceil(turns / MAX_KEY_TURN - 1e-9).astype(int), 1)
     place = np.concatenate([k + np.arange(count) / count for k, count in enumerate(parts)] + [[float(len(parts))]])
     states = np.arange(len(replay.angles))
     angles = np.column_stack([np.interp(place, states, column) for column in replay.angles.T])
@@ -217,7 +217,7 @@ def _facts(replay: Replay) -> dict[str, Any]:
         "axis": replay.axis,
         "axis_unit": unit,
         "axis_range": _listed(replay.at[[0, -1]]),
-        "animation_seconds": SECONDS,
+        "animation_seconds": GLB_ANIMATION_SECONDS,
         "ends_flat": replay.ends_flat,
         "collision": _collision(replay),
         "thickness_m": replay.linkage.pattern.thickness,

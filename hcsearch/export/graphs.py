@@ -9,12 +9,12 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.shape.pattern import FacetPair, Pattern
 
-Array = Folding | Circuit | Pattern
+GraphSubject = Folding | Circuit | Pattern
 """What graphs are of: a folding, a circuit without a choice of creases, or the pattern of an assembly."""
-Items = list[dict[str, Any]]
+GraphItems = list[dict[str, Any]]
 
 
-def node_link_json(name: str, array: Array) -> str:
+def node_link_json(name: str, array: GraphSubject) -> str:
     """Return the graph in networkx's node-link form (`networkx.node_link_graph(data, edges="edges")`), an item a line.
 
     Nodes are the panels of a design, by their numbers in the circuit, with their cells; or the facets of an assembly,
@@ -35,11 +35,11 @@ def node_link_json(name: str, array: Array) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def graph6_of(array: Array) -> bytes:
+def graph6_of(array: GraphSubject) -> bytes:
     """Return one line of nauty's graph6, without a header; vertices are the panels in the order of the circuit."""
     import networkx as nx  # noqa: PLC0415 - only this format needs it
 
-    count, pairs = neighbours(array)
+    count, pairs = neighbouring_panels(array)
     graph = nx.Graph()
     graph.add_nodes_from(range(count))
     graph.add_edges_from(pairs)
@@ -47,7 +47,7 @@ def graph6_of(array: Array) -> bytes:
     return line
 
 
-def neighbours(array: Array) -> tuple[int, list[FacetPair]]:
+def neighbouring_panels(array: GraphSubject) -> tuple[int, list[FacetPair]]:
     """Return the number of panels (facets, of an assembly), and the pairs that share an edge."""
     if isinstance(array, Pattern):
         return len(array.facets), sorted(array.edges)
@@ -62,10 +62,10 @@ def neighbours(array: Array) -> tuple[int, list[FacetPair]]:
     return circuit.n, sorted(pairs)
 
 
-def _of_circuit(circuit: Circuit, folding: Folding | None) -> tuple[Items, Items]:
-    n, pairs = neighbours(circuit)
-    nodes: Items = [{"id": k, "cell": list(cell)} for k, cell in enumerate(circuit.cells)]
-    edges: Items = []
+def _of_circuit(circuit: Circuit, folding: Folding | None) -> tuple[GraphItems, GraphItems]:
+    n, pairs = neighbouring_panels(circuit)
+    nodes: GraphItems = [{"id": k, "cell": list(cell)} for k, cell in enumerate(circuit.cells)]
+    edges: GraphItems = []
     for i, j in pairs:
         edge: dict[str, Any] = {"source": i, "target": j, "kind": "slit"}
         if j - i in (1, n - 1):
@@ -77,10 +77,10 @@ def _of_circuit(circuit: Circuit, folding: Folding | None) -> tuple[Items, Items
     return nodes, edges
 
 
-def _of_pattern(pattern: Pattern) -> tuple[Items, Items]:
-    count, pairs = neighbours(pattern)
-    nodes: Items = [{"id": k, "panel": pattern.panel_of[k]} for k in range(count)]
-    edges: Items = []
+def _of_pattern(pattern: Pattern) -> tuple[GraphItems, GraphItems]:
+    count, pairs = neighbouring_panels(pattern)
+    nodes: GraphItems = [{"id": k, "panel": pattern.panel_of[k]} for k in range(count)]
+    edges: GraphItems = []
     for pair in pairs:
         edge: dict[str, Any] = {"source": pair[0], "target": pair[1], "kind": "slit"}
         crease = pattern.creases.get(pair)

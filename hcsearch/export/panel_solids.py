@@ -15,7 +15,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import sides_of
 from hcsearch.shape.pattern import Pattern
 
-Side = Literal["top", "bottom", "side", "valley", "mountain"]
+FaceKind = Literal["top", "bottom", "side", "valley", "mountain"]
 """What a face is: top or bottom of the panel, a wall without a hinge, or one with a hinge on its top or bottom edge."""
 
 MILLIMETRES = 1e3
@@ -25,7 +25,7 @@ MILLIMETRES = 1e3
 class Face:
     """A plane face: its corners in order, counterclockwise as seen from outside; numbers of vertices."""
 
-    side: Side
+    side: FaceKind
     corners: tuple[int, ...]
 
 
@@ -42,7 +42,7 @@ class Solid(ByValue):
     facets: tuple[tuple[int, ...], ...]
     outlines: tuple[tuple[int, ...], ...]
     wall: WholeNumbers
-    sides: tuple[Side, ...]
+    sides: tuple[FaceKind, ...]
     thickness: float
 
     @property
@@ -81,7 +81,7 @@ def solid_of(pattern: Pattern, panel: int) -> Solid:
     corners = list(chain.from_iterable(outlines))
     if len(set(corners)) < len(corners):
         raise HcsearchError(f"panel {panel} touches itself in a corner, which no solid may: leave its facets hinged")
-    kinds: dict[frozenset[int], Side] = {
+    kinds: dict[frozenset[int], FaceKind] = {
         frozenset(pattern.edges[pair]): "valley" if crease.face == "top" else "mountain"
         for pair, crease in pattern.creases.items()
         if crease.face is not None

@@ -8,15 +8,15 @@ from typing import Any, Literal, get_args
 
 from hcsearch.basics.errors import HcsearchError
 
-End = Literal["flat", "folded"]
-State = End | float
+ExportEnd = Literal["flat", "folded"]
+ExportState = ExportEnd | float
 """An end of the motion, or a share of it: 0 packed, 1 flat."""
 SheetKind = Literal["assembled", "panels"]
-SHEETS: tuple[SheetKind, ...] = get_args(SheetKind)
-Profile = Literal["laser", "simulator"]
-PROFILES: tuple[Profile, ...] = get_args(Profile)
-MOST_KERF_MM = 10.0
-LEAST_STEP_S, MOST_STEP_S = 1e-9, 1.0
+SHEET_KINDS: tuple[SheetKind, ...] = get_args(SheetKind)
+SheetProfile = Literal["laser", "simulator"]
+SHEET_PROFILES: tuple[SheetProfile, ...] = get_args(SheetProfile)
+MAX_KERF_MM = 10.0
+MIN_TIMESTEP_S, MAX_TIMESTEP_S = 1e-9, 1.0
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Settings:
     Errors: HcsearchError for values that the options of `hcsearch export` do not take.
     """
 
-    state: State = "flat"
+    state: ExportState = "flat"
     sheet: SheetKind = "assembled"
     kerf_mm: float = 0.0
     hinge_gap_mm: float = 0.0
-    profile: Profile = "laser"
+    profile: SheetProfile = "laser"
     part: str | None = None
     contact: bool = False
     timestep_s: float | None = None
@@ -44,23 +44,23 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Check the values, as Python may give others than the command line."""
-        if self.state not in get_args(End):
+        if self.state not in get_args(ExportEnd):
             object.__setattr__(self, "state", read_state(str(self.state)))
-        _check_word("sheet", self.sheet, SHEETS)
-        _check_word("profile", self.profile, PROFILES)
-        _check_number("kerf_mm", self.kerf_mm, 0.0, MOST_KERF_MM)
+        _check_word("sheet", self.sheet, SHEET_KINDS)
+        _check_word("profile", self.profile, SHEET_PROFILES)
+        _check_number("kerf_mm", self.kerf_mm, 0.0, MAX_KERF_MM)
         _check_number("hinge_gap_mm", self.hinge_gap_mm, 0.0, math.inf)
         if self.timestep_s is not None:
-            _check_number("timestep_s", self.timestep_s, LEAST_STEP_S, MOST_STEP_S)
+            _check_number("timestep_s", self.timestep_s, MIN_TIMESTEP_S, MAX_TIMESTEP_S)
 
 
-NAMES = tuple(field.name for field in fields(Settings) if field.name != "stem")
+SETTING_NAMES = tuple(field.name for field in fields(Settings) if field.name != "stem")
 """What users set; the stem is known from the name of the file."""
 
 
-def read_state(text: str) -> State:
+def read_state(text: str) -> ExportState:
     """The state that a text names; HcsearchError for what is none."""
-    if text in get_args(End):
+    if text in get_args(ExportEnd):
         return "flat" if text == "flat" else "folded"
     try:
         share = float(text)

@@ -10,17 +10,17 @@ from io import StringIO
 from itertools import pairwise
 from typing import Any
 
-from hcsearch.export.cutting_sheets import COLOURS, Line, Sheet
-from hcsearch.export.settings import Profile
+from hcsearch.export.cutting_sheets import LAYER_COLOURS, Line, Sheet
+from hcsearch.export.settings import SheetProfile
 
-STROKE = 0.1
+STROKE_WIDTH = 0.1
 """Width of lines, mm."""
 _LAYER = '\n <g id="{0}" inkscape:groupmode="layer" inkscape:label="{0}">{1}\n </g>'
 
 
-def svg_of(sheet: Sheet, title: str, profile: Profile) -> str:
+def svg_of(sheet: Sheet, title: str, profile: SheetProfile) -> str:
     """The sheet; every element has its own colour, as some cutters heed no groups."""
-    colours = {layer: colour for layer, (colour, _) in COLOURS[profile].items()}
+    colours = {layer: colour for layer, (colour, _) in LAYER_COLOURS[profile].items()}
     body = _alone(sheet, colours) if profile == "simulator" else _layers(sheet, colours)
     width, height = _number(sheet.width), _number(sheet.height)
     return (
@@ -54,7 +54,7 @@ def _alone(sheet: Sheet, colours: dict[str, str]) -> str:
 
 
 def _look(colour: str) -> str:
-    return f'fill="none" stroke="{colour}" stroke-width="{STROKE}"'
+    return f'fill="none" stroke="{colour}" stroke-width="{STROKE_WIDTH}"'
 
 
 def _named(line: Line) -> str:
@@ -70,11 +70,11 @@ def _number(value: float) -> str:
     return f"{value:.5f}".rstrip("0").rstrip(".") if abs(value) > 5e-6 else "0"
 
 
-SCREEN = 4.0 / 3.0
+SCREEN_RATIO = 4.0 / 3.0
 """Width over height of the narrowest window in which the whole sheet is in view."""
 
 
-def dxf_of(sheet: Sheet, profile: Profile) -> str:
+def dxf_of(sheet: Sheet, profile: SheetProfile) -> str:
     """The sheet; lines have the colours of their layers."""
     from ezdxf import units  # noqa: PLC0415 - of an extra
     from ezdxf._options import options  # noqa: PLC0415
@@ -83,7 +83,7 @@ def dxf_of(sheet: Sheet, profile: Profile) -> str:
     stamped = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True  # no times: two files of one design are equal
     try:
-        return _text(sheet, COLOURS[profile], new("R2000"), units.MM)
+        return _text(sheet, LAYER_COLOURS[profile], new("R2000"), units.MM)
     finally:
         options.write_fixed_meta_data_for_testing = stamped
 
@@ -103,7 +103,7 @@ def _text(sheet: Sheet, colours: dict[str, tuple[str, int]], document: Any, unit
     space.reset_extents(box.extmin, box.extmax)
     low, high = box.extmin.vec2, box.extmax.vec2
     width, height = high - low
-    document.set_modelspace_vport(1.1 * max(height, width / SCREEN), center=low.lerp(high))
+    document.set_modelspace_vport(1.1 * max(height, width / SCREEN_RATIO), center=low.lerp(high))
     text = StringIO()
     document.write(text)
     return text.getvalue()

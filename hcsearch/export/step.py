@@ -47,7 +47,7 @@ def step_of(
     return _HEAD.format(title=_text(title)) + "\n".join(data.lines) + "\nENDSEC;\nEND-ISO-10303-21;\n"
 
 
-Part = tuple[str, str, str]
+StepPart = tuple[str, str, str]
 """Entities of a part: its definition, its representation, and its axes there."""
 
 
@@ -84,14 +84,14 @@ class _Data:
         self.add(f"SHAPE_DEFINITION_REPRESENTATION({own},{shape})")
         return definition
 
-    def part(self, name: str, solid: Solid) -> Part:
+    def part(self, name: str, solid: Solid) -> StepPart:
         """A panel as a product of its own."""
         axes = self.axes(np.zeros(3), _Z, _X)
         body = self.add(f"MANIFOLD_SOLID_BREP({_text(name)},{_shell(self, solid)})")
         shape = self.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION({_text(name)},({axes},{body}),{self.context})")
         return self.product(name, shape), shape, axes
 
-    def place(self, name: str, part: Part, whole: tuple[str, str], place: str) -> None:
+    def place(self, name: str, part: StepPart, whole: tuple[str, str], place: str) -> None:
         """Place a part in the assembly, by its axes there."""
         definition, shape, axes = part
         use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE({_text(name)},{_text(name)},'',{whole[0]},{definition},$)")

@@ -11,14 +11,14 @@ import math
 from typing import Any
 from xml.etree import ElementTree as Xml
 
-from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers
+from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers_text
 from hcsearch.export.print_formats import stl_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
-FREE = 1e6
+UNLIMITED_EFFORT = 1e6
 """Greatest effort and rate of a joint (N m, rad/s), which URDF wants: ours have none."""
 
 
@@ -37,7 +37,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
     for link in tree.links:
         element = Xml.SubElement(root, "link", name=link.name)
         inertial = Xml.SubElement(element, "inertial")
-        Xml.SubElement(inertial, "origin", xyz=numbers(link.body.centre - link.frame), rpy="0 0 0")
+        Xml.SubElement(inertial, "origin", xyz=numbers_text(link.body.centre - link.frame), rpy="0 0 0")
         Xml.SubElement(inertial, "mass", value=repr(float(link.body.mass)))
         moments = {
             f"i{'xyz'[i]}{'xyz'[j]}": repr(float(link.body.inertia[i, j])) for i in range(3) for j in range(i, 3)
@@ -46,7 +46,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
         if link.whole:
             for kind in ("visual", "collision"):
                 shape = Xml.SubElement(element, kind)
-                Xml.SubElement(shape, "origin", xyz=numbers(-link.frame), rpy="0 0 0")
+                Xml.SubElement(shape, "origin", xyz=numbers_text(-link.frame), rpy="0 0 0")
                 Xml.SubElement(Xml.SubElement(shape, "geometry"), "mesh", filename=f"{stem}{_mesh(link)}")
     for link in tree.links[1:]:
         _add_joint(root, tree, link)
@@ -61,9 +61,14 @@ def _add_joint(root: Xml.Element, tree: CutTree, link: Link) -> None:
     joint = Xml.SubElement(root, "joint", name=joined.name, type="revolute")
     Xml.SubElement(joint, "parent", link=above.name)
     Xml.SubElement(joint, "child", link=link.name)
-    Xml.SubElement(joint, "origin", xyz=numbers(link.frame - above.frame), rpy="0 0 0")
-    Xml.SubElement(joint, "axis", xyz=numbers(joined.axis))
-    limits = {"lower": "0.0", "upper": repr(math.pi), "effort": repr(FREE), "velocity": repr(FREE)}
+    Xml.SubElement(joint, "origin", xyz=numbers_text(link.frame - above.frame), rpy="0 0 0")
+    Xml.SubElement(joint, "axis", xyz=numbers_text(joined.axis))
+    limits = {
+        "lower": "0.0",
+        "upper": repr(math.pi),
+        "effort": repr(UNLIMITED_EFFORT),
+        "velocity": repr(UNLIMITED_EFFORT),
+    }
     Xml.SubElement(joint, "limit", limits)
     Xml.SubElement(joint, "dynamics", damping=repr(float(joined.drive.damping)), friction="0.0")
 

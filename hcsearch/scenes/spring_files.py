@@ -8,18 +8,18 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.csv_columns import Columns, canonical, read_columns, renamed
-from hcsearch.system.reading import MOST_BYTES
+from hcsearch.system.csv_columns import CsvColumns, canonical_name, read_columns, rename_columns
+from hcsearch.system.reading import MAX_INPUT_BYTES
 
 ANGLE_COLUMN_UNITS = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
 MOMENT_COLUMN_UNITS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 _SPELLINGS = {"angle_degrees": "angle_deg", "moment_nm": "moment_N_m", "moment_nmm": "moment_N_mm"}
-_NAMES = {canonical(name): name for name in (*ANGLE_COLUMN_UNITS, *MOMENT_COLUMN_UNITS)} | _SPELLINGS
+_NAMES = {canonical_name(name): name for name in (*ANGLE_COLUMN_UNITS, *MOMENT_COLUMN_UNITS)} | _SPELLINGS
 MAX_FOLD_ANGLE = math.pi + 0.01
 """The greatest fold angle (rad): gauges are set to zero by eye, and pi is rounded."""
 
 
-def read_law_points(path: str, *, most: int = MOST_BYTES, turn: float = MAX_FOLD_ANGLE) -> tuple[Reals, Reals]:
+def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX_FOLD_ANGLE) -> tuple[Reals, Reals]:
     """Fold angles (rad) and moments (N m) of a file with one column of each, in any of the units named above.
 
     Other columns are left out. The rows keep their order. most : size of the file in bytes. turn : the greatest angle
@@ -27,11 +27,13 @@ def read_law_points(path: str, *, most: int = MOST_BYTES, turn: float = MAX_FOLD
     Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
-    columns = renamed(read_columns(path, "angle_rad,moment_N_m", what="the table", most=most), _NAMES, "angle_rad")
+    columns = rename_columns(
+        read_columns(path, "angle_rad,moment_N_m", what="the table", most=most), _NAMES, "angle_rad"
+    )
     names = _only(columns, ANGLE_COLUMN_UNITS), _only(columns, MOMENT_COLUMN_UNITS)
     texts = zip(*map(columns.texts, names), strict=True)
     rows = tuple(row for row, cells in zip(columns.rows, texts, strict=True) if any(cells))
-    columns = Columns(path, columns.names, rows)
+    columns = CsvColumns(path, columns.names, rows)
     angles, moments = map(columns.numbers, names)
     for k in np.flatnonzero(np.isnan(angles) | np.isnan(moments)):
         name = names[0] if math.isnan(angles[k]) else names[1]
@@ -74,7 +76,7 @@ def _check_signs(angles: Reals, moments: Reals, path: str) -> None:
         )
 
 
-def _only(columns: Columns, units: dict[str, float]) -> str:
+def _only(columns: CsvColumns, units: dict[str, float]) -> str:
     """The name of the one column of a quantity."""
     names = [name for name in columns.names if name in units]
     if len(names) != 1:

@@ -41,13 +41,13 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import VIEWS, Quantity, column_names
-from hcsearch.store.views import SCENIC, select_in
+from hcsearch.store.views import SCENIC, select_view_in
 
-MOST_CONDITIONS = 500
+MAX_CONDITIONS = 500
 """In one query: databases allow about twice as many."""
-DEEPEST = 15
+MAX_NESTING_DEPTH = 15
 """Brackets and `not` inside each other: each takes up to five of the 100 places of SQLite's parser."""
-EXAMPLE = "write conditions as in 'grid=hex n=12 (untwisted or dof<=6) not status=locked'"
+EXAMPLE_CONDITIONS = "write conditions as in 'grid=hex n=12 (untwisted or dof<=6) not status=locked'"
 
 _CONDITION = re.compile(r"([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)(.*)|(?=[()]|$))", re.DOTALL)
 _WORDS = ("and", "or", "not")
@@ -71,36 +71,36 @@ class Condition:
 class Not:
     """What must not hold."""
 
-    of: Tree
+    of: ConditionTree
 
 
 @dataclass(frozen=True)
 class AllOf:
     """Parts that must all hold; without parts it always does."""
 
-    parts: tuple[Tree, ...]
+    parts: tuple[ConditionTree, ...]
 
 
 @dataclass(frozen=True)
 class AnyOf:
     """Parts of which one must hold."""
 
-    parts: tuple[Tree, ...]
+    parts: tuple[ConditionTree, ...]
 
 
-Tree = Condition | Not | AllOf | AnyOf
+ConditionTree = Condition | Not | AllOf | AnyOf
 
 
-def parse_conditions(query: str) -> Tree:
+def parse_conditions(query: str) -> ConditionTree:
     """Read a query; QueryError for one that has another form, too many conditions, or too many levels."""
     tokens = list(_tokens(query))
     number = sum(isinstance(token, Condition) for token in tokens)
-    if number > MOST_CONDITIONS:
-        raise QueryError(f"the query has {number} conditions: give {MOST_CONDITIONS} at most")
+    if number > MAX_CONDITIONS:
+        raise QueryError(f"the query has {number} conditions: give {MAX_CONDITIONS} at most")
     reader = _Reader(tokens)
     tree = reader.either(0) if tokens else AllOf(())
     if reader.next is not None:
-        raise QueryError(f"a bracket closes where none is open: {EXAMPLE}")
+        raise QueryError(f"a bracket closes where none is open: {EXAMPLE_CONDITIONS}")
     return tree
 
 
@@ -115,7 +115,7 @@ def _tokens(query: str) -> Iterator[Condition | str]:
                 continue
             match = _CONDITION.match(left)
             if match is None:
-                raise QueryError(f"cannot read {left!r}: {EXAMPLE}, without spaces inside a condition")
+                raise QueryError(f"cannot read {left!r}: {EXAMPLE_CONDITIONS}, without spaces inside a condition")
             name, sign, rest = match.groups()
             value = None if sign is None else _before_bracket(rest)
             token = Condition(name, sign, value)
@@ -151,35 +151,37 @@ class _Reader:
             self._tokens.pop()
         return taken
 
-    def either(self, depth: int) -> Tree:
+    def either(self, depth: int) -> ConditionTree:
         """Read alternatives, until the end or a closing bracket."""
         parts = [self._all(depth)]
         while self._taken("or"):
             parts.append(self._all(depth))
         return AnyOf(tuple(parts)) if len(parts) > 1 else parts[0]
 
-    def _all(self, depth: int) -> Tree:
+    def _all(self, depth: int) -> ConditionTree:
         parts = [self._one(depth)]
         while self._taken("and") or self.next not in (None, ")", "or"):
             parts.append(self._one(depth))
         return AllOf(tuple(parts)) if len(parts) > 1 else parts[0]
 
-    def _one(self, depth: int) -> Tree:
-        if depth > DEEPEST:
-            raise QueryError(f"the query has brackets or `not` more than {DEEPEST} deep: leave out what is not needed")
+    def _one(self, depth: int) -> ConditionTree:
+        if depth > MAX_NESTING_DEPTH:
+            raise QueryError(
+                f"the query has brackets or `not` more than {MAX_NESTING_DEPTH} deep: leave out what is not needed"
+            )
         if self._taken("not"):
             return Not(self._one(depth + 1))
         if self._taken("("):
             tree = self.either(depth + 1)
             if not self._taken(")"):
-                raise QueryError(f"a bracket is not closed: {EXAMPLE}")
+                raise QueryError(f"a bracket is not closed: {EXAMPLE_CONDITIONS}")
             return tree
         if isinstance(self.next, Condition):
             token = self._tokens.pop()
             assert isinstance(token, Condition)
             return token
         before = "at the end" if self.next is None else f"before {self.next!r}"
-        raise QueryError(f"a condition is missing {before}: {EXAMPLE}")
+        raise QueryError(f"a condition is missing {before}: {EXAMPLE_CONDITIONS}")
 
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -202,7 +204,7 @@ def view_table(view: str, scene: str = DEFAULT_SCENE_NAME) -> FromClause:
     if scene == DEFAULT_SCENE_NAME or view not in SCENIC:
         return table(view, *columns)
     # a colon would begin the name of a parameter
-    return text(select_in(view, scene).replace(":", r"\:")).columns(*columns).subquery(view)
+    return text(select_view_in(view, scene).replace(":", r"\:")).columns(*columns).subquery(view)
 
 
 def find_quantity(view: str, name: str) -> Quantity:
@@ -227,7 +229,7 @@ def parse_query(query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NA
     return and_(true(), _condition(view_table(view, scene), view, parse_conditions(query), tuple(GRIDS)))
 
 
-def _condition(source: FromClause, view: str, tree: Tree, grids: Sequence[str]) -> ColumnElement[bool]:
+def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequence[str]) -> ColumnElement[bool]:
     """The condition of a part of a query; `grids`: those that an array in it may be on."""
     match tree:
         case AllOf(parts):
@@ -247,7 +249,7 @@ def named_grids(query: str) -> list[str]:
     return list(_grids_of(tree.parts if isinstance(tree, AllOf) else (tree,), tuple(GRIDS)))
 
 
-def _grids_of(parts: Sequence[Tree], grids: Sequence[str]) -> Sequence[str]:
+def _grids_of(parts: Sequence[ConditionTree], grids: Sequence[str]) -> Sequence[str]:
     named = [part.value for part in parts if isinstance(part, Condition) and _names_grid(part)]
     return [grid for grid in grids if grid in named] if named else grids
 

@@ -16,7 +16,7 @@ from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import ChangedError, detail_of, explained
 from hcsearch.store.location import (
-    EXAMPLES,
+    LOCATION_EXAMPLES,
     FileIdentity,
     Location,
     check_writable,
@@ -24,10 +24,10 @@ from hcsearch.store.location import (
     is_filled,
     parse_location,
 )
-from hcsearch.store.migrate import check_revision, current_revision, foreign, refuse_foreign, upgrade
-from hcsearch.store.schema import REVISION
+from hcsearch.store.migrate import check_revision, current_revision, foreign, refuse_foreign, upgrade_schema
+from hcsearch.store.schema import SCHEMA_REVISION
 
-TIMEOUT = 60.0
+LOCK_TIMEOUT = 60.0
 """How long to wait for another program's lock, in seconds."""
 
 
@@ -135,7 +135,7 @@ class Database:
             sqlite.remove_unused(self.path)
 
 
-def open_database(location: str | Path, *, create: bool, timeout: float = TIMEOUT) -> Database:
+def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_TIMEOUT) -> Database:
     """Open a database for writing, and upgrade an older one; use it in a `with` statement.
 
     location : the path of an SQLite file, or the URL of an SQLite or PostgreSQL database.
@@ -164,7 +164,7 @@ def open_database(location: str | Path, *, create: bool, timeout: float = TIMEOU
     return database
 
 
-def open_readonly(location: str | Path, *, timeout: float = TIMEOUT) -> Database:
+def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Database:
     """Open a database so that no statement can change it; use it in a `with` statement.
 
     location, timeout : as in `open_database`, with the same errors. An older database is refused, not upgraded.
@@ -195,7 +195,7 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
         if revision is not None:
             check_revision(place.text, revision, upgradable=True)
         check_writable(place)
-        if revision == REVISION:
+        if revision == SCHEMA_REVISION:
             return
         _upgrade_file(place, timeout)
     raise DatabaseError(
@@ -206,7 +206,7 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
 def _revision(place: Location, timeout: float) -> str | None:
     """Return the revision of a filled file; None when it is an SQLite database without any table."""
     assert place.path is not None
-    first_look = sqlite.look(place.path, timeout)
+    first_look = sqlite.read_header(place.path, timeout)
     if first_look.version is not None:
         return first_look.version
     if not first_look.empty:
@@ -220,7 +220,7 @@ def _upgrade_file(place: Location, timeout: float) -> None:
     engine = sqlite.upgrading_engine(place.path, timeout)
     try:
         with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
-            upgrade(connection, place.text)
+            upgrade_schema(connection, place.text)
     except BaseException:
         engine.dispose()
         if not existed and place.path.exists() and place.path.stat().st_size == 0:
@@ -257,7 +257,9 @@ def _try_server(engine: Engine, place: Location) -> None:
         engine.connect().close()
     except (ProgrammingError, UnicodeError) as error:
         detail = detail_of(error.orig if isinstance(error, ProgrammingError) else error)
-        raise DatabaseError(f"the URL {place.text} has an option that cannot be used ({detail}): {EXAMPLES}") from error
+        raise DatabaseError(
+            f"the URL {place.text} has an option that cannot be used ({detail}): {LOCATION_EXAMPLES}"
+        ) from error
 
 
 def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
@@ -270,6 +272,6 @@ def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: 
         raise _missing(place)
     if revision is not None:
         check_revision(place.text, revision, upgradable=not readonly)
-    if revision != REVISION:
+    if revision != SCHEMA_REVISION:
         with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
-            upgrade(connection, place.text)
+            upgrade_schema(connection, place.text)

@@ -74,9 +74,9 @@ def _last_of_each(keys: Sequence[str], columns: ColumnValues) -> ColumnValues:
     return {name: [values[row] for row in last.values()] for name, values in columns.items()}
 
 
-Columns = dict[str, list[Any]]
+ColumnLists = dict[str, list[Any]]
 
-CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
+INSERT_CHUNK_ROWS = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
 
 
 def insert_designs(connection: Connection, location: str, designs: DesignBatch) -> None:
@@ -96,8 +96,8 @@ def insert_designs(connection: Connection, location: str, designs: DesignBatch) 
         insert_rows(connection, folding, rows, _stage_columns(rows))
 
 
-def _design_columns(designs: DesignBatch) -> Columns:
-    columns: Columns = {
+def _design_columns(designs: DesignBatch) -> ColumnLists:
+    columns: ColumnLists = {
         "grid": [designs.grid] * len(designs),
         "n": [designs.n] * len(designs),
         "circuit": designs.circuit,
@@ -117,11 +117,11 @@ def _design_columns(designs: DesignBatch) -> Columns:
     return columns
 
 
-def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
+def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> ColumnLists:
     assert designs.folding_row is not None
     assert designs.folding_crease is not None
     creases = designs.folding_crease.tolist()
-    columns: Columns = {
+    columns: ColumnLists = {
         "design_id": [ids[row] for row in designs.folding_row.tolist()],
         "crease": creases,
         "opposite": [crease + designs.n // 2 for crease in creases],
@@ -134,19 +134,19 @@ def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
     return columns
 
 
-def _mobility_columns(mobility: MobilityBatch) -> Columns:
-    columns: Columns = {"kutzbach": [mobility.kutzbach] * len(mobility.dof)}
+def _mobility_columns(mobility: MobilityBatch) -> ColumnLists:
+    columns: ColumnLists = {"kutzbach": [mobility.kutzbach] * len(mobility.dof)}
     for name in ("dof", "dof_folded", "dof_flat", "merged_panels", "kutzbach_merged", "dof_merged"):
         columns[name] = [None if value == NO_NUMBER else value for value in getattr(mobility, name).tolist()]
     return columns
 
 
-def _stage_columns(columns: Columns) -> list[str]:
+def _stage_columns(columns: ColumnLists) -> list[str]:
     """Names of the columns of foldings that stages fill: all but those that name the folding."""
     return [name for name in columns if name not in ("design_id", "crease", "opposite")]
 
 
-def _meet(connection: Connection, designs: DesignBatch, columns: Columns, first: int) -> list[int]:
+def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first: int) -> list[int]:
     """Update the designs that were there before id `first`, and return the ids of all designs of the batch."""
     id_of = ids_of(connection, designs.circuit)
     ids = [id_of[circuit] for circuit in designs.circuit]
@@ -170,7 +170,7 @@ def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[in
     rows = _folding_columns(designs, ids)
     kept = set(zip(rows["design_id"], rows["crease"], strict=True))
     key, crease = folding.c.design_id, folding.c.crease
-    stored = select_in(connection, select(key, crease), key, [known for known in ids if known < first])
+    stored = select_rows_in(connection, select(key, crease), key, [known for known in ids if known < first])
     refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in kept]
     if refuted:
         connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
@@ -178,11 +178,13 @@ def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[in
 
 def ids_of(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
     """The ids of the designs of some circuits that are stored."""
-    rows = select_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
+    rows = select_rows_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
     return {row.circuit: row.id for row in rows}
 
 
-def select_in(connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]) -> Iterator[Row[Any]]:
+def select_rows_in(
+    connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]
+) -> Iterator[Row[Any]]:
     """The rows of a statement in which a column has one of some values, a thousand of them at a time."""
-    for start in range(0, len(values), CHUNK):
-        yield from connection.execute(statement.where(column.in_(values[start : start + CHUNK]))).all()
+    for start in range(0, len(values), INSERT_CHUNK_ROWS):
+        yield from connection.execute(statement.where(column.in_(values[start : start + INSERT_CHUNK_ROWS]))).all()

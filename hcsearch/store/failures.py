@@ -25,12 +25,12 @@ T = TypeVar("T")
 
 _TRIES = 5
 
-LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+LOCKED_CODES = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 _WAIT = "is locked by another program: wait until that has finished, then try again"
 NO_LOCKS = "is on a disk that does not lock files, as some network disks: name one on a local disk, or use PostgreSQL"
 _FILE_CAUSES = {
-    **dict.fromkeys(LOCKED, _WAIT),
+    **dict.fromkeys(LOCKED_CODES, _WAIT),
     sqlite3.SQLITE_CORRUPT: "is damaged: restore a copy of it, or salvage its rows with `sqlite3 FILE .recover`",
     sqlite3.SQLITE_NOTADB: "is not an SQLite database: name another file",
     sqlite3.SQLITE_READONLY: "cannot be written: allow writing to the file and its folder, or name another file",
@@ -145,7 +145,7 @@ def _explain(
     cause = _cause(error)
     if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
         cause = _LOST
-    if primary_code(error) in LOCKED and path is not None and not locks_files(path.absolute().parent):
+    if primary_code(error) in LOCKED_CODES and path is not None and not locks_files(path.absolute().parent):
         cause = NO_LOCKS
     if cause is None:
         cause = "cannot be used ({detail}): restore a copy, or name another" + " file" * isinstance(

@@ -22,7 +22,7 @@ from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
 from hcsearch.store.schema import deployment, design, motion, outcome, verdict
 
-LARGEST_PATH = 8 << 20
+MAX_PATH_BYTES = 8 << 20
 """Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
 _LARGEST_ANGLE = 2.0 * math.pi
 """Panels meet at pi, on either side; beyond a full turn there is no fold angle, whatever is rounded."""
@@ -129,9 +129,9 @@ def _states(database: Database, packed: object, count: int) -> Reals:
     """Fold angles of so many states."""
     try:
         unpacking = zlib.decompressobj()
-        values = np.frombuffer(unpacking.decompress(cast(bytes, packed), LARGEST_PATH), "<f8")
+        values = np.frombuffer(unpacking.decompress(cast(bytes, packed), MAX_PATH_BYTES), "<f8")
         if not unpacking.eof:
-            raise ValueError(f"it is cut short, or takes more than {LARGEST_PATH >> 20} MB")
+            raise ValueError(f"it is cut short, or takes more than {MAX_PATH_BYTES >> 20} MB")
         if count < 1 or not values.size or values.size % count:
             raise ValueError(f"{values.size} fold angles are not those of {count} states")
         if not (np.abs(values) <= _LARGEST_ANGLE).all():

@@ -30,13 +30,13 @@ _SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|
 """An option of libpq or of a URL that may hold a secret, or text of libpq, in which one may stand by any name."""
 _ESCAPED = make_url("sqlite:///%20").database == "%20"
 """Whether names of databases are as they stand in a URL, as of SQLAlchemy 2.0, and not yet as they are meant."""
-LONGEST_PATH = 500
+MAX_LOCATION_BYTES = 500
 """Bytes of a path: SQLite takes 512 with the names of its journals."""
 
 FileIdentity = tuple[int, int]
 """Device and number of a file."""
 
-EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
+LOCATION_EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class Location:
 def parse_location(text: str | Path) -> Location:
     """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
     if not isinstance(text, (str, Path)):
-        raise DatabaseError(f"{text!r} names no database: {EXAMPLES}")
+        raise DatabaseError(f"{text!r} names no database: {LOCATION_EXAMPLES}")
     text = str(text)
     if not text or text == ":memory:":
-        raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
+        raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {LOCATION_EXAMPLES}")
     if "://" not in text:
         if _MISTYPED.match(text) or _SECRET.search(text):
             raise _unreadable()
@@ -68,7 +68,7 @@ def parse_location(text: str | Path) -> Location:
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
-        raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
+        raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {LOCATION_EXAMPLES}")
     if _is_loose(url) or not text.isprintable():
         raise _unreadable()
     hidden = url.update_query_dict({name: "***" for name in url.query if name not in _OPEN})
@@ -95,12 +95,12 @@ def _is_loose(url: URL) -> bool:
 def _unreadable() -> DatabaseError:
     """The refusal of a URL, which is not shown: it may hold a password."""
     marks = "a password with @ as %40, : as %3A and / as %2F, or in PGPASSWORD"
-    return DatabaseError(f"the database URL cannot be read: {EXAMPLES}, {marks}")
+    return DatabaseError(f"the database URL cannot be read: {LOCATION_EXAMPLES}, {marks}")
 
 
 def _sqlite_file(url: URL) -> Location:
     if not url.database or url.database == ":memory:":
-        raise DatabaseError(f"the SQLite URL names no database that lasts: {EXAMPLES}")
+        raise DatabaseError(f"the SQLite URL names no database that lasts: {LOCATION_EXAMPLES}")
     if url.query or url.database.startswith("file:") or url.host:
         raise DatabaseError(
             "the SQLite URL has options or a host, which are not supported: give sqlite:///PATH or a path"
@@ -110,15 +110,15 @@ def _sqlite_file(url: URL) -> Location:
 
 def _file(path: str) -> Location:
     if "\0" in path:
-        raise DatabaseError(f"{_shown(path)!r} names no database that lasts: {EXAMPLES}")
+        raise DatabaseError(f"{_shown(path)!r} names no database that lasts: {LOCATION_EXAMPLES}")
     try:
         length = max(len(os.fsencode(place)) for place in _places(path))
     except UnicodeEncodeError as error:
-        raise DatabaseError(f"{_shown(path)} is no path that this system can have: {EXAMPLES}") from error
-    if length > LONGEST_PATH:
+        raise DatabaseError(f"{_shown(path)} is no path that this system can have: {LOCATION_EXAMPLES}") from error
+    if length > MAX_LOCATION_BYTES:
         raise DatabaseError(
-            f"the path of database {_shown(Path(path).name)} has {length} bytes and SQLite takes {LONGEST_PATH}: name "
-            "a file in a folder with a shorter path"
+            f"the path of database {_shown(Path(path).name)} has {length} bytes and SQLite takes {MAX_LOCATION_BYTES}: "
+            "name a file in a folder with a shorter path"
         )
     return Location(_shown(path), path=Path(path))
 

@@ -10,13 +10,13 @@ from sqlalchemy import Connection, inspect, text
 
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.store.columns import VIEWS
-from hcsearch.store.schema import APPLICATION_ID, REVISION, VERSION_TABLE
+from hcsearch.store.schema import APPLICATION_ID, SCHEMA_REVISION, VERSION_TABLE
 from hcsearch.store.views import create_view
 
 _ALEMBIC = threading.Lock()
 """Held while Alembic works: what it migrates is a global of its module."""
 
-SCRIPTS = Path(__file__).with_name("migrations")
+MIGRATION_SCRIPTS = Path(__file__).with_name("migrations")
 
 
 def current_revision(connection: Connection) -> str | None:
@@ -34,26 +34,27 @@ def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
     """
     if not re.fullmatch("(?!0000)[0-9]{4}", revision):
         raise DatabaseError(f"database {location} is damaged, its schema has no number: restore a copy")
-    if revision > REVISION:
+    if revision > SCHEMA_REVISION:
         raise DatabaseError(
-            f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {REVISION}), or by "
-            "one before the first release: install the newer one, or run `hcsearch enumerate` anew on another database"
+            f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {SCHEMA_REVISION}), "
+            "or by one before the first release: install the newer one, or "
+            "run `hcsearch enumerate` anew on another database"
         )
-    if revision < REVISION and not upgradable:
+    if revision < SCHEMA_REVISION and not upgradable:
         raise DatabaseError(
             f"database {location} has the older schema {revision} and is opened read-only: "
             "upgrade it first by running `hcsearch enumerate` on it"
         )
 
 
-def upgrade(connection: Connection, location: str) -> None:
+def upgrade_schema(connection: Connection, location: str) -> None:
     """Bring the database behind a connection to the newest revision; the caller holds the write lock."""
     revision = current_revision(connection)
     if revision is None:
         refuse_foreign(connection, location)
     if revision is not None:
         check_revision(location, revision, upgradable=True)
-    if revision == REVISION:
+    if revision == SCHEMA_REVISION:
         return  # another process was faster
     # Views hold no data and stand in the way of altering tables: dropped, and made anew as this program knows them.
     for view in VIEWS:
@@ -84,7 +85,7 @@ def _run_migrations(connection: Connection) -> None:
     from alembic.config import Config  # noqa: PLC0415 - only where there is work
 
     config = Config(attributes={"connection": connection})
-    config.set_main_option("script_location", str(SCRIPTS).replace("%", "%%"))
+    config.set_main_option("script_location", str(MIGRATION_SCRIPTS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
     with _ALEMBIC:
         command.upgrade(config, "head")

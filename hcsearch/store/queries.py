@@ -21,14 +21,14 @@ from hcsearch.store.columns import Kind
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
-from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, checked_rows, chunks_of, refusing
+from hcsearch.store.rows import FETCH_CHUNK_ROWS, Result, Row, Rows, check_values, checked_rows, chunks_of, refusing
 from hcsearch.store.schema import design
-from hcsearch.store.sqlite import STEPS
+from hcsearch.store.sqlite import PROGRESS_HANDLER_STEPS
 from hcsearch.store.verdicts import scene_names
 from hcsearch.store.views import SCENIC, sql_in
 
 # The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
-IDENTITY = {
+VIEW_KEYS = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),
     "motions": ("design_id", "crease", "scene"),
@@ -39,7 +39,7 @@ IDENTITY = {
 }
 
 # On a server, rows wait there until they are fetched.
-_CURSOR = {"yield_per": CHUNK}
+_CURSOR = {"yield_per": FETCH_CHUNK_ROWS}
 
 
 @contextmanager
@@ -186,7 +186,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
     """The order of rows that a sort specification asks for, the same each time."""
     terms = [(source.c[name], descending) for name, descending in sort_terms(view, sort)]
     wanted: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
-    return wanted + [source.c[name] for name in IDENTITY[view]]
+    return wanted + [source.c[name] for name in VIEW_KEYS[view]]
 
 
 @again
@@ -241,7 +241,7 @@ def _unknown(database: Database, text: str) -> QueryError:
     return QueryError(f"no design {text!r} in {database.location}: give an id or a circuit that `hcsearch query` lists")
 
 
-SECONDS = 10.0
+STATEMENT_SECONDS = 10.0
 """How long a statement may take."""
 
 
@@ -263,7 +263,7 @@ def select_page(
     count: int = 50,
     view: str = "designs",
     scene: str = DEFAULT_SCENE_NAME,
-    seconds: float = SECONDS,
+    seconds: float = STATEMENT_SECONDS,
 ) -> Result:
     """Return `count` rows of a view after the first `skip` of those that `select` returns.
 
@@ -273,7 +273,7 @@ def select_page(
     view_table(view)
     quantities = quantities_named(view, columns)
     check_scene(database, scene, view)
-    source, identity = view_table(view, scene), IDENTITY[view]
+    source, identity = view_table(view, scene), VIEW_KEYS[view]
     key = [source.c[name] for name in identity]
     found = sql_select(*key).where(parse_query(query, view, scene)).order_by(*order_of(source, view, sort))
     names = tuple(quantity.name for quantity in quantities)
@@ -298,7 +298,7 @@ def count_rows(
     most: int,
     view: str = "designs",
     scene: str = DEFAULT_SCENE_NAME,
-    seconds: float = SECONDS,
+    seconds: float = STATEMENT_SECONDS,
 ) -> int:
     """Return the number of rows of a view that satisfy a query; `most` where there are as many or more."""
     source = view_table(view, scene)
@@ -322,11 +322,11 @@ def _limited(database: Database, seconds: float) -> Iterator[Connection]:
                 connection.exec_driver_sql(f"SET LOCAL statement_timeout = {round(1000 * seconds)}")
                 yield connection
                 return
-            driver.set_progress_handler(lambda: time.monotonic() > end, STEPS)
+            driver.set_progress_handler(lambda: time.monotonic() > end, PROGRESS_HANDLER_STEPS)
             try:
                 yield connection
             finally:
-                driver.set_progress_handler(lambda: 0, STEPS)  # as `sqlite.connect` sets it
+                driver.set_progress_handler(lambda: 0, PROGRESS_HANDLER_STEPS)  # as `sqlite.connect` sets it
     except KeyboardInterrupt:
         if time.monotonic() > end:  # SQLite was interrupted by the handler here
             raise too_long from None

@@ -28,9 +28,9 @@ _TYPES: dict[str, set[type]] = {
     "text": {str, _NONE},
 }
 
-AT_ONCE = 5000
+IDS_PER_STATEMENT = 5000
 """Designs that one statement asks for."""
-CHUNK = 1000
+FETCH_CHUNK_ROWS = 1000
 """Rows fetched at once."""
 
 
@@ -68,15 +68,15 @@ class Rows:
 
 def parts_of(ids: Sequence[int]) -> Iterator[list[int]]:
     """Ids of designs in parts, each for one statement."""
-    for first in range(0, len(ids), AT_ONCE):
-        yield list(ids[first : first + AT_ONCE])
+    for first in range(0, len(ids), IDS_PER_STATEMENT):
+        yield list(ids[first : first + IDS_PER_STATEMENT])
 
 
 def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[Row]]:
     """Fetch the rows of a cursor, and fail as `refusing` does where its statement fails on the way."""
     while True:
         with refusing(own=own):
-            fetched = cursor.fetchmany(CHUNK)
+            fetched = cursor.fetchmany(FETCH_CHUNK_ROWS)
         if not fetched:
             return
         if cursor.dialect.name == "sqlite":

@@ -17,7 +17,7 @@ from hcsearch.store.database import Database
 from hcsearch.store.design_rows import insert_designs, insert_rows
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, next_id
-from hcsearch.store.schema import FUNNEL, batch, design, evaluation, run, score, unit
+from hcsearch.store.schema import FUNNEL_COLUMNS, batch, design, evaluation, run, score, unit
 
 _KINDS: dict[str, Kind] = {"prefix": "text", "passed": "integer", "n_fixed": "integer", "seconds": "real"}
 
@@ -61,8 +61,8 @@ def finish_run(
 
     funnel : counts by the names in `schema.FUNNEL`, None or left out where a stage has not run; stage_times : seconds.
     """
-    if unknown := set(funnel) - set(FUNNEL):
-        raise KeyError(f"no funnel column {sorted(unknown)}; there are {FUNNEL}")
+    if unknown := set(funnel) - set(FUNNEL_COLUMNS):
+        raise KeyError(f"no funnel column {sorted(unknown)}; there are {FUNNEL_COLUMNS}")
     values = {
         "finished": _now(),
         **{name: None if count is None else int(count) for name, count in funnel.items()},

@@ -27,13 +27,13 @@ from sqlalchemy.types import REAL, TypeEngine
 
 from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 
-REVISION = "0001"
+SCHEMA_REVISION = "0001"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
 
-FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deploys")
+FUNNEL_COLUMNS = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deploys")
 
 # Named constraints can be changed by later migrations.
 metadata = MetaData(
@@ -249,7 +249,7 @@ run = Table(
     Column("arguments", _TEXT, nullable=False),
     Column("versions", _TEXT, nullable=False),
     # Fixed circuits outgrow 32 bits long before the others do.
-    *(Column(name, _ID) for name in FUNNEL),
+    *(Column(name, _ID) for name in FUNNEL_COLUMNS),
     Column("stage_times", _TEXT),
     Column("batches_done", Integer),
     Column("batches_reused", Integer),

@@ -16,15 +16,15 @@ from sqlalchemy import Connection, Engine, Pool, QueuePool, create_engine, event
 from sqlalchemy.exc import DisconnectionError
 
 from hcsearch.basics.errors import DatabaseError
-from hcsearch.store.failures import LOCKED, primary_code
+from hcsearch.store.failures import LOCKED_CODES, primary_code
 from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 
 _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
 
-NEEDED = (3, 37, 0)
+MIN_SQLITE_VERSION = (3, 37, 0)
 """The oldest SQLite that knows tables that are STRICT."""
 
-STEPS = 100_000  # of SQLite's virtual machine
+PROGRESS_HANDLER_STEPS = 100_000  # of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class FirstLook:
 
 def check_version() -> None:
     """DatabaseError where the SQLite of this Python is too old: it calls a good database damaged."""
-    if sqlite3.sqlite_version_info < NEEDED:
-        needed = ".".join(map(str, NEEDED[:2]))
+    if sqlite3.sqlite_version_info < MIN_SQLITE_VERSION:
+        needed = ".".join(map(str, MIN_SQLITE_VERSION[:2]))
         raise DatabaseError(
             f"the SQLite of this Python is {sqlite3.sqlite_version}, hcsearch needs {needed} or newer: use another "
             "Python, or a PostgreSQL database"
@@ -52,18 +52,18 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     # No implicit transactions: they would begin late, and not before DDL. `_begin` begins them.
     connection = sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
     # A look at signals every few milliseconds: Ctrl-C in it ends a long statement with SQLITE_INTERRUPT.
-    connection.set_progress_handler(lambda: 0, STEPS)
+    connection.set_progress_handler(lambda: 0, PROGRESS_HANDLER_STEPS)
     return connection
 
 
-Stamp = tuple[int, int, int, bytes, bool]
+FileStamp = tuple[int, int, int, bytes, bool]
 """What a change of a file changes: its number, size and time, SQLite's counter of changes, whether it has a log."""
 
 _STAMP = "stamp"
 _TRIES = 5
 
 
-def stamp(path: Path) -> Stamp:
+def stamp(path: Path) -> FileStamp:
     """The stamp of a file as it is now, of which this process holds no lock: closing a file gives up all of them."""
     with path.open("rb") as file:
         counter = file.read(28)[24:]
@@ -86,18 +86,18 @@ def sizes_and_times(path: Path) -> tuple[int, ...]:
     return tuple(stamps)
 
 
-def is_outdated(path: Path, opened: Stamp | None) -> bool:
+def is_outdated(path: Path, opened: FileStamp | None) -> bool:
     """Whether a file that was opened without locks, with this stamp, has been written to since; False for others."""
     return opened is not None and opened != stamp(path)
 
 
-def opened_stamp(connection: Connection) -> Stamp | None:
+def opened_stamp(connection: Connection) -> FileStamp | None:
     """The stamp of the file when a connection opened it without locks; None where SQLite locks it."""
-    opened: Stamp | None = connection.info.get(_STAMP)
+    opened: FileStamp | None = connection.info.get(_STAMP)
     return opened
 
 
-def look(path: Path, timeout: float) -> FirstLook:
+def read_header(path: Path, timeout: float) -> FirstLook:
     """Look at a file without changing anything on disk, if it is not in use."""
     for _ in range(_TRIES):
         before = _status(path)
@@ -182,7 +182,7 @@ def upgrading_engine(path: Path, timeout: float) -> Engine:
 
 def reading_engine(path: Path, timeout: float) -> Engine:
     """Return an engine on which no statement can change anything, here or in any other file."""
-    stamps: dict[int, Stamp] = {}
+    stamps: dict[int, FileStamp] = {}
 
     def creator() -> sqlite3.Connection:
         log = path.with_name(path.name + "-wal")
@@ -285,7 +285,7 @@ def _use_write_ahead_log(connection: sqlite3.Connection, timeout: float) -> None
         try:
             connection.execute("PRAGMA journal_mode=WAL")
         except sqlite3.OperationalError as error:
-            if primary_code(error) not in LOCKED or time.monotonic() > deadline:
+            if primary_code(error) not in LOCKED_CODES or time.monotonic() > deadline:
                 connection.close()
                 raise
             time.sleep(0.01)

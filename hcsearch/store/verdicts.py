@@ -23,13 +23,13 @@ from hcsearch.designs.records import (
     play_of_batch,
 )
 from hcsearch.store.database import Database
-from hcsearch.store.design_rows import CHUNK, ids_of, insert_rows
+from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of, insert_rows
 from hcsearch.store.failures import again
 from hcsearch.store.rows import parts_of
 from hcsearch.store.runs import insert_results
 from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
 
-Columns = dict[str, list[Any]]
+VerdictColumns = dict[str, list[Any]]
 
 
 def record_scene(database: Database, name: str, values: str) -> None:
@@ -86,7 +86,7 @@ def record_settled(
             connection.execute(delete(deployment).where(deployment.c.base == work.scene, *own))
         _insert_foldings(connection, work.scene, designs, verdicts)
         chosen = _chosen_foldings(connection, ids, work.scene)
-        columns: Columns = {"scene": [work.scene] * len(ids), "design_id": ids}
+        columns: VerdictColumns = {"scene": [work.scene] * len(ids), "design_id": ids}
         columns |= {"best_crease": [chosen[k][0] for k in ids], "status": [chosen[k][1] for k in ids]}
         insert_rows(connection, outcome, columns, ("best_crease", "status"))
         after = _statuses(connection, ids, work.scene)
@@ -176,11 +176,11 @@ def _ids(connection: Connection, database: Database, circuits: Sequence[str]) ->
 
 def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
     ids = _ids(connection, database, verdicts.circuit)
-    columns: Columns = {"scene": [name] * len(ids), "design_id": ids}
+    columns: VerdictColumns = {"scene": [name] * len(ids), "design_id": ids}
     columns |= {"best_crease": verdicts.best_crease, "status": verdicts.status}
     insert_rows(connection, outcome, columns, ("best_crease", "status"))
-    for start in range(0, len(ids), CHUNK):
-        some = ids[start : start + CHUNK]
+    for start in range(0, len(ids), INSERT_CHUNK_ROWS):
+        some = ids[start : start + INSERT_CHUNK_ROWS]
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
         connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
     _insert_foldings(connection, name, [ids[row] for row in verdicts.folding_row.tolist()], verdicts)
@@ -189,7 +189,7 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
 def _insert_foldings(connection: Connection, name: str, designs: list[int], verdicts: VerdictBatch) -> None:
     """Store the verdicts on foldings, their motions and deployments. designs : the id of each folding's design."""
     creases = verdicts.folding_crease.tolist()
-    rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
+    rows: VerdictColumns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
     _insert_motions(connection, rows, verdicts.motion)
     deployments = verdicts.deployment
     clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
@@ -210,12 +210,12 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
         insert_rows(connection, deployment, trials, changed)
 
 
-def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBatch) -> None:
+def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: MotionBatch) -> None:
     """Store the motions of the foldings that were looked at; the others have none."""
     kept = [i for i, reason in enumerate(motions.reason) if reason is not None]
     if not kept:
         return
-    columns: Columns = {name: [values[i] for i in kept] for name, values in foldings.items()}
+    columns: VerdictColumns = {name: [values[i] for i in kept] for name, values in foldings.items()}
     columns |= {
         "flat_pairs": [motions.flat_pairs[i] for i in kept],
         "needed_margin": [millimetres(float(motions.margin[i])) for i in kept],
@@ -232,7 +232,7 @@ def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBa
     insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
 
 
-def _evidence_columns(evidence: Sequence[Evidence | None]) -> Columns:
+def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
     """The columns of `motion` on what a search came to beside its path; lengths in millimetres."""
     locks = [None if own is None else own.lock for own in evidence]
     return {
@@ -247,10 +247,12 @@ def _evidence_columns(evidence: Sequence[Evidence | None]) -> Columns:
     }
 
 
-def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -> Columns:
+def _trial_columns(deployments: DeploymentBatch, foldings: VerdictColumns, name: str) -> VerdictColumns:
     """The rows of `deployment`; lengths in millimetres, as its columns have them."""
     trials = deployments.trials
-    columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
+    columns: VerdictColumns = {
+        key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")
+    }
     columns |= {
         key: [getattr(t, key) for t in trials]
         for key in ("scene", "pairs", "springs", "formulation", "status", "reason")

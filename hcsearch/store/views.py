@@ -122,10 +122,10 @@ _SELECT = re.compile(
 
 def create_view(view: str) -> str:
     """Return the CREATE VIEW statement of a view."""
-    return f"CREATE VIEW {view} AS {select_in(view, DEFAULT_SCENE_NAME)}"
+    return f"CREATE VIEW {view} AS {select_view_in(view, DEFAULT_SCENE_NAME)}"
 
 
-def select_in(view: str, scene: str) -> str:
+def select_view_in(view: str, scene: str) -> str:
     """Return the SELECT of a view in a scene."""
     alias, source = _SOURCES[view]
     # Quoted, because `array` is a reserved word of PostgreSQL.
@@ -142,7 +142,7 @@ def sql_in(sql: str, scene: str) -> str:
     match = _SELECT.match(sql)
     if match is None:
         return sql
-    views = ",\n".join(f"{view} AS ({select_in(view, scene)})" for view in SCENIC if asks_for(sql, view))
+    views = ",\n".join(f"{view} AS ({select_view_in(view, scene)})" for view in SCENIC if asks_for(sql, view))
     if not views:
         return sql
     rest = sql[match.end() :]

@@ -13,18 +13,18 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.reading import MOST_BYTES, read_text
+from hcsearch.system.reading import MAX_INPUT_BYTES, read_text
 
-TINY, HUGE = 1e-30, 1e30
+MIN_MEASURED_VALUE, MAX_MEASURED_VALUE = 1e-30, 1e30
 """Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
 
 
 @dataclass(frozen=True)
-class Columns:
+class CsvColumns:
     """A table as text.
 
-    names : of the columns, as `canonical` writes them, "" where a column has none. rows : the number of each line in
-    the file, and its cells; blank lines are left out.
+    names : of the columns, as `canonical_name` writes them, "" where a column has none. rows : the number of each line
+    in the file, and its cells; blank lines are left out.
     """
 
     path: str
@@ -51,13 +51,13 @@ class Columns:
             )
         text = cells[k].strip()
         if is_number(text):
-            remedy = f"write 0 or a number of size {TINY:g} to {HUGE:g}"
+            remedy = f"write 0 or a number of size {MIN_MEASURED_VALUE:g} to {MAX_MEASURED_VALUE:g}"
         elif is_number(text.replace(",", ".")):
             remedy = "write decimals by points"
         return HcsearchError(f"line {number} of {self.path} has {text!r} for {name}: {remedy}")
 
 
-def read_columns(path: str, example: str, *, what: str = "", most: int = MOST_BYTES) -> Columns:
+def read_columns(path: str, example: str, *, what: str = "", most: int = MAX_INPUT_BYTES) -> CsvColumns:
     """Read a CSV file whose first line names its columns.
 
     example : of a name, for messages. what : what the file should hold. most : its size in bytes. Empty cells after the
@@ -88,7 +88,7 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MOST_BY
                     f"line {number} of {path} has {len(row)} values for {len(first)} columns: name each column, and "
                     "write decimals by points"
                 )
-    return Columns(path, tuple(first), tuple(lines[1:]))
+    return CsvColumns(path, tuple(first), tuple(lines[1:]))
 
 
 def _refuse_title(path: str, lines: Sequence[tuple[int, list[str]]]) -> None:
@@ -103,22 +103,22 @@ def _refuse_title(path: str, lines: Sequence[tuple[int, list[str]]]) -> None:
         )
 
 
-def renamed(columns: Columns, known: Mapping[str, str], example: str) -> Columns:
+def rename_columns(columns: CsvColumns, known: Mapping[str, str], example: str) -> CsvColumns:
     """The columns, with names that are known as they are written here; HcsearchError where two have one name.
 
-    known : names by what `canonical` makes of them.
+    known : names by what `canonical_name` makes of them.
     """
-    names = tuple(known.get(canonical(name), name) for name in columns.names)
+    names = tuple(known.get(canonical_name(name), name) for name in columns.names)
     for name in set(known.values()):
         if names.count(name) > 1:
             raise HcsearchError(
                 f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
                 f"write one name for each, such as {example}"
             )
-    return Columns(columns.path, names, columns.rows)
+    return CsvColumns(columns.path, names, columns.rows)
 
 
-def canonical(name: str) -> str:
+def canonical_name(name: str) -> str:
     """A name without case, brackets and spaces: angle_deg of `Angle (deg)`."""
     return re.sub(r"[\W_]+", "_", name.replace("°", "deg").casefold()).strip("_")
 
@@ -133,4 +133,4 @@ def is_number(text: str) -> bool:
 
 def is_measured(text: str) -> bool:
     """Whether a cell holds a number of a size that can be measured."""
-    return is_number(text) and (float(text) == 0.0 or TINY <= abs(float(text)) <= HUGE)
+    return is_number(text) and (float(text) == 0.0 or MIN_MEASURED_VALUE <= abs(float(text)) <= MAX_MEASURED_VALUE)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.outputs import PICTURES, check_output, replacing
+from hcsearch.system.outputs import PICTURE_SUFFIXES, check_output, replacing
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -23,38 +23,41 @@ if TYPE_CHECKING:
     Axes: TypeAlias = matplotlib.axes.Axes
     Figure: TypeAlias = matplotlib.figure.Figure
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
+CURVE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
 """After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
-DASHES: tuple[tuple[float, ...], ...] = ((), (4.0, 1.5), (1.0, 1.5), (5.0, 1.5, 1.0, 1.5))
+CURVE_DASHES: tuple[tuple[float, ...], ...] = ((), (4.0, 1.5), (1.0, 1.5), (5.0, 1.5, 1.0, 1.5))
 """Strokes and gaps, in widths of the line; solid lines have none."""
-LOOKS = len(COLOURS) * len(DASHES)
+CURVE_LOOK_COUNT = len(CURVE_COLOURS) * len(CURVE_DASHES)
 """Looks there are; the next ones are the first again."""
 
 
 class CurveLook(NamedTuple):
-    """A colour, and one of `DASHES`."""
+    """A colour, and one of `CURVE_DASHES`."""
 
     colour: str
     dashes: tuple[float, ...]
 
 
 def curve_look(number: int) -> CurveLook:
-    """Look of a curve; those of `LOOKS` curves differ, and of neighbours in both colour and dashes."""
-    return CurveLook(COLOURS[number % len(COLOURS)], DASHES[(number + number // len(COLOURS)) % len(DASHES)])
+    """Look of a curve; those of `CURVE_LOOK_COUNT` curves differ, and of neighbours in both colour and dashes."""
+    return CurveLook(
+        CURVE_COLOURS[number % len(CURVE_COLOURS)],
+        CURVE_DASHES[(number + number // len(CURVE_COLOURS)) % len(CURVE_DASHES)],
+    )
 
 
-WIDTH, WIDER = 1.4, 1.2
+LINE_WIDTH, LINE_WIDTH_STEP = 1.4, 1.2
 """Of lines, pt, and by how much they are wider where looks begin anew."""
-TITLE = 92
+TITLE_WIDTH = 92
 """Characters in a line of a title."""
 _BACKEND = "MPLBACKEND"
-_STYLE = {"axes.prop_cycle": f"cycler('color', {list(COLOURS)})", "axes.grid": True, "grid.alpha": 0.3}
+_STYLE = {"axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})", "axes.grid": True, "grid.alpha": 0.3}
 """What differs from matplotlib's defaults."""
 
 
 def check_picture(path: str) -> None:
     """Refuse a picture that could not be drawn or written, before anything is computed."""
-    check_output(path, PICTURES)
+    check_output(path, PICTURE_SUFFIXES)
     load_matplotlib()
 
 
@@ -75,7 +78,7 @@ def figure_for(
     with style.context(["default", own]):
         figure = Figure(figsize=size, layout="constrained")
         yield figure
-        with replacing(path, PICTURES) as part:
+        with replacing(path, PICTURE_SUFFIXES) as part:
             figure.savefig(part, dpi=dpi)
 
 
@@ -85,11 +88,11 @@ def line_style(number: int) -> dict[str, Any]:
     return {
         "color": colour,
         "linestyle": (0, dashes) if dashes else "-",
-        "linewidth": WIDTH + WIDER * (number // LOOKS),
+        "linewidth": LINE_WIDTH + LINE_WIDTH_STEP * (number // CURVE_LOOK_COUNT),
     }
 
 
-def legend(axes: Axes, title: str) -> None:
+def add_legend(axes: Axes, title: str) -> None:
     """The legend of lines, beside the plot, in as many columns as they need."""
     lines = len(axes.get_legend_handles_labels()[0])
     if lines:
@@ -97,10 +100,10 @@ def legend(axes: Axes, title: str) -> None:
         axes.legend(title=title, fontsize="x-small", ncols=1 + (lines - 1) // 20, handlelength=3.5, **where)
 
 
-def head(axes: Axes, title: str) -> None:
+def set_title(axes: Axes, title: str) -> None:
     """The title, in lines that fit and keep numbers with their units."""
     joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
-    text = textwrap.fill(joined, TITLE).replace("\N{NO-BREAK SPACE}", " ")
+    text = textwrap.fill(joined, TITLE_WIDTH).replace("\N{NO-BREAK SPACE}", " ")
     axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
 
 

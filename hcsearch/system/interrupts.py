@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 
 INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
-CODE = 128 + 2  # SIGINT, as shells say it
+INTERRUPT_EXIT_CODE = 128 + 2  # SIGINT, as shells say it
 
 
-def leave(*_signal: object, said: str = INTERRUPTED) -> None:
+def exit_interrupted(*_signal: object, said: str = INTERRUPTED) -> None:
     """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
     try:  # noqa: SIM105 - contextlib takes longer to load
         os.write(2, f"{said}\n".encode())
     except OSError:
         pass  # nobody is there to read it
-    os._exit(CODE)
+    os._exit(INTERRUPT_EXIT_CODE)

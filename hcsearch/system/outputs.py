@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 DEFAULT_FOLDER = "reports"
 """The only folder that is made for an output when it is missing, in the current folder."""
 
-TABLES = (".csv", ".npz", ".parquet")
+TABLE_SUFFIXES = (".csv", ".npz", ".parquet")
 """Endings of files that tables of a motion are written to."""
-PICTURES = (".svg", ".png", ".pdf")
+PICTURE_SUFFIXES = (".svg", ".png", ".pdf")
 
 _SQLITE = b"SQLite format 3\0"
 _OURS = b"hcSF"  # the application id in the header of our databases, `store.schema`
@@ -90,7 +90,7 @@ def write_output(path: str | Path, text: str, endings: tuple[str, ...] = ()) -> 
         part.write_bytes(text.encode(errors="replace"))
 
 
-def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] = TABLES) -> None:
+def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] = TABLE_SUFFIXES) -> None:
     """Write a table to a file by its ending; Parquet needs the extra `parquet`."""
     with replacing(path, endings) as part:
         if part.suffix == ".csv":

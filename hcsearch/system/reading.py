@@ -10,7 +10,7 @@ from typing import Any
 
 from hcsearch.basics.errors import InputFileError
 
-MOST_BYTES = 4 * 2**20
+MAX_INPUT_BYTES = 4 * 2**20
 """Size of a file unless its reader allows more: ten times what the largest array takes."""
 _MOST_PARTS = 32
 """Parts of a TOML key: memory for one grows with the square of their number."""
@@ -20,7 +20,7 @@ _STRING = re.compile(
 _LONG_KEY = re.compile(rf"(?:\.[^][{{}}=,.\n]*){{{_MOST_PARTS}}}")
 
 
-def read_text(path: str | Path, what: str = "", most: int = MOST_BYTES) -> str:
+def read_text(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES) -> str:
     """Text of a UTF-8 file, without a byte order mark.
 
     what : what the file should hold, for the message, such as "the table". most : size in bytes that is still read.
@@ -59,8 +59,8 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 def parse_toml(text: str) -> dict[str, Any]:
     """Content of a TOML text of bounded size, in bounded memory; ValueError, with the remedy, for what is none."""
-    if len(text) > MOST_BYTES:
-        raise ValueError(f"it is larger than {_size(MOST_BYTES)}; leave out what is not needed")
+    if len(text) > MAX_INPUT_BYTES:
+        raise ValueError(f"it is larger than {_size(MAX_INPUT_BYTES)}; leave out what is not needed")
     if _LONG_KEY.search(_STRING.sub("''", text)):
         raise ValueError(f"a key has more than {_MOST_PARTS} parts; write fewer points in it")
     try:

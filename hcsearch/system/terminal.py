@@ -7,11 +7,11 @@ from contextlib import suppress
 
 from hcsearch.basics.errors import one_line
 
-PLAIN = 1e7
+MAX_PLAIN_NUMBER = 1e7
 """Below this a number is written out: 160, not 1.6e+02."""
 
 
-def say(sentence: str) -> None:
+def write_notice(sentence: str) -> None:
     """Write a sentence as one line on stderr, if anyone is there to read it; nothing where it is empty."""
     if sentence and sys.stderr is not None:
         with suppress(OSError, ValueError):  # a closed stream is a ValueError
@@ -19,9 +19,9 @@ def say(sentence: str) -> None:
 
 
 def short(value: float, digits: int = 4) -> str:
-    """A number to so many digits; only numbers from `PLAIN` on, and very small ones, have powers of ten."""
+    """A number to so many digits; only numbers from `MAX_PLAIN_NUMBER` on, and very small ones, have powers of ten."""
     text = f"{value:.{digits}g}"
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < PLAIN else text
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < MAX_PLAIN_NUMBER else text
 
 
 def duration(seconds: float) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, Parameters
-from hcsearch.library.assemblies.description import compare, describe, stated_parameters
+from hcsearch.library.assemblies.description import compare, describe_assembly, stated_parameters
 from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
@@ -22,7 +22,7 @@ def test_what_the_thesis_states(name):
     parameters = assembly.defaults
     if "base_angle_deg" in entry:
         assert math.degrees(parameters.alpha) == pytest.approx(entry["base_angle_deg"])
-    facts = describe(assembly, parameters)
+    facts = describe_assembly(assembly, parameters)
     expected = entry["facts"] | entry.get("differs", {})
     assert {key: facts[key] for key in expected} == expected
     disagreeing = {key for key, row in facts["published"].items() if row["agree"] is not True}
@@ -31,7 +31,7 @@ def test_what_the_thesis_states(name):
 
 @pytest.mark.parametrize("name", ASSEMBLIES)
 def test_descriptions_are_plain_data_without_holes(name):
-    facts = describe(ASSEMBLIES[name], ASSEMBLIES[name].defaults)
+    facts = describe_assembly(ASSEMBLIES[name], ASSEMBLIES[name].defaults)
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
     missing = {key for key, value in facts.items() if value is None}
     assert missing - NULLABLE <= set(facts["undecided"])
@@ -40,7 +40,7 @@ def test_descriptions_are_plain_data_without_holes(name):
 
 
 def test_units_of_measure():
-    facts = describe(ASSEMBLIES["element-8r"], Parameters(alpha=math.radians(60), base=0.030, thickness=0.010))
+    facts = describe_assembly(ASSEMBLIES["element-8r"], Parameters(alpha=math.radians(60), base=0.030, thickness=0.010))
     assert facts["parameters"] == {"alpha_deg": 60, "base_mm": 30, "thickness_mm": 10}
     triangle = math.sqrt(3) / 4 * 30**2
     assert facts["flat_area_mm2"] == pytest.approx(10 * triangle)
@@ -54,28 +54,28 @@ def test_units_of_measure():
 
 def test_singular_values_depend_on_size_only_through_their_unit():
     """Rows of rotation are pure numbers, rows of position millimetres: of a panel much larger, others count more."""
-    one = describe(ASSEMBLIES["element-8r"], Parameters())["singular_values"]
-    two = describe(ASSEMBLIES["element-8r"], Parameters(base=0.3, thickness=0.1))["singular_values"]
+    one = describe_assembly(ASSEMBLIES["element-8r"], Parameters())["singular_values"]
+    two = describe_assembly(ASSEMBLIES["element-8r"], Parameters(base=0.3, thickness=0.1))["singular_values"]
     assert two[0] == pytest.approx(10 * one[0], rel=0.01)
 
 
 @pytest.mark.parametrize("name", ["element-8r", "unit-i", "unit-ii", "fig-5.11b", "ten-triangles"])
 def test_below_45_degrees_panels_interfere(name):
     assembly = ASSEMBLIES[name]
-    facts = describe(assembly, replace(assembly.defaults, alpha=math.radians(40)))
+    facts = describe_assembly(assembly, replace(assembly.defaults, alpha=math.radians(40)))
     assert facts["feasible"] is False
     assert "base angle of 40 degrees" in facts["hindrances"][0]
-    facts = describe(assembly, replace(assembly.defaults, alpha=math.radians(45)))
+    facts = describe_assembly(assembly, replace(assembly.defaults, alpha=math.radians(45)))
     assert facts["feasible"] is True
     assert facts["hindrances"] == []
 
 
 def test_published_at_defaults_only_there():
     assembly = ASSEMBLIES["unit-ii"]
-    assert "singular_values" in describe(assembly, assembly.defaults)["published"]
+    assert "singular_values" in describe_assembly(assembly, assembly.defaults)["published"]
     same = Parameters(alpha=math.radians(70), base=30 * 1e-3, thickness=10 * 1e-3)
-    assert "singular_values" in describe(assembly, same)["published"]
-    assert "singular_values" not in describe(assembly, replace(assembly.defaults, base=0.031))["published"]
+    assert "singular_values" in describe_assembly(assembly, same)["published"]
+    assert "singular_values" not in describe_assembly(assembly, replace(assembly.defaults, base=0.031))["published"]
 
 
 def test_a_pattern_that_does_not_fold_says_so():
@@ -85,7 +85,7 @@ def test_a_pattern_that_does_not_fold_says_so():
     assembly = Assembly(
         "four", "Four squares", "none", ("thickness",), lambda _: Pattern.from_polygons(squares, creases, 0.1)
     )
-    facts = describe(assembly, Parameters())
+    facts = describe_assembly(assembly, Parameters())
     assert facts["deployment_ratio"] is None
     assert "no folded state" in facts["undecided"]["deployment_ratio"]
     assert facts["feasible"] is False
@@ -93,7 +93,7 @@ def test_a_pattern_that_does_not_fold_says_so():
 
 
 def test_panels_so_slender_that_rounding_hides_the_folded_state():
-    facts = describe(ASSEMBLIES["unit-ii"], Parameters(alpha=math.radians(89.999)))
+    facts = describe_assembly(ASSEMBLIES["unit-ii"], Parameters(alpha=math.radians(89.999)))
     assert facts["feasible"] is False
     assert "less slender panels" in facts["hindrances"][0]
 
@@ -105,7 +105,7 @@ def test_an_undecided_rank_has_no_value_but_a_reason():
     def between(parameters):
         return skew_symmetric(unit.build(parameters), parameters.alpha, math.pi - 1e-11)
 
-    facts = describe(replace(unit, between=between), unit.defaults)
+    facts = describe_assembly(replace(unit, between=between), unit.defaults)
     assert facts["dof"] is None
     assert facts["rank_between"] is None
     assert "above the noise" in facts["undecided"]["dof"]
@@ -114,7 +114,7 @@ def test_an_undecided_rank_has_no_value_but_a_reason():
 
 @pytest.mark.parametrize("values", [Parameters(thickness=1e-15), Parameters(alpha=math.radians(89.99))])
 def test_no_rank_is_decided_where_rounding_hides_how_thick_panels_are(values):
-    facts = describe(ASSEMBLIES["unit-ii"], values)
+    facts = describe_assembly(ASSEMBLIES["unit-ii"], values)
     assert facts["dof"] is None
     assert "may hide singular values" in facts["undecided"]["dof"]
 

@@ -15,7 +15,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies import Parameters
 from hcsearch.library.assemblies.eight_r import (
-    SLIT,
+    SLIT_FACETS,
     eight_r,
     equal_side,
     hindrance,
@@ -124,7 +124,9 @@ def test_slit_distance(values, first):
 def test_sides_of_the_slit_stay_parallel(values, first):
     pattern = eight_r(values)
     linkage = Linkage(pattern)
-    third, seventh = (linkage.poses(skew_symmetric(pattern, values.alpha, first))[pattern.panel_of[k]] for k in SLIT)
+    third, seventh = (
+        linkage.poses(skew_symmetric(pattern, values.alpha, first))[pattern.panel_of[k]] for k in SLIT_FACETS
+    )
     for axis in ((0, 0, 1), (0, 1, 0)):  # the panels' faces, and their walls at the slit
         assert np.abs(np.cross(third[:, :3] @ axis, seventh[:, :3] @ axis)).max() < 1e-9
 

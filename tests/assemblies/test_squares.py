@@ -14,7 +14,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies.packages import package
-from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, RING, array_6r, element_6r, stepwise, thesis_4x4
+from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, LOOP_PANELS, array_6r, element_6r, stepwise, thesis_4x4
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.numerical_rank import decide_rank, rank_at
 from hcsearch.search.enumeration import ArraySearch
@@ -49,7 +49,7 @@ def test_4x4_array_has_the_published_panels_joints_loop_and_branch():
     assert [1e3 * x for x in (ARRAY.side, ARRAY.width, ARRAY.thickness)] == pytest.approx(facts["size_mm"])
     graph = joints(pattern)
     (loop,) = nx.cycle_basis(graph)
-    assert set(loop) == set(RING)
+    assert set(loop) == set(LOOP_PANELS)
     assert len(loop) == facts["loop"]
     at, (first, last) = facts["branches_at"], facts["branch"]
     assert [len(graph[panel]) for panel in (at, first, last)] == [3, 2, 1]
@@ -96,7 +96,7 @@ def test_the_held_panel_is_opposite_the_branch_and_in_an_outer_layer():
     linkage = Linkage(pattern)
     heights = [solid[..., 2].min() for solid in linkage.solids(linkage.folded)]
     assert heights[0] == pytest.approx(min(heights))
-    assert nx.shortest_path_length(joints(pattern), 0, 5) == len(RING) // 2
+    assert nx.shortest_path_length(joints(pattern), 0, 5) == len(LOOP_PANELS) // 2
     assert package(pattern).heights == (8,)
     assert package(pattern).void_volume == package(pattern).overlap_volume == 0
 

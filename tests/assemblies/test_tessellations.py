@@ -12,7 +12,7 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
-from hcsearch.library.assemblies.overlays import neighbours
+from hcsearch.library.assemblies.overlays import neighbouring_facets
 from hcsearch.library.assemblies.packages import flat_overlap, package
 from hcsearch.library.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
 from hcsearch.library.assemblies.tessellations import ways
@@ -141,7 +141,7 @@ def test_an_inverted_unit_is_a_turned_one():
 
 def test_some_unions_move_but_cannot_fold_for_panels_in_one_place(layings):
     """Units I and II overlap in more ways than fold: those that fold merge eight joints at most."""
-    unions = [union for _, _, union in neighbours(UNITS["II"], UNITS["I"])]
+    unions = [union for _, _, union in neighbouring_facets(UNITS["II"], UNITS["I"])]
     assert min(len(union.facets) for union in unions) < min(len(way.union.facets) for way in layings["II", "I"]) == 46
 
 
@@ -166,7 +166,7 @@ def test_neighbours_as_a_naive_twin_finds_them():
             continue
         if len(union.facets) > 10 and hinged(union) < 2 * hinged(still):
             expected.add(key(union))
-    layings = list(neighbours(still, still))
+    layings = list(neighbouring_facets(still, still))
     assert {key(union) for _, _, union in layings} == expected
     for placement, merged_creases, union in layings:
         assert key(overlay([still, still.placed(placement)])) == key(union)

@@ -11,9 +11,9 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import Parameters
 from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric
 from hcsearch.library.assemblies.eight_r_units import (
-    UNIT_I,
-    UNIT_II,
-    UNIT_III,
+    UNIT_I_JOINTS,
+    UNIT_II_JOINTS,
+    UNIT_III_JOINTS,
     assemble,
     matches,
     unit_i,
@@ -119,7 +119,9 @@ def test_both_forms_of_the_jacobian_have_one_rank(unit, values, first):
     assert rank.rank == rank_at(linkage, angles).rank == 23
 
 
-@pytest.mark.parametrize(("unit", "steps"), [(unit_i, UNIT_I), (unit_ii, UNIT_II), (unit_iii, UNIT_III)])
+@pytest.mark.parametrize(
+    ("unit", "steps"), [(unit_i, UNIT_I_JOINTS), (unit_ii, UNIT_II_JOINTS), (unit_iii, UNIT_III_JOINTS)]
+)
 def test_joints_that_merge_have_equal_angles_in_both_elements(unit, steps):
     """Eqs. 5.7 and 5.25 with 5.24: joints of one parity merge with joints of the same."""
     for equation in " ".join(steps).split():
@@ -127,7 +129,7 @@ def test_joints_that_merge_have_equal_angles_in_both_elements(unit, steps):
         assert int(one[1]) % 2 == int(two[1]) % 2
 
 
-@pytest.mark.parametrize("steps", [UNIT_I, UNIT_II, UNIT_III])
+@pytest.mark.parametrize("steps", [UNIT_I_JOINTS, UNIT_II_JOINTS, UNIT_III_JOINTS])
 @pytest.mark.parametrize("degrees", [60, 70])
 def test_with_the_other_labels_the_elements_do_not_fit(steps, degrees):
     """With line a_i between A_i and A_{i+1}, joint i + 1 here, the conditions 5.7 and 5.25 cannot be met."""
@@ -162,7 +164,7 @@ def test_elements_may_lie_anywhere(values, turn, over):
     element = eight_r(values)
     moved = element.moved(turn, (0.3, -0.2), over=over)
     assert congruent(element, moved)
-    assert congruent(assemble(moved, UNIT_I), unit_i(values))
+    assert congruent(assemble(moved, UNIT_I_JOINTS), unit_i(values))
 
 
 def test_joining_needs_creases_that_leave_one_way():

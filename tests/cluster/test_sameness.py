@@ -10,7 +10,7 @@ import pytest
 import hcsearch
 from hcsearch.basics.errors import ClusterError
 from hcsearch.search.pipeline import Crew, sameness
-from hcsearch.search.pipeline.sameness import Refusal, difference, packed, program, sources_digest, work_on
+from hcsearch.search.pipeline.sameness import Refusal, difference, packed_task, program, sources_digest, work_on
 
 SCRIPT = """
 from pathlib import Path
@@ -66,9 +66,9 @@ def test_whatever_results_hang_on_is_compared_before_a_task_is_read(name):
 
 def test_the_same_program_works(monkeypatch):
     assert difference(program()) == ""
-    assert work_on(program(), packed(len, ["a", "bb"])) == [1, 2]
+    assert work_on(program(), packed_task(len, ["a", "bb"])) == [1, 2]
     with pytest.raises(TypeError):
-        work_on(program(), packed(len, [1]))
+        work_on(program(), packed_task(len, [1]))
 
 
 def test_what_older_programs_do_not_say_is_a_difference():
@@ -81,8 +81,8 @@ def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
     assert not sameness.is_mixed()  # nothing more was loaded since: all is as it was
     monkeypatch.setitem(sys.modules, "hcsearch.loaded_now", sys)
     assert sameness.is_mixed()
-    assert work_on(program(), packed(len, ["a"])) == Refusal(None)
-    assert work_on(program(), packed(len, [1])) == Refusal(None)
+    assert work_on(program(), packed_task(len, ["a"])) == Refusal(None)
+    assert work_on(program(), packed_task(len, [1])) == Refusal(None)
     with pytest.raises(ClusterError, match="were changed while it ran"):
         list(Crew(1).work(len, ["a", "bb"]))
 

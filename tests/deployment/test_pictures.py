@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from hcsearch import Folding
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.deployment_facts import deploy_linkage, mark_collision
-from hcsearch.system.figures import head, legend, line_style
+from hcsearch.system.figures import add_legend, line_style, set_title
 
 
 def test_lines_of_many_hinges_differ_in_colour_style_or_width():
@@ -24,22 +24,22 @@ def test_the_legend_has_all_lines(lines, columns):
     axes = Figure().subplots()
     for number in range(lines):
         axes.plot([0.0, 1.0], [0.0, number], label=str(number), **line_style(number))
-    legend(axes, "hinge")
+    add_legend(axes, "hinge")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [str(number) for number in range(lines)]
     assert axes.get_legend()._ncols == columns
 
 
 def test_a_plot_without_lines_has_no_legend():
     axes = Figure().subplots()
-    legend(axes, "hinge")
+    add_legend(axes, "hinge")
     assert axes.get_legend() is None
 
 
 def test_long_titles_have_several_lines():
     axes = Figure().subplots()
-    head(axes, "$x " * 100)
+    set_title(axes, "$x " * 100)
     assert axes.get_title().count("\n") >= 3
-    head(axes, "word " * 17 + "a 0.25 s b")
+    set_title(axes, "word " * 17 + "a 0.25 s b")
     assert axes.get_title().splitlines()[1] == "0.25 s b"
 
 

@@ -9,7 +9,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.export.cutting_sheets import Sheet, sheet_of
 from hcsearch.export.export_files import exported_case
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import FORMATS, Files
+from hcsearch.export.formats import EXPORT_FORMATS, WrittenFiles
 from hcsearch.export.settings import Settings
 from tests.strategies import circuits
 
@@ -24,15 +24,15 @@ RING = "square:011122233300:0"
 @cache
 def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat", **request) -> Exported:
     case = resolve(name, "none.sqlite", path=by == "path", **request)
-    return exported_case(case, FORMATS[wanted], by, state)
+    return exported_case(case, EXPORT_FORMATS[wanted], by, state)
 
 
-def written(value: Exported, wanted: str = "fold", settings: Settings = Settings()) -> Files:  # noqa: B008 - frozen
-    return FORMATS[wanted].write(value, settings)
+def written(value: Exported, wanted: str = "fold", settings: Settings = Settings()) -> WrittenFiles:  # noqa: B008 - frozen
+    return EXPORT_FORMATS[wanted].write(value, settings)
 
 
 def sheet_for(value: Exported, settings: Settings) -> Sheet:
-    names = FORMATS["svg"].takes
+    names = EXPORT_FORMATS["svg"].takes
     return sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
 
 
@@ -42,4 +42,4 @@ def folded(draw: st.DrawFn) -> Exported:
     circuit = draw(circuits(even=True).filter(foldings))
     folding = draw(st.sampled_from(foldings(circuit)))
     way = draw(st.sampled_from(("rigid", "hinged", *(("merged",) if folding.mirror_pairs else ()))))
-    return exported_case(resolve(folding.notation, "none.sqlite", flat_pairs=way), FORMATS["fold"])
+    return exported_case(resolve(folding.notation, "none.sqlite", flat_pairs=way), EXPORT_FORMATS["fold"])

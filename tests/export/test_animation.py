@@ -11,7 +11,7 @@ from hcsearch import save
 from hcsearch.basics.errors import OutputError
 from hcsearch.cases.replay_sources import replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.export.animation import FRAMES, WIDTH, animation_of, painters_order
+from hcsearch.export.animation import FRAME_COUNT, FRAME_WIDTH, animation_of, painters_order
 from hcsearch.export.formats import format_of
 from tests.export.cases import case, replay
 
@@ -81,7 +81,7 @@ def test_the_picture_has_all_frames_and_asks_for_nothing():
     picture = Xml.fromstring(text)
     (strip,) = picture.findall(f"{SVG}g")
     frames = strip.findall(f"{SVG}g")
-    assert [frame.get("transform") for frame in frames] == [f"translate({k * WIDTH})" for k in range(FRAMES)]
+    assert [frame.get("transform") for frame in frames] == [f"translate({k * FRAME_WIDTH})" for k in range(FRAME_COUNT)]
     assert all(frame.findall(f"{SVG}path") for frame in frames)
     used = {path.get("class") for path in picture.iter(f"{SVG}path")}
     assert used <= set(re.findall(r"\.(\w+)\{", text))

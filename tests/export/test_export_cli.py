@@ -16,7 +16,7 @@ from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS
-from hcsearch.export.formats import FORMATS, Format, format_of
+from hcsearch.export.formats import EXPORT_FORMATS, Format, format_of
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.scenes import SCENES
 from hcsearch.search.enumeration import PolygonSearch
@@ -44,7 +44,9 @@ def refusal(result):
     return str(result.exception)
 
 
-@pytest.mark.parametrize("form", [form for form in FORMATS.values() if not form.needs], ids=lambda form: form.name)
+@pytest.mark.parametrize(
+    "form", [form for form in EXPORT_FORMATS.values() if not form.needs], ids=lambda form: form.name
+)
 def test_each_format_is_written_by_its_ending_alone(run, form):
     name = f"design{form.endings[0]}"
     result = run("export", MOVING, "--output", name)
@@ -55,21 +57,21 @@ def test_each_format_is_written_by_its_ending_alone(run, form):
 
 
 @pytest.mark.parametrize(
-    "form", [form for form in FORMATS.values() if len(form.endings) > 1], ids=lambda form: form.name
+    "form", [form for form in EXPORT_FORMATS.values() if len(form.endings) > 1], ids=lambda form: form.name
 )
 def test_each_ending_of_a_format_stands_for_the_same_file(run, form):
-    assert {form.name for form in FORMATS.values() if len(form.endings) > 1} == {"mjcf", "step"}
+    assert {form.name for form in EXPORT_FORMATS.values() if len(form.endings) > 1} == {"mjcf", "step"}
     names = [f"design{ending}" for ending in (*form.endings, form.endings[-1].upper())]
     for name in names:
         assert run("export", MOVING, "--output", name).output.split() == [name]
     assert len({Path(name).read_bytes() for name in names}) == 1
-    other = next(own for own in FORMATS.values() if own.endings != form.endings)
+    other = next(own for own in EXPORT_FORMATS.values() if own.endings != form.endings)
     assert refusal(run("export", MOVING, "--format", form.name, "--output", f"a{other.endings[0]}")).endswith(
         f"write {' or '.join(form.endings)}"
     )
 
 
-@pytest.mark.parametrize("form", FORMATS.values(), ids=lambda form: form.name)
+@pytest.mark.parametrize("form", EXPORT_FORMATS.values(), ids=lambda form: form.name)
 def test_each_format_has_a_writer_and_settings_that_there_are(form):
     assert callable(form.writer)
     assert all(ending.startswith(".") for ending in form.endings)
@@ -170,7 +172,7 @@ def test_a_whole_number_is_a_share_of_the_motion():
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
     files = {".urdf": "<robot/>", ".closure.json": b"{}"}
-    monkeypatch.setitem(FORMATS, "urdf", Format("urdf", (".urdf",), "a robot", lambda value: files))
+    monkeypatch.setitem(EXPORT_FORMATS, "urdf", Format("urdf", (".urdf",), "a robot", lambda value: files))
     paths = save(DESIGN, tmp_path / "a.urdf")
     assert [path.name for path in paths] == ["a.urdf", "a.closure.json"]
     assert paths[1].read_bytes() == b"{}"

@@ -11,7 +11,7 @@ from hypothesis import settings as profile
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning
-from hcsearch.export.cutting_sheets import LAYERS, MARGIN, chains, strokes
+from hcsearch.export.cutting_sheets import SHEET_LAYERS, SHEET_MARGIN, chains, strokes
 from hcsearch.export.settings import Settings
 from hcsearch.library.assemblies import ASSEMBLIES
 from tests.export.exports import DESIGN, MOVING, RING, SLITTED, exported, folded, sheet_for, written
@@ -72,7 +72,7 @@ def test_the_sheet_in_one_piece_has_every_edge_once(value):
         if pair not in pattern.creases and pattern.panel_of[pair[0]] != pattern.panel_of[pair[1]]
     )
     assert sum(shapely.LineString(points).length for points, _, _ in lines["SLIT"]) == pytest.approx(length, rel=1e-5)
-    assert not any(closed for layer in LAYERS[1:] for _, closed, _ in lines[layer])
+    assert not any(closed for layer in SHEET_LAYERS[1:] for _, closed, _ in lines[layer])
 
 
 @pytest.mark.parametrize("name", list(ASSEMBLIES))
@@ -164,7 +164,9 @@ def test_panels_apart_have_marks_on_the_face_of_each_hinge():
     marks = [line for layer in ("HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE") for line in sheet.lines[layer]]
     whole = shapely.union_all(list(panels.values()))
     assert all(whole.covers(shapely.LineString(line.points)) for line in marks)
-    assert min(x for lines in sheet.lines.values() for line in lines for x, _ in line.points) == pytest.approx(MARGIN)
+    assert min(x for lines in sheet.lines.values() for line in lines for x, _ in line.points) == pytest.approx(
+        SHEET_MARGIN
+    )
 
 
 def test_edges_are_joined_to_lines_as_long_as_they_go():

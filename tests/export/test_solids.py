@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
-from hcsearch.export.glb import SECONDS, glb_of
+from hcsearch.export.glb import GLB_ANIMATION_SECONDS, glb_of
 from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels
 from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
@@ -144,8 +144,8 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
     states = np.vstack([linkage.folded, chance.uniform(0.0, np.pi, (3, linkage.n_hinges)), linkage.flat])
     motion = replay(name, states)
     scene = Scene(glb_of(motion))
-    assert scene.times[[0, -1]] == pytest.approx([0.0, SECONDS])
-    places = np.interp(scene.times, [0.0, SECONDS], motion.at[[0, -1]])
+    assert scene.times[[0, -1]] == pytest.approx([0.0, GLB_ANIMATION_SECONDS])
+    places = np.interp(scene.times, [0.0, GLB_ANIMATION_SECONDS], motion.at[[0, -1]])
     middles = 0.5 * (scene.times[:-1] + scene.times[1:])
     for time, place in [
         *zip(scene.times, places, strict=True),
@@ -168,8 +168,8 @@ def test_hinges_of_a_glb_turn_by_an_eighth_at_most_between_keys_and_keep_to_the_
     halfway = np.linspace(0.9, 0.1, linkage.n_hinges)[:, None] * [0.3, 1.0]
     motion = replay(name, np.vstack([linkage.folded, (halfway * np.pi).T, linkage.flat]))
     scene = Scene(glb_of(motion))
-    times = np.linspace(0.0, SECONDS, 101)
-    angles = motion.at_time(np.interp(times, [0.0, SECONDS], motion.at[[0, -1]]))
+    times = np.linspace(0.0, GLB_ANIMATION_SECONDS, 101)
+    angles = motion.at_time(np.interp(times, [0.0, GLB_ANIMATION_SECONDS], motion.at[[0, -1]]))
     assert len(scene.tracks) == linkage.n_panels - 1
     for number, (keys, turns) in scene.tracks.items():
         facts = scene.nodes[number]["extras"]

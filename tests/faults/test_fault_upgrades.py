@@ -9,7 +9,7 @@ import pytest
 
 from hcsearch.designs.records import WorkKey
 from hcsearch.store import find_circuit, open_database, select
-from hcsearch.store.schema import REVISION
+from hcsearch.store.schema import SCHEMA_REVISION
 from tests.faults.fault_tools import (
     JOURNALS,
     MANY,
@@ -49,7 +49,7 @@ def test_old_database_keeps_its_rows_and_takes_a_run(tmp_path, reference, law):
             _, circuit = find_circuit(database, str(number))
             judge(database, [(circuit, crease, status, None, None)], work=WorkKey("square", OTHER.n, "", "all"))
     before, state = designs(path), look(path)
-    assert version(path) == REVISION
+    assert version(path) == SCHEMA_REVISION
     ahead = program_ahead(tmp_path / "scripts")
     law("earlier schema", path, SMALL, injected=1, before=state.finished, also=state, program=ahead)
     assert version(path) == NEXT
@@ -73,7 +73,7 @@ def test_upgrade_that_is_killed_leaves_the_old_or_the_new(tmp_path, reference, l
             time.sleep(chance.uniform(0, COPYING))
             _, _, err = running.end(signal.SIGKILL)
             assert err == ""
-        assert version(path) in (REVISION, NEXT)
+        assert version(path) in (SCHEMA_REVISION, NEXT)
         left = look(path)
         assert left.finished == state.finished
         assert left.rows == state.rows

@@ -12,7 +12,7 @@ from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
 from hcsearch.web.report.data import ReportData, fetch
-from hcsearch.web.report.page_files import render
+from hcsearch.web.report.page_files import render_report
 from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import joined_script
 from tests.report.browser import chromium, complaints, driven
@@ -71,7 +71,7 @@ probe.after = cards().length;
 @pytest.fixture(scope="module")
 def page(hex_ten, tmp_path_factory):
     path = tmp_path_factory.mktemp("browser") / "page.html"
-    path.write_text(render(hex_ten), encoding="utf-8")
+    path.write_text(render_report(hex_ten), encoding="utf-8")
     return path
 
 

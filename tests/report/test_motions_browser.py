@@ -7,7 +7,7 @@ import pytest
 from hcsearch.designs.folding import Folding
 from hcsearch.web.player import payload_of
 from hcsearch.web.report.design_data import design_data
-from hcsearch.web.report.page_files import render, render_design
+from hcsearch.web.report.page_files import render_design, render_report
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
 
@@ -41,7 +41,7 @@ def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_
     (number,) = [design["id"] for design in hex_ten.designs if design["circuit"] == FOLDING.circuit.notation]
     payload = payload_of(replay_of("hex:0234550132:4"))
     data = replace(hex_ten, best={number: 4}, players={(number, 4): payload}, scene="solar", where=" --db x.db")
-    path = show(tab, render(data), tmp_path)
+    path = show(tab, render_report(data), tmp_path)
     tab.value(
         f"document.getElementById('find').value = '#{number}';"
         "document.getElementById('find').dispatchEvent(new Event('input', {bubbles: true}));"

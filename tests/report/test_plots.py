@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.system.figures import curve_look
-from hcsearch.web.report.plots import HEIGHT, WIDTH, Curve, Mark, plot
+from hcsearch.web.report.plots import PLOT_HEIGHT, PLOT_WIDTH, Curve, Mark, plot
 
 numbers = st.floats(-1e6, 1e6).map(lambda x: round(x, 6))
 
@@ -37,7 +37,7 @@ def test_greater_values_lie_higher_and_everything_lies_in_the_frame(values, line
     for place, other, a, b in zip(drawn, drawn[1:], y, y[1:], strict=False):
         assert (place[1] - other[1]) * (b - a) >= 0
         assert place[0] <= other[0]
-    assert all(0 <= px <= WIDTH and 0 <= py <= HEIGHT for px, py in drawn)
+    assert all(0 <= px <= PLOT_WIDTH and 0 <= py <= PLOT_HEIGHT for px, py in drawn)
 
 
 def test_a_value_that_is_not_known_breaks_the_line():

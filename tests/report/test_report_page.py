@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import FunnelStage, ReportData
-from hcsearch.web.report.page_files import census_table, render
+from hcsearch.web.report.page_files import census_table, render_report
 from hcsearch.web.report.reasons import why
-from hcsearch.web.report.script_data import packed
+from hcsearch.web.report.script_data import pack_column
 from tests.report.pages import Page, column, data_of, unpacked
 
 
 def test_every_design_and_folding_is_on_the_page(hex_ten):
-    data = data_of(render(hex_ten))
+    data = data_of(render_report(hex_ten))
     assert data["count"] == data["total"] == 120
     for name in ("id", "circuit", "array", "symmetry", "min_twist", "status"):
         assert column(data, "designs", name) == [design[name] for design in hex_ten.designs]
@@ -28,12 +28,12 @@ def test_every_design_and_folding_is_on_the_page(hex_ten):
 def test_the_folding_that_the_database_names_is_drawn(hex_ten):
     named = {design["id"]: rows[-1]["crease"] for design in hex_ten.designs if (rows := hex_ten.foldings[design["id"]])}
     assert len(named) == 32
-    data = data_of(render(replace(hex_ten, best=named)))
+    data = data_of(render_report(replace(hex_ten, best=named)))
     assert unpacked(data["best"], 120) == [named.get(design["id"]) for design in hex_ten.designs]
 
 
 def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
-    for design, best in zip(hex_ten.designs, unpacked(data_of(render(hex_ten))["best"], 120), strict=True):
+    for design, best in zip(hex_ten.designs, unpacked(data_of(render_report(hex_ten))["best"], 120), strict=True):
         rows = hex_ten.foldings[design["id"]]
         wanted = [row["crease"] for row in rows if row["untwisted"]] or [row["crease"] for row in rows] or [None]
         assert best == wanted[0]
@@ -82,18 +82,18 @@ def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, t
 
 @given(st.lists(st.one_of(st.none(), st.integers(-3, 3), st.sampled_from(["deploys", "", "<x>"]))))
 def test_a_packed_column_is_the_column(values):
-    assert unpacked(json.loads(as_script(packed(values))), len(values)) == values
+    assert unpacked(json.loads(as_script(pack_column(values))), len(values)) == values
 
 
 def test_the_funnel_has_numbers_shares_and_gaps(hex_ten):
-    texts = [text for _, text in Page(render(hex_ten)).texts]
+    texts = [text for _, text in Page(render_report(hex_ten)).texts]
     assert {"1,212", "32", "26.7 %", "not known yet"} <= set(texts)
 
 
 def test_columns_of_later_stages_appear_when_known(hex_ten):
     later = {"dof": 6, "min_clearance": 0.123456, "deploy_time": 0.38, "deployable": 1, "status": "deploys"}
     later |= {"needed_margin": 0.0123456, "least_gap": -0.00625}
-    page = render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}]))
+    page = render_report(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}]))
     data = data_of(page)
     assert {name: column(data, "designs", name) for name in later} == {name: [later[name]] for name in later}
     described = {
@@ -110,7 +110,7 @@ def test_columns_of_later_stages_appear_when_known(hex_ten):
 
 
 def test_nothing_comes_from_outside_the_file(hex_ten):
-    page = render(hex_ten)
+    page = render_report(hex_ten)
     assert not re.search(
         r"https?:|\bsrc\s*=|url\(|@import|\bhref\s*=|srcset|<(link|iframe|object|embed|base|img)\b", page
     )
@@ -118,9 +118,9 @@ def test_nothing_comes_from_outside_the_file(hex_ten):
 
 
 def test_a_limit_is_said_clearly(hex_ten):
-    page = render(replace(hex_ten, designs=hex_ten.designs[:20], total=3120))
+    page = render_report(replace(hex_ten, designs=hex_ten.designs[:20], total=3120))
     assert "This page holds the first 20 of 3,120 designs" in page
-    assert "This page holds" not in render(hex_ten)
+    assert "This page holds" not in render_report(hex_ten)
 
 
 @pytest.mark.parametrize("hostile", ["</title><script>alert(1)</script>", "\"><img onerror='x'>", "{{ 7 * 7 }}&amp;"])
@@ -135,19 +135,19 @@ def test_hostile_text_stays_text(hex_ten, hostile):
         notes=[hostile],
         designs=[first, second],
     )
-    page, plain = Page(render(data)), Page(render(replace(hex_ten, designs=hex_ten.designs[:2])))
+    page, plain = Page(render_report(data)), Page(render_report(replace(hex_ten, designs=hex_ten.designs[:2])))
     assert page.count("script") == plain.count("script") == 2  # the data and the program
     assert page.count("img") == 0
     assert not [name for _, attrs in page.elements for name in attrs if name.startswith("on")]
     joined = "".join(text for tag, text in page.texts if tag != "script")
     assert joined.count(hostile) >= 5
-    data = data_of(render(data))
+    data = data_of(render_report(data))
     assert column(data, "designs", "circuit")[0] == column(data, "designs", "status")[0] == hostile
     assert unpacked(data["readable"], 2) == [False, True]
 
 
 def test_a_report_without_designs_is_a_page():
-    page = render(ReportData(title="Nothing"))
+    page = render_report(ReportData(title="Nothing"))
     assert data_of(page)["count"] == 0
     assert "No design fits." in [text for _, text in Page(page).texts]
 
@@ -155,7 +155,7 @@ def test_a_report_without_designs_is_a_page():
 def test_a_report_without_foldings_draws_plain_circuits(hex_ten):
     unknown = dict.fromkeys(("n_foldings", "two_stack", "n_untwisted", "untwisted", "min_twist", "status"))
     designs = [{**design, **unknown} for design in hex_ten.designs[:3]]
-    text = render(replace(hex_ten, designs=designs, foldings={}, census=[(None, None, 3)]))
+    text = render_report(replace(hex_ten, designs=designs, foldings={}, census=[(None, None, 3)]))
     data = data_of(text)
     assert (data["folding_count"], unpacked(data["best"], 3)) == (0, [None] * 3)
     assert not Page(text).with_class("census")

@@ -10,7 +10,7 @@ from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly
 from hcsearch.web.report.data import fetch
-from hcsearch.web.report.page_files import render
+from hcsearch.web.report.page_files import render_report
 from tests.judging import judge
 from tests.report.browser import driven
 
@@ -51,7 +51,7 @@ def page(tmp_path_factory):
     with open_database(str(path), create=False) as database:
         judge(database, judged)
     with open_readonly(str(path)) as database:
-        text = render(fetch(database, "", limit=None))
+        text = render_report(fetch(database, "", limit=None))
     page = path.with_name("page.html")
     page.write_text(text, encoding="utf-8")
     return page

@@ -136,13 +136,13 @@ def test_a_path_that_expands_to_fill_memory_is_read_no_further_than_a_path_is_lo
     packing = zlib.compressobj()
     bomb = b"".join(packing.compress(bytes(1 << 24)) for _ in range(16)) + packing.flush()
     with damaged(database_file, tmp_path, "UPDATE motion SET path = ? WHERE path IS NOT NULL", bomb) as asking:
-        from hcsearch.store.judgements import LARGEST_PATH, find_paths
+        from hcsearch.store.judgements import MAX_PATH_BYTES, find_paths
 
         tracemalloc.start()
         try:
             with pytest.raises(DatabaseError, match="takes more than"):
                 find_paths(asking.application.database, range(1, 200))
-            assert tracemalloc.get_traced_memory()[1] < 3 * LARGEST_PATH
+            assert tracemalloc.get_traced_memory()[1] < 3 * MAX_PATH_BYTES
         finally:
             tracemalloc.stop()
 
@@ -196,7 +196,7 @@ def test_a_scene_that_is_none(database_file, tmp_path, number, capsys, values):
 
 
 def test_a_file_of_rows_ends_at_a_damaged_one_and_gives_its_room_back(database_file, tmp_path, monkeypatch):
-    monkeypatch.setattr("hcsearch.store.rows.CHUNK", 20)
+    monkeypatch.setattr("hcsearch.store.rows.FETCH_CHUNK_ROWS", 20)
     change = "UPDATE design SET array = CAST(x'ff' AS TEXT) WHERE id > 100"
     with damaged(database_file, tmp_path, change) as asking:
         for _ in range(4):  # one more than there is room for

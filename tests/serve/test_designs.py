@@ -87,7 +87,7 @@ def test_verdicts_on_the_page_are_those_of_its_scene(asking, number):
 
 
 def test_exports_are_files_to_download(asking, number):
-    from hcsearch.export.formats import FORMATS
+    from hcsearch.export.formats import EXPORT_FORMATS
 
     below = f"/designs/{number}/foldings/1/export"
     fold = asking(f"{below}.fold")
@@ -106,4 +106,4 @@ def test_exports_are_files_to_download(asking, number):
     assert asking(f"{below}.fold?state=flat").status == 400  # it has both states
     assert "takes no --state" in asking(f"{below}.fold?state=flat").text
     assert asking(f"/designs/{number}/foldings/0/export.fold").status == 400
-    assert all(form.endings[0] not in (".html", ".js") for form in FORMATS.values())
+    assert all(form.endings[0] not in (".html", ".js") for form in EXPORT_FORMATS.values())

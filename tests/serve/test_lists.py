@@ -58,7 +58,7 @@ def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
     assert shown(asking("/designs?page=4")) == "120"
     assert "ends before this page" in asking("/designs?page=4").text
     assert 'rel="next" href="/designs?q=n=10&amp;page=3"' in asking("/designs?q=n=10&page=2").text
-    monkeypatch.setattr("hcsearch.web.serve.listing.MOST", 50)
+    monkeypatch.setattr("hcsearch.web.serve.listing.MAX_COUNTED_ROWS", 50)
     many = asking("/designs?q=n<11")
     assert shown(many) == "1 to 48 of more than 50"
     assert 'rel="next"' in many.text

@@ -10,7 +10,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.shards import run_shard
 from hcsearch.search.stages.circuits import listed
-from hcsearch.search.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
+from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage, run_stages
 
 SCENE = SCENES[DEFAULT_SCENE_NAME]
@@ -20,7 +20,7 @@ def test_a_number_holds_the_versions_of_the_stages_below():
     low = Stage("low", 4, lambda designs, _: designs, lambda designs, _: np.ones(len(designs), bool))
     middle = Stage("middle", 3, low.run, low.passed, below=low)
     assert (low.number, middle.number, Stage("high", 2, low.run, low.passed, below=middle).number) == (4, 304, 20304)
-    known = numbers(stages_until("deployment"))
+    known = stage_numbers(stages_until("deployment"))
     assert list(known) == ["circuits", "foldings", "twist", "mobility", "motion", "deployment"]
     assert known["motion"] == 100 * STAGES["motion"].version + known["mobility"]
     assert known["deployment"] == 10_000 * STAGES["deployment"].version + known["motion"]

@@ -56,7 +56,9 @@ def test_counts_stop_at_a_number(database, asked, most):
 
 
 def test_a_statement_that_takes_too_long_is_ended_and_the_next_one_is_not(database, monkeypatch):
-    monkeypatch.setattr("hcsearch.store.queries.STEPS", 10)  # as 120 designs take less than its usual number
+    monkeypatch.setattr(
+        "hcsearch.store.queries.PROGRESS_HANDLER_STEPS", 10
+    )  # as 120 designs take less than its usual number
     with pytest.raises(QueryError, match="takes more than 0 s: narrow it"):
         select_page(database, sort="-symmetry", seconds=0)
     with pytest.raises(QueryError, match="takes more than 0 s: narrow it"):

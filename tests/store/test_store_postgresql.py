@@ -239,7 +239,7 @@ def test_old_schema_is_upgraded_on_open(url, monkeypatch, tmp_path):
         record(database, circuits(1, 3))
         before = everything(database)
     next_schema.install(tmp_path / "migrations", monkeypatch.setattr)
-    assert f"older schema {schema.REVISION}" in refusal(open_readonly, url)
+    assert f"older schema {schema.SCHEMA_REVISION}" in refusal(open_readonly, url)
     with open_database(url, create=False) as database:
         assert everything(database) == before
     with open_readonly(url) as reader:

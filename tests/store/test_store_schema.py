@@ -17,7 +17,7 @@ from hcsearch.basics.errors import DatabaseError
 from hcsearch.store import migrate, open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.generated import schema_sql
-from hcsearch.store.views import create_view, select_in
+from hcsearch.store.views import create_view, select_view_in
 from tests import next_schema
 
 ROOT = Path(__file__).parents[2]
@@ -92,10 +92,10 @@ def test_schema_file_makes_a_database_by_hand(path):
 
 def test_newest_migration_is_the_known_revision():
     config = Config()
-    config.set_main_option("script_location", str(migrate.SCRIPTS))
+    config.set_main_option("script_location", str(migrate.MIGRATION_SCRIPTS))
     config.set_main_option("path_separator", "os")
     scripts = ScriptDirectory.from_config(config)
-    assert scripts.get_heads() == [schema.REVISION]
+    assert scripts.get_heads() == [schema.SCHEMA_REVISION]
     assert all(re.fullmatch(r"\d{4}", script.revision) for script in scripts.walk_revisions())
 
 
@@ -114,7 +114,7 @@ def test_upgrade_keeps_rows_and_their_children(path, next_version):
     with open_database(str(path), create=True) as database:
         record(database, ["hex:1", "hex:2", "hex:3"])
     next_version()
-    with pytest.raises(DatabaseError, match=f"older schema {schema.REVISION}"):
+    with pytest.raises(DatabaseError, match=f"older schema {schema.SCHEMA_REVISION}"):
         open_readonly(str(path))
     with open_database(str(path), create=False):
         pass
@@ -126,7 +126,7 @@ def test_upgrade_keeps_rows_and_their_children(path, next_version):
 def test_second_of_two_upgraders_finds_it_done(database, monkeypatch):
     monkeypatch.setattr(migrate, "_run_migrations", None)
     with database.writing() as connection:
-        migrate.upgrade(connection, "here")
+        migrate.upgrade_schema(connection, "here")
 
 
 def test_failed_upgrade_changes_nothing(path, next_version):
@@ -134,7 +134,7 @@ def test_failed_upgrade_changes_nothing(path, next_version):
         record(database, ["hex:1", "hex:2", "hex:3"])
     before = path.read_bytes()
     next_version()
-    file = migrate.SCRIPTS / next_schema.SCRIPT
+    file = migrate.MIGRATION_SCRIPTS / next_schema.SCRIPT
     file.write_text(file.read_text() + "    op.execute('SELECT 1 FROM nowhere')\n")
     with pytest.raises(DatabaseError, match="nowhere"):
         open_database(str(path), create=False)
@@ -167,7 +167,7 @@ def test_join_is_left_out_where_it_is_not_needed(database):
         # by whole keys: nothing is searched for
         assert joined.count("SCAN") == 1
         assert joined.count("LEFT") + joined.count("SUBQUERY") == joined.count("USING PRIMARY KEY")
-    solar = plan(database, f"SELECT id, status FROM ({select_in('designs', 'solar')}) AS designs WHERE n = 12")
+    solar = plan(database, f"SELECT id, status FROM ({select_view_in('designs', 'solar')}) AS designs WHERE n = 12")
     assert (solar.count("LEFT"), solar.count("SCAN")) == (1, 1)
 
 

@@ -93,7 +93,7 @@ def test_one_circuit_twice_in_a_batch(database):
 
 @pytest.mark.parametrize("chunk", [2, 1000])
 def test_overlapping_batches_in_both_orders(tmp_path, monkeypatch, chunk):
-    monkeypatch.setattr(design_rows, "CHUNK", chunk)
+    monkeypatch.setattr(design_rows, "INSERT_CHUNK_ROWS", chunk)
     names = circuits(1, 9)
     batches = [(names[:6], "twist"), (names[3:], "twist")]
     orders = []
@@ -231,7 +231,7 @@ def test_runs(database):
     assert finished["started"].endswith("+00:00")
     assert json.loads(finished["arguments"]) == {"n": None, "jobs": 2}
     assert json.loads(finished["stage_times"]) == {"circuits": 0.5}
-    names = ["grid", "n", "target", "keep", "until", "panel", *schema.FUNNEL, "batches_done", "batches_reused"]
+    names = ["grid", "n", "target", "keep", "until", "panel", *schema.FUNNEL_COLUMNS, "batches_done", "batches_reused"]
     assert [finished[name] for name in names] == [
         *("square", 24, "square:6x4", "two-stack", "twist", "50x40x6"),
         *(2**40, 37, 1, None, None, None, None, 3, 4),

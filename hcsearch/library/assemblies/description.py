@@ -17,18 +17,18 @@ from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_a
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
-Facts = dict[str, Any]
+AssemblyFacts = dict[str, Any]
 
-PRINTED = 5e-5
+PRINTED_VALUE_TOLERANCE = 5e-5
 """Relative difference up to which a value agrees with a published one, which has four or five printed digits."""
 
-CLEAR = 1e-6
+CLEAR_RANK_NOISE_SHARE = 1e-6
 """Ranks are trusted when their noise is below this share of thickness over size, as small singular values scale so."""
 
 _SLIT_STATES = (30, 60, 90, 120, 150)
 
 
-def describe(assembly: Assembly, parameters: Parameters) -> Facts:
+def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFacts:
     """All facts of an assembly; lengths in millimetres, angles in degrees, None where undecided or not defined.
 
     `undecided` says why what is None has no value. `published` sets what the thesis states beside what we compute.
@@ -36,7 +36,7 @@ def describe(assembly: Assembly, parameters: Parameters) -> Facts:
     pattern = assembly.build(parameters)
     linkage = Linkage(pattern)
     undecided: dict[str, str] = {}
-    facts: Facts = {
+    facts: AssemblyFacts = {
         "name": assembly.name,
         "title": assembly.title,
         "source": assembly.source,
@@ -61,10 +61,10 @@ def describe(assembly: Assembly, parameters: Parameters) -> Facts:
     return facts
 
 
-def stated_parameters(assembly: Assembly, parameters: Parameters) -> Facts:
+def stated_parameters(assembly: Assembly, parameters: Parameters) -> AssemblyFacts:
     """The parameters that an assembly depends on, in millimetres and degrees."""
     units = {"alpha": ("alpha_deg", 180 / math.pi), "size": ("size", None)}
-    stated: Facts = {}
+    stated: AssemblyFacts = {}
     for name in assembly.uses:
         key, scale = units.get(name, (f"{name}_mm", 1e3))
         value = getattr(parameters, name)
@@ -87,7 +87,7 @@ def _sizes(pattern: Pattern) -> dict[str, int]:
     return {str(size): sizes.count(size) for size in sorted(set(sizes))}
 
 
-def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, undecided: dict[str, str]) -> Facts:
+def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, undecided: dict[str, str]) -> AssemblyFacts:
     """Ranks between and at both end states (thesis appendix); `dof` is the finite one, between them."""
     between = generic_rank(linkage) if assembly.between is None else rank_at(linkage, assembly.between(parameters))
     ranks = {"dof": between, "nullity_folded": rank_at(linkage, linkage.folded)}
@@ -95,7 +95,7 @@ def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, unde
     doubts = {name: _doubt(rank, linkage.pattern) for name, rank in ranks.items()}
     doubts["rank_between"] = doubts["overconstrained"] = doubts["dof"]
     undecided |= {name: doubt for name, doubt in doubts.items() if doubt is not None}
-    facts: Facts = {name: rank.nullity for name, rank in ranks.items()}
+    facts: AssemblyFacts = {name: rank.nullity for name, rank in ranks.items()}
     facts["rank_between"] = between.rank
     facts["overconstrained"] = (between.nullity or 0) > linkage.pattern.kutzbach
     facts = {name: None if doubts[name] else value for name, value in facts.items()}
@@ -106,12 +106,12 @@ def _doubt(rank: Rank, pattern: Pattern) -> str | None:
     """Why a rank is undecided: no gap, or noise so high that it hides singular values as small as panels are thin."""
     if rank.rank is None:
         return f"a singular value lies only {rank.gap:.3g} times above the noise, {rank.noise:.3g}"
-    if rank.noise > CLEAR * min(1.0, pattern.thickness / pattern.size):
+    if rank.noise > CLEAR_RANK_NOISE_SHARE * min(1.0, pattern.thickness / pattern.size):
         return f"rounding, {rank.noise:.3g}, may hide singular values: give thicker or less slender panels"
     return None
 
 
-def _folded(pattern: Pattern, undecided: dict[str, str]) -> Facts:
+def _folded(pattern: Pattern, undecided: dict[str, str]) -> AssemblyFacts:
     """The package, in millimetres."""
     names = (
         "deployment_ratio",
@@ -139,7 +139,7 @@ def _folded(pattern: Pattern, undecided: dict[str, str]) -> Facts:
     }
 
 
-def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> Facts:
+def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> AssemblyFacts:
     """Singular values of the D-H closure matrix (thesis A10, A16), and the slit distance (5.27), of 8R elements."""
     if not assembly.elements:
         return {"singular_values": None, "slit": None}
@@ -156,7 +156,7 @@ def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> F
     return {"singular_values": values, "slit": slit}
 
 
-def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, facts: Facts) -> Facts:
+def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, facts: AssemblyFacts) -> AssemblyFacts:
     """Whether anything is known that keeps the panels from being where they should be."""
     reasons = [assembly.hindrance(parameters)] if assembly.hindrance else []
     if flat_overlap(pattern):
@@ -183,7 +183,7 @@ def _same(one: object, two: object) -> bool:
     return one == two
 
 
-def compare(stated: Mapping[str, object], facts: Facts) -> Facts:
+def compare(stated: Mapping[str, object], facts: AssemblyFacts) -> AssemblyFacts:
     """Published facts beside computed ones, and whether they agree (None: undecided); of lists as far as published."""
     return {
         name: {
@@ -199,5 +199,5 @@ def _agree(stated: object, computed: object) -> bool:
     if isinstance(stated, Sequence) and not isinstance(stated, str):
         return isinstance(computed, Sequence) and all(map(_agree, stated, computed)) and len(computed) >= len(stated)
     if isinstance(stated, float) and isinstance(computed, int | float):
-        return abs(stated - computed) <= PRINTED * abs(stated)
+        return abs(stated - computed) <= PRINTED_VALUE_TOLERANCE * abs(stated)
     return stated == computed

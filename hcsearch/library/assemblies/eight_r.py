@@ -23,7 +23,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Facet, PlanePoint
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
 
-SLIT = (2, 7)
+SLIT_FACETS = (2, 7)
 """Facets of P3 and P7, on both sides of the slit."""
 
 _JOINTS: tuple[FacetPair, ...] = ((0, 9), (0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7), (7, 8))
@@ -122,7 +122,7 @@ def measured_slit(element: Pattern, angles: Reals) -> float:
 
     Along the outward normal of P3's wall, so that it is negative where the panels interfere (thesis 5.3.1).
     """
-    third, seventh = (solid for k, solid in enumerate(Linkage(element).solids(angles)) if k in SLIT)
+    third, seventh = (solid for k, solid in enumerate(Linkage(element).solids(angles)) if k in SLIT_FACETS)
     along, up = third[0, 1] - third[0, 0], third[1, 0] - third[0, 0]
     outward = np.cross(along, up)  # P3 lies on the left of its edge from V1 to V2
     # P7's wall runs back from V2 to V1, the first two corners of its facet

@@ -8,32 +8,32 @@ from dataclasses import replace
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.eight_r import assembly_of_elements, eight_r
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.library.assemblies.overlays import Match, join
+from hcsearch.library.assemblies.overlays import CreaseMatch, join
 from hcsearch.shape.pattern import Pattern
 
-UNIT_I = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
+UNIT_I_JOINTS = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
 """Joints that merge where elements B, D and C come to A, one after another (thesis 5.7)."""
 
-UNIT_II = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
+UNIT_II_JOINTS = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
 """Joints that merge where elements F, H and G come to A (thesis 5.25)."""
 
-UNIT_III = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
+UNIT_III_JOINTS = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
 """Joints that merge where D, C and B come to A in a unit new to the thesis (docs/explanation/unit_search.md)."""
 
 
 def unit_i(parameters: Parameters) -> Pattern:
     """Unit I (thesis Fig. 5.4). Loops are the elements A, B, C, D, each from joint 1 to 8; B and D lie turned over."""
-    return assemble(eight_r(parameters), UNIT_I)
+    return assemble(eight_r(parameters), UNIT_I_JOINTS)
 
 
 def unit_ii(parameters: Parameters) -> Pattern:
     """Unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
-    return assemble(eight_r(parameters), UNIT_II)
+    return assemble(eight_r(parameters), UNIT_II_JOINTS)
 
 
 def unit_iii(parameters: Parameters) -> Pattern:
     """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
-    return assemble(eight_r(parameters), UNIT_III)
+    return assemble(eight_r(parameters), UNIT_III_JOINTS)
 
 
 def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
@@ -51,7 +51,7 @@ def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
     return replace(pattern, loops=loops)
 
 
-def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[Match]:
+def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[CreaseMatch]:
     """Creases to coincide, read from a text such as `b1=a7 b2=a8`: joints of the moving pattern, then of the still one.
 
     names, letters : one letter for each loop of the still and of the moving pattern.
@@ -73,7 +73,7 @@ def _crease(pattern: Pattern, names: str, joint: str) -> tuple[int, int]:
     return loop[range(1, len(loop) + 1).index(int(joint[1:]))]
 
 
-A16 = (
+UNIT_II_SINGULAR_VALUES = (
     *(91.6169, 73.9355, 73.3750, 52.2536, 38.9967, 34.6444, 32.5559, 29.3057, 23.5099, 22.4854),
     *(14.7911, 11.0325, 2.19116, 1.74072, 1.60164, 1.52818, 1.34030, 1.22320, 1.17221, 0.27834),
 )
@@ -122,7 +122,7 @@ ASSEMBLIES = (
         "section 5.2.3, Fig. 5.6; appendix",
         unit_ii,
         {**_BOTH, "rank_between": 23, "nullity_folded": 4, "nullity_flat": 4},
-        {"singular_values": A16},
+        {"singular_values": UNIT_II_SINGULAR_VALUES},
     ),
     _assembly("unit-iii", "not in the thesis: found by the search for units", unit_iii, {}, {}),
 )

@@ -21,13 +21,13 @@ from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, FacetPair, Pattern, overlay
 
-Axis = Literal["x", "y"]
-Lines = tuple[Collection[int], Collection[int]]
+FoldAxis = Literal["x", "y"]
+CreaseLines = tuple[Collection[int], Collection[int]]
 
 _CORNERS: tuple[tuple[float, float], ...] = ((0, 0), (1, 0), (1, 1), (0, 1))
 _SW, _SE, _NE, _NW = _CORNERS
 _MIDDLE = (0.5, 0.5)
-CELLS: dict[str, tuple[Facet, ...]] = {
+CELL_FACETS: dict[str, tuple[Facet, ...]] = {
     ".": (_CORNERS,),
     "/": ((_SW, _SE, _NE), (_SW, _NE, _NW)),
     "\\": ((_SW, _SE, _NW), (_SE, _NE, _NW)),
@@ -41,17 +41,17 @@ CELLS: dict[str, tuple[Facet, ...]] = {
 upper right or the lower left half left of it, the lower right or the upper left half alone, none."""
 
 
-def sheet(rows: Sequence[str], side: float, thickness: float, lines: Lines | None = None) -> Pattern:
+def sheet(rows: Sequence[str], side: float, thickness: float, lines: CreaseLines | None = None) -> Pattern:
     """A sheet of squares, its lower left corner at the origin; mountains on the grid, valleys on the diagonals.
 
-    rows : letters of `CELLS`, the top row first.
+    rows : letters of `CELL_FACETS`, the top row first.
     side, thickness : of a square, in metres.
     lines : the grid lines that are creases, x = i and y = j in squares: all unless given. The others are rigid.
     """
     facets = []
     for j, row in enumerate(reversed(rows)):
         for i, letter in enumerate(row):
-            for facet in CELLS[letter]:
+            for facet in CELL_FACETS[letter]:
                 facets.append(tuple((side * (i + x), side * (j + y)) for x, y in facet))
     pattern = Pattern.from_polygons(facets, {}, thickness)
     creases: dict[FacetPair, Crease] = {}
@@ -65,18 +65,18 @@ def sheet(rows: Sequence[str], side: float, thickness: float, lines: Lines | Non
     return pattern.with_creases(creases)
 
 
-def mirrored(pattern: Pattern, axis: Axis, at: float) -> Pattern:
+def mirrored(pattern: Pattern, axis: FoldAxis, at: float) -> Pattern:
     """The pattern reflected in the line x = at or y = at (metres); every hinge keeps its face."""
     turn, shift = (math.pi, (2 * at, 0.0)) if axis == "x" else (0.0, (0.0, 2 * at))
     return pattern.moved(turn, shift, over=True).inverted()
 
 
-def doubled(pattern: Pattern, axis: Axis, at: float, hinge: Crease | None = None) -> Pattern:
+def doubled(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
     """A pattern and its mirror image in the line x = at or y = at (metres), joined along that line as in `joined`."""
     return joined(overlay([pattern, mirrored(pattern, axis, at)]), axis, at, hinge)
 
 
-def joined(pattern: Pattern, axis: Axis, at: float, hinge: Crease | None = None) -> Pattern:
+def joined(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
     """The pattern with its slits on the line x = at or y = at (metres) closed.
 
     hinge : what joins squares there, while everything else stays slit; without it all panels that meet are merged, as
@@ -117,7 +117,7 @@ def _oblique(dx: float, dy: float, size: float) -> bool:
     return min(abs(dx), abs(dy)) > SAME_POINT_SHARE * size
 
 
-ODD = ((1, 3), (1, 3))
+MODULE_III_LINES = ((1, 3), (1, 3))
 """Grid lines of module III that are creases."""
 
 
@@ -139,13 +139,13 @@ def module_ii(parameters: Parameters) -> Pattern:
 
 def module_iii(parameters: Parameters) -> Pattern:
     """Module III: four vertices two squares apart that share a diagonal crease (thesis Fig. 6.11)."""
-    return sheet(("././", "/./.", "././", "/./."), parameters.side, parameters.thickness, ODD)
+    return sheet(("././", "/./.", "././", "/./."), parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def module_iii_4_1(parameters: Parameters) -> Pattern:
     """Module III with two corners halved and a square put on: 16 squares that cover four when folded."""
     rows = ("J/./.", "/./. ", "././ ", "/./F ")
-    return sheet(rows, parameters.side, parameters.thickness, ODD)
+    return sheet(rows, parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def modules_i_pair(parameters: Parameters) -> Pattern:

@@ -10,20 +10,20 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError, SizeError
 from hcsearch.shape.pattern import Pattern
 
-SHORTEST, LONGEST = 1e-15, 1e6
+MIN_ASSEMBLY_LENGTH, MAX_ASSEMBLY_LENGTH = 1e-15, 1e6
 """Lengths (m) whose squares and products still are numbers."""
-FLATTEST, STEEPEST = 1e-4, 90 - 1e-4
+MIN_BASE_ANGLE, MAX_BASE_ANGLE = 1e-4, 90 - 1e-4
 """Base angles of isosceles triangles, degrees."""
-MOST_PARTS = 1000
+MAX_ASSEMBLY_PARTS = 1000
 """Columns times rows of an array: about a minute and half a gigabyte."""
 
 
 def check_base_angle(degrees: float) -> None:
     """Refuse what is no base angle of an isosceles triangle; PatternError."""
-    if not FLATTEST <= degrees <= STEEPEST:
+    if not MIN_BASE_ANGLE <= degrees <= MAX_BASE_ANGLE:
         raise PatternError(
             f"an isosceles triangle has no base angle of {degrees:g} degrees: give one between 0 and 90, from "
-            f"{FLATTEST:g} to {STEEPEST:g}"
+            f"{MIN_BASE_ANGLE:g} to {MAX_BASE_ANGLE:g}"
         )
 
 
@@ -50,15 +50,15 @@ class Parameters:
         check_base_angle(math.degrees(self.alpha))
         for name in ("base", "thickness", "side", "width"):
             length = getattr(self, name)
-            if not SHORTEST <= length <= LONGEST:
-                bounds = f"from {SHORTEST * 1e3:g} to {LONGEST * 1e3:g} mm"
+            if not MIN_ASSEMBLY_LENGTH <= length <= MAX_ASSEMBLY_LENGTH:
+                bounds = f"from {MIN_ASSEMBLY_LENGTH * 1e3:g} to {MAX_ASSEMBLY_LENGTH * 1e3:g} mm"
                 raise PatternError(f"a {name} of {length * 1e3:g} mm does not exist: give a positive length, {bounds}")
         if self.size is not None and min(self.size) < 1:
             raise PatternError(f"{self.size[0]} x {self.size[1]} is no array: give positive whole numbers")
-        if self.size is not None and self.size[0] * self.size[1] > MOST_PARTS:
+        if self.size is not None and self.size[0] * self.size[1] > MAX_ASSEMBLY_PARTS:
             raise SizeError(
                 f"{self.size[0]} x {self.size[1]} is too large an array: give columns and rows whose product is at "
-                f"most {MOST_PARTS}"
+                f"most {MAX_ASSEMBLY_PARTS}"
             )
 
 

@@ -49,11 +49,11 @@ def _outside(one: Reals, two: Reals, tolerance: float) -> NDArray[np.bool_]:
     return np.asarray((beyond & (lengths > 0)).any(axis=1))
 
 
-Match = tuple[FacetPair, FacetPair]
+CreaseMatch = tuple[FacetPair, FacetPair]
 """A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
 
 
-def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[Isometry]:
+def placements(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> list[Isometry]:
     """All ways to lay a pattern so that its creases coincide with those of another one, on the same faces.
 
     A reflection turns the sheet over.
@@ -70,13 +70,13 @@ def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> lis
     return chosen
 
 
-def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Isometry, Pattern]]:
+def joinings(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> list[tuple[Isometry, Pattern]]:
     """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
     laid = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
     return [(placement, union) for placement, union in laid if union is not None]
 
 
-def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
+def join(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> Pattern:
     """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
     unions = joinings(still, moving, matches)
     if len(unions) != 1:
@@ -84,9 +84,9 @@ def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
     return unions[0][1]
 
 
-def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[Match], Pattern]]:
+def neighbouring_facets(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[CreaseMatch], Pattern]]:
     """All ways to lay a pattern onto another one so that hinges merge: what merges, and the union."""
-    ways: list[tuple[Isometry, list[Match]]] = []
+    ways: list[tuple[Isometry, list[CreaseMatch]]] = []
     for match in _hinge_pairs(still, moving):
         for placement in placements(still, moving, [match]):
             known = next((merged for other, merged in ways if _same(placement, other, still.segment(match[0]))), None)
@@ -124,7 +124,7 @@ def _same(one: Isometry, two: Isometry, segment: tuple[PlanePoint, PlanePoint]) 
     )
 
 
-def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match) -> bool:
+def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: CreaseMatch) -> bool:
     """Whether two creases lie on each other and are the same."""
     on, of = match
     crease = moving.creases[of]
@@ -136,7 +136,7 @@ def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match
     return apart < SAME_POINT_SHARE * still.size
 
 
-def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
+def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[CreaseMatch]:
     """Every hinged crease of one pattern with every one of another that is as long."""
     for on, crease in still.creases.items():
         length = math.dist(*still.segment(on))

@@ -19,15 +19,15 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
-GRID = 1e-12
+EDGE_GRID_SHARE = 1e-12
 """Edges are cut on a grid as fine as this share of a panel's size; rounding of the folded state is a hundredth."""
-SLIVER = 1e-8
+SLIVER_AREA_SHARE = 1e-8
 """Cells smaller than this share of a panel's area are rounding."""
-LEVEL, OPEN = 1e-10, 1e-5
+FLAT_PANEL_TOLERANCE, OPEN_PANEL_TOLERANCE = 1e-10, 1e-5
 """Loops of a folded state close, and panels lie flat, up to the first; above the second there is no such state."""
-EXACT = 1e-9
+WHOLE_RATIO_TOLERANCE = 1e-9
 """Areas are in a ratio of whole numbers up to this."""
-LARGEST = 100
+MAX_RATIO_DENOMINATOR = 100
 """Greatest second number of such a ratio."""
 
 
@@ -83,8 +83,8 @@ class Package:
     @property
     def whole_ratio(self) -> str | None:
         """The deployment ratio as whole numbers, such as 7:1, where it is one of small numbers; else None."""
-        near = Fraction(self.ratio).limit_denominator(LARGEST)
-        if abs(self.ratio - float(near)) > EXACT * self.ratio:
+        near = Fraction(self.ratio).limit_denominator(MAX_RATIO_DENOMINATOR)
+        if abs(self.ratio - float(near)) > WHOLE_RATIO_TOLERANCE * self.ratio:
             return None
         return f"{near.numerator}:{near.denominator}"
 
@@ -130,9 +130,9 @@ def package(pattern: Pattern) -> Package:
     tilt = float(np.abs(highest - lowest - thickness).max()) / size
     layers = (lowest - lowest.min()) / thickness
     error = max(float(np.abs(residual).max(initial=0.0)), tilt)
-    if error > OPEN:
+    if error > OPEN_PANEL_TOLERANCE:
         raise PatternError("there is no folded state: loops stay open with every hinge closed; alter creases")
-    if error > LEVEL or np.abs(layers - layers.round()).max() > 0.01:
+    if error > FLAT_PANEL_TOLERANCE or np.abs(layers - layers.round()).max() > 0.01:
         raise PatternError(f"the folded state is lost in rounding, {error:.1e}: give thicker or less slender panels")
     shadows = [solid[0, :, :2] / size for solid in solids]
     areas: dict[tuple[int, ...], float] = {}
@@ -147,9 +147,9 @@ def package(pattern: Pattern) -> Package:
 def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:
     """Cells into which the edges of convex polygons cut the plane: area, and the polygons that cover it, if any."""
     rings = [shapely.LinearRing(shadow) for shadow in shadows]
-    lines = shapely.unary_union(rings, grid_size=GRID)
+    lines = shapely.unary_union(rings, grid_size=EDGE_GRID_SHARE)
     polygons = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
-    polygons = polygons[shapely.area(polygons) > SLIVER]
+    polygons = polygons[shapely.area(polygons) > SLIVER_AREA_SHARE]
     inside = shapely.get_coordinates(shapely.point_on_surface(polygons))
     covers = np.array([_contains(shadow, inside) for shadow in shadows])
     cells = zip(shapely.area(polygons).tolist(), covers.T, strict=True)
@@ -168,8 +168,8 @@ def flat_overlap(pattern: Pattern) -> float:
     """Area that facets of a flat pattern cover twice, in square metres: 0, or the pattern cannot be made."""
     size = pattern.size
     facets = [np.array(facet) / size for facet in pattern.facets]
-    union = shapely.unary_union([shapely.Polygon(facet) for facet in facets], grid_size=GRID)
+    union = shapely.unary_union([shapely.Polygon(facet) for facet in facets], grid_size=EDGE_GRID_SHARE)
     overlap = pattern.area - union.area * size * size
     # turning a long pattern moves its far end more
     extent = size * float(np.ptp(np.concatenate(facets), axis=0).max())
-    return 0.0 if abs(overlap) < SLIVER * extent * extent else float(overlap)
+    return 0.0 if abs(overlap) < SLIVER_AREA_SHARE * extent * extent else float(overlap)

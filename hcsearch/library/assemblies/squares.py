@@ -17,13 +17,13 @@ from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE,
 CIRCUIT, CREASE = "rectangle:1233300011123321", 6
 """Circuit and flat crease of thesis Fig. 4.1(b); lengths run along the rows."""
 
-NUMBERED = (6, 7, 5, 4, 3, 2, 1, 12, 0, 13, 14, 15, 11, 10, 9, 8)
+THESIS_PANEL_ORDER = (6, 7, 5, 4, 3, 2, 1, 12, 0, 13, 14, 15, 11, 10, 9, 8)
 """Cells of that circuit in the order of the thesis's panels, the merged ones two by two: 0, 5, 6 and 7."""
 
-RING = (0, 1, 2, 3, 4, 5, 8, 9, 10, 11)
+LOOP_PANELS = (0, 1, 2, 3, 4, 5, 8, 9, 10, 11)
 """Panels of the thesis's closed loop; 6 and 7 are a branch at 5."""
 
-JOINTS: tuple[FacetPair, ...] = ((1, 2), (2, 3), (3, 4), (5, 6), (6, 7), (0, 7))
+ELEMENT_6R_JOINTS: tuple[FacetPair, ...] = ((1, 2), (2, 3), (3, 4), (5, 6), (6, 7), (0, 7))
 """Facets that joints a_1 to a_6 of the 6R element lie between."""
 
 
@@ -35,10 +35,12 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
     """
     folding = folding_of(Circuit.from_notation(CIRCUIT), CREASE)
     size = (parameters.side, parameters.width, parameters.thickness)
-    pattern = _renumbered(folding.pattern(size, flat_pairs="merged"), NUMBERED)
+    pattern = _renumbered(folding.pattern(size, flat_pairs="merged"), THESIS_PANEL_ORDER)
     of = pattern.panel_of
     between = {frozenset((of[i], of[j])): (i, j) for (i, j), crease in pattern.creases.items() if crease.face}
-    loop = tuple(between[frozenset(panels)] for panels in zip(RING, (*RING[1:], RING[0]), strict=True))
+    loop = tuple(
+        between[frozenset(panels)] for panels in zip(LOOP_PANELS, (*LOOP_PANELS[1:], LOOP_PANELS[0]), strict=True)
+    )
     left = min(x for x, _ in pattern.vertices)
     low = min(y for _, y in pattern.vertices)
     return replace(pattern, loops=(loop,)).moved(shift=(-left, -low))
@@ -70,8 +72,8 @@ def _unit_element(thickness: float) -> Pattern:
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((float(i + x), float(j + y)) for x, y in corners) for i, j in cells)
     faces = (VALLEY_CREASE, MOUNTAIN_CREASE, VALLEY_CREASE, VALLEY_CREASE, MOUNTAIN_CREASE, VALLEY_CREASE)
-    creases = dict(zip(JOINTS, faces, strict=True)) | {(0, 1): RIGID_CREASE, (4, 5): RIGID_CREASE}
-    return Pattern.from_polygons(facets, creases, thickness, (JOINTS,))
+    creases = dict(zip(ELEMENT_6R_JOINTS, faces, strict=True)) | {(0, 1): RIGID_CREASE, (4, 5): RIGID_CREASE}
+    return Pattern.from_polygons(facets, creases, thickness, (ELEMENT_6R_JOINTS,))
 
 
 def _sized(pattern: Pattern, parameters: Parameters) -> Pattern:

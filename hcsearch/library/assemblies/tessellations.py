@@ -17,7 +17,7 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric
 from hcsearch.library.assemblies.eight_r_units import matches, unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.library.assemblies.overlays import Match, join, neighbours
+from hcsearch.library.assemblies.overlays import CreaseMatch, join, neighbouring_facets
 from hcsearch.library.assemblies.packages import Package, package
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
@@ -44,7 +44,7 @@ class Laying:
     """
 
     placement: Isometry
-    merged: tuple[Match, ...]
+    merged: tuple[CreaseMatch, ...]
     union: Pattern
     package: Package
 
@@ -73,7 +73,7 @@ def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
     Left out are unions in which panels or creases contradict each other, elements cannot move alike along (5.24), or
     panels share a place in the folded state.
     """
-    for placement, merged, both in neighbours(still, moving):
+    for placement, merged, both in neighbouring_facets(still, moving):
         union = _once(both)
         if joint_parts(union) is None:
             continue

@@ -28,11 +28,11 @@ from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import Crease, Pattern
 
-Complex = NDArray[np.complex128]
+ComplexArray = NDArray[np.complex128]
 
-NEAR = 1e-6
+SAME_POINT_DISTANCE_SHARE = 1e-6
 """Points nearer than this share of a facet's size are the same."""
-SLIT = 99
+SLIT_CODE = 99
 """Code of two facets without a crease; the codes of hinges change sign with the face, that of a rigid crease is 0."""
 
 _STEP, _SHIFT = 1e-4, 0.3771
@@ -73,7 +73,7 @@ class Placement(NamedTuple):
         return turned.placed(self.plane._replace(shift=unit * self.plane.shift))
 
 
-STILL = Placement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
+IDENTITY_PLACEMENT = Placement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Overlap:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class CopySheet:
     """The facets and creases of an element, as copies of it are compared.
 
     unit : length (m) that everything is divided by. lattice : whether the facets are cells of a regular tiling, so that
@@ -107,19 +107,19 @@ class Sheet:
         return math.sqrt(self.pattern.area / len(self.pattern.facets))
 
     @cached_property
-    def corners(self) -> list[Complex]:
+    def corners(self) -> list[ComplexArray]:
         """Corners of the facets."""
         return [np.array([complex(x, y) / self.unit for x, y in facet], complex) for facet in self.pattern.facets]
 
     @cached_property
-    def centres(self) -> Complex:
+    def centres(self) -> ComplexArray:
         """Middles of the facets, shape (n_facets,)."""
         return np.array([points.mean() for points in self.corners])
 
     @cached_property
     def codes(self) -> WholeNumbers:
         """Codes of the creases between facets, shape (n_facets, n_facets)."""
-        codes = np.full((len(self.centres),) * 2, SLIT)
+        codes = np.full((len(self.centres),) * 2, SLIT_CODE)
         for (i, j), crease in self.pattern.creases.items():
             codes[i, j] = codes[j, i] = code_of(crease)
         return codes
@@ -133,20 +133,20 @@ class Sheet:
     def overlap(self, motion: Placement) -> Overlap:
         """How a copy lies on the element itself."""
         centres = motion.plane(self.centres)
-        same = np.abs(self.centres[:, None] - centres) < NEAR
+        same = np.abs(self.centres[:, None] - centres) < SAME_POINT_DISTANCE_SHARE
         still, moved = np.nonzero(same)
         own, other = self.codes[np.ix_(still, still)], self.codes[np.ix_(moved, moved)]
-        other = np.where(other == SLIT, SLIT, motion.exchange * other)
-        both = (own != SLIT) & (other != SLIT)
+        other = np.where(other == SLIT_CODE, SLIT_CODE, motion.exchange * other)
+        both = (own != SLIT_CODE) & (other != SLIT_CODE)
         hinges = int(np.count_nonzero(both & (own == other) & (own != 0))) // 2
-        crossed = int(np.count_nonzero((own != SLIT) != (other != SLIT))) // 2
+        crossed = int(np.count_nonzero((own != SLIT_CODE) != (other != SLIT_CODE))) // 2
         agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion))
         return Overlap(len(still), hinges, crossed, agrees)
 
     def _clash(self, motion: Placement) -> bool:
         """Whether facets overlap in part."""
         moved = [motion.plane(points) for points in self.corners]
-        return clash(_facets(self.corners), _facets(moved), NEAR)
+        return clash(_facets(self.corners), _facets(moved), SAME_POINT_DISTANCE_SHARE)
 
     def placements(self) -> Iterator[Placement]:
         """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
@@ -154,7 +154,7 @@ class Sheet:
         hinges = [crease for crease in self.creases if crease[2]]
         for a, b, code in hinges:
             for c, d, other in hinges:
-                if abs(code) != abs(other) or abs(abs(b - a) - abs(d - c)) > NEAR:
+                if abs(code) != abs(other) or abs(abs(b - a) - abs(d - c)) > SAME_POINT_DISTANCE_SHARE:
                     continue
                 exchange = 1 if code == other else -1
                 for reflects, ends in product((False, True), ((a, b), (b, a))):
@@ -171,12 +171,12 @@ def code_of(crease: Crease) -> int:
     return (1 if crease.closes else 2) * (1 if crease.face == "top" else -1)
 
 
-def _facets(corners: Sequence[Complex]) -> list[Facet]:
+def _facets(corners: Sequence[ComplexArray]) -> list[Facet]:
     return [tuple(zip(points.real.tolist(), points.imag.tolist(), strict=True)) for points in corners]
 
 
-Key = tuple[tuple[int, ...], ...]
-Mark = tuple[complex, int]
+UnionKey = tuple[tuple[int, ...], ...]
+PlacedMark = tuple[complex, int]
 """A facet or a crease of a union: its middle and a code; facets have the code `_FACET`."""
 
 _FACET = 50
@@ -190,7 +190,7 @@ class Rings:
     strict : whether no crease of one copy may lie in a slit of another.
     """
 
-    sheet: Sheet
+    sheet: CopySheet
     strict: bool = True
     _known: dict[int, Overlap] = field(default_factory=dict)
 
@@ -199,7 +199,7 @@ class Rings:
         """Motions that carry the element onto itself."""
         n = len(self.sheet.centres)
         symmetries = (motion for motion in self.sheet.placements() if self._whole(motion, n))
-        return [STILL, *(motion for motion in symmetries if motion.key != STILL.key)]
+        return [IDENTITY_PLACEMENT, *(motion for motion in symmetries if motion.key != IDENTITY_PLACEMENT.key)]
 
     def _whole(self, motion: Placement, n: int) -> bool:
         overlap = self.sheet.overlap(motion)
@@ -242,7 +242,7 @@ class Rings:
     def pairs(self) -> Iterator[tuple[Placement, ...]]:
         """Two copies, the first where the element is."""
         for motion in self.placements:
-            yield STILL, motion
+            yield IDENTITY_PLACEMENT, motion
 
     def rings(self) -> Iterator[tuple[Placement, ...]]:
         """Four copies A, B, C, D, the first where the element is; B and D may be exchanged."""
@@ -251,7 +251,7 @@ class Rings:
             for second in self.placements:
                 motion = first @ second
                 across.setdefault(self.key(motion), (motion, []))[1].append(b)
-        still = self.key(STILL)
+        still = self.key(IDENTITY_PLACEMENT)
         beside: dict[tuple[int, int], bool] = {}
         for key, (motion, between) in across.items():
             if key == still or len(between) < 2 or not self.fits(motion):
@@ -260,11 +260,11 @@ class Rings:
                 if (b, d) not in beside:
                     beside[b, d] = self.fits(self.placements[b].inverse @ self.placements[d])
                 if beside[b, d]:
-                    yield STILL, self.placements[b], motion, self.placements[d]
+                    yield IDENTITY_PLACEMENT, self.placements[b], motion, self.placements[d]
 
-    def marks(self, copies: Iterable[Placement]) -> list[Mark]:
+    def marks(self, copies: Iterable[Placement]) -> list[PlacedMark]:
         """Facets and creases of a union, each once."""
-        distinct: dict[tuple[int, int, int], Mark] = {}
+        distinct: dict[tuple[int, int, int], PlacedMark] = {}
         for motion in copies:
             for place, code in self._own_marks:
                 image = motion.plane(place)
@@ -273,17 +273,17 @@ class Rings:
         return list(distinct.values())
 
     @cached_property
-    def _own_marks(self) -> list[Mark]:
-        return marks_of(self.sheet)
+    def _own_marks(self) -> list[PlacedMark]:
+        return marks_of_copies(self.sheet)
 
 
-def marks_of(sheet: Sheet) -> list[Mark]:
+def marks_of_copies(sheet: CopySheet) -> list[PlacedMark]:
     """Facets and creases of a pattern."""
     creases = [((a + b) / 2, code) for a, b, code in sheet.creases]
     return [(complex(centre), _FACET) for centre in sheet.centres] + creases
 
 
-def least_kutzbach(marks: Sequence[Mark]) -> int:
+def least_kutzbach(marks: Sequence[PlacedMark]) -> int:
     """A lower bound of the union's Kutzbach count, and so of its degrees of freedom: creases may be one hinge."""
     counts: dict[int, int] = defaultdict(int)
     for _, code in marks:
@@ -292,7 +292,7 @@ def least_kutzbach(marks: Sequence[Mark]) -> int:
     return 6 * (facets - rigid - 1) - 5 * (len(marks) - facets - rigid)
 
 
-def congruence_key(marks: Sequence[Mark]) -> Key:
+def congruence_key(marks: Sequence[PlacedMark]) -> UnionKey:
     """The same for congruent unions, also inverted ones, and for no others: their marks seen from a farthest facet."""
     places = np.array([place for place, _ in marks])
     codes = np.array([code for _, code in marks])

@@ -133,10 +133,10 @@ def untwisted(grid: str, n: int) -> Iterator[Folding]:
             yield from (folding for folding in foldings(circuit) if not twist(folding))
 
 
-Angles = tuple[float, float, float]
+BaseTriangleAngles = tuple[float, float, float]
 """Of the base triangle after the first flat crease: at its right end and its left end, seen across it, and beyond."""
-Corner = tuple[int, int]
-Triangle = Mapping[Corner, complex]
+TriangleCorner = tuple[int, int]
+BaseTriangle = Mapping[TriangleCorner, complex]
 
 PARALLELOGRAM, KITE = "parallelogram", "kite"
 
@@ -159,7 +159,7 @@ def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
             yield from (element for element in variants if element.linkage.n_hinges and closes(element.linkage))
 
 
-def isosceles_shapes(alpha: float) -> list[tuple[str, str, Angles]]:
+def isosceles_shapes(alpha: float) -> list[tuple[str, str, BaseTriangleAngles]]:
     """The five ways to give the base triangles an apex: name, kind of outer panels, angles in rad."""
     check_base_angle(alpha)
     a, c = math.radians(alpha), math.radians(180 - 2 * alpha)
@@ -169,13 +169,13 @@ def isosceles_shapes(alpha: float) -> list[tuple[str, str, Angles]]:
     return shapes
 
 
-def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool = False) -> Pattern | None:
+def with_triangles(folding: Folding, angles: BaseTriangleAngles, kind: str, *, merged: bool = False) -> Pattern | None:
     """The folding's element with other triangles; None where they do not fit or overlap.
 
     kind : whether the two triangles at a flat crease are each other turned by pi (a parallelogram) or reflected.
     """
     triangles = unfold(folding, angles, kind)
-    places: dict[Corner, complex] = {}
+    places: dict[TriangleCorner, complex] = {}
     for triangle in triangles:
         for corner, place in triangle.items():
             if abs(places.setdefault(corner, place) - place) > SAME_POINT_SHARE:
@@ -192,7 +192,7 @@ def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool 
     return pattern if flat_overlap(pattern) == 0.0 else None
 
 
-def unfold(folding: Folding, angles: Angles, kind: str) -> list[dict[Corner, complex]]:
+def unfold(folding: Folding, angles: BaseTriangleAngles, kind: str) -> list[dict[TriangleCorner, complex]]:
     """Places of each panel's corners in the flat state, by the corners of the regular grid, counterclockwise.
 
     The side across from the second greatest angle has length 1.
@@ -204,7 +204,7 @@ def unfold(folding: Folding, angles: Angles, kind: str) -> list[dict[Corner, com
     edge = [corner for corner in regular[first[0]] if corner in regular[second[0]]]
     start = _first(regular[first[0]], edge, angles)
     beside = _beside(start, edge, regular[second[0]], kind)
-    triangles: list[dict[Corner, complex]] = [{} for _ in range(n)]
+    triangles: list[dict[TriangleCorner, complex]] = [{} for _ in range(n)]
     for stack, triangle in ((first, start), (second, beside)):
         triangles[stack[0]] = triangle
         for below, panel in pairwise(stack):
@@ -214,7 +214,9 @@ def unfold(folding: Folding, angles: Angles, kind: str) -> list[dict[Corner, com
     ]
 
 
-def _first(corners: list[Corner], edge: list[Corner], angles: Angles) -> dict[Corner, complex]:
+def _first(
+    corners: list[TriangleCorner], edge: list[TriangleCorner], angles: BaseTriangleAngles
+) -> dict[TriangleCorner, complex]:
     """The base triangle after the flat crease, which runs along the real axis from its left end at 0."""
     (beyond,) = (corner for corner in corners if corner not in edge)
     k = corners.index(beyond)
@@ -227,7 +229,9 @@ def _first(corners: list[Corner], edge: list[Corner], angles: Angles) -> dict[Co
     return {left: 0j, right: complex(width), beyond: width + side * turn}
 
 
-def _beside(start: Triangle, edge: list[Corner], corners: list[Corner], kind: str) -> dict[Corner, complex]:
+def _beside(
+    start: BaseTriangle, edge: list[TriangleCorner], corners: list[TriangleCorner], kind: str
+) -> dict[TriangleCorner, complex]:
     """The other base triangle, on the other side of the flat crease."""
     a, b = edge
     (own,) = (place for corner, place in start.items() if corner not in edge)
@@ -236,7 +240,7 @@ def _beside(start: Triangle, edge: list[Corner], corners: list[Corner], kind: st
     return {a: start[a], b: start[b], beyond: place}
 
 
-def _reflected(triangle: Triangle, corners: list[Corner]) -> dict[Corner, complex]:
+def _reflected(triangle: BaseTriangle, corners: list[TriangleCorner]) -> dict[TriangleCorner, complex]:
     """The next triangle of a stack, unfolded: the last one reflected about the crease between them."""
     a, b = (corner for corner in corners if corner in triangle)
     (beyond,) = (corner for corner in corners if corner not in triangle)

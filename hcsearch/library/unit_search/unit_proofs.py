@@ -26,9 +26,9 @@ from hcsearch.motion.paths.motions import MotionPath
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
-NEAR = 1e-3
+SAME_FOLDED_FACET_SHARE = 1e-3
 """Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""
-BETWEEN = (1 / 3, 2 / 3)
+CONTACT_SAMPLE_SHARES = (1 / 3, 2 / 3)
 """Where contact is looked for between two states of a motion, as shares of the step."""
 
 
@@ -113,7 +113,7 @@ def crowded(linkage: Linkage) -> bool:
         np.array([solid.mean(axis=(0, 1)) for solid in linkage.solids(linkage.folded)]) / linkage.pattern.thickness
     )
     apart = np.linalg.norm(middles[:, None] - middles, axis=2) + np.eye(len(middles))
-    return bool(apart.min() < NEAR)
+    return bool(apart.min() < SAME_FOLDED_FACET_SHARE)
 
 
 def locked(linkage: Linkage) -> bool:
@@ -121,7 +121,7 @@ def locked(linkage: Linkage) -> bool:
     return lock_at(linkage, linkage.flat).locked or lock_at(linkage, linkage.folded, contact_rows(linkage)).locked
 
 
-def prove(pattern: Pattern) -> UnitProof:
+def prove_unit(pattern: Pattern) -> UnitProof:
     """Rank, package and motion of a pattern; PatternError where it has no folded state.
 
     The motion is searched only with one degree of freedom at a generic state, and no two panels in one place folded.
@@ -191,7 +191,7 @@ def _denser(linkage: Linkage, states: Reals) -> Reals:
     denser = [states[-1]]
     for one, two in pairwise(states):
         denser.append(one)
-        denser += [close_linkage(linkage, one + share * (two - one)).angles for share in BETWEEN]
+        denser += [close_linkage(linkage, one + share * (two - one)).angles for share in CONTACT_SAMPLE_SHARES]
     return np.array(denser)
 
 

@@ -18,21 +18,21 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.unit_search.copies import (
-    Key,
-    Mark,
+    CopySheet,
+    PlacedMark,
     Placement,
     Rings,
-    Sheet,
+    UnionKey,
     congruence_key,
     least_kutzbach,
-    marks_of,
+    marks_of_copies,
 )
 from hcsearch.library.unit_search.elements import Element
-from hcsearch.library.unit_search.unit_proofs import UnitProof, closes, crowded, freedom, prove
+from hcsearch.library.unit_search.unit_proofs import UnitProof, closes, crowded, freedom, prove_unit
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern, overlay
 
-Progress = Callable[[int, int, str], None]
+UnitSearchProgress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Unit:
     @property
     def placements(self) -> str:
         """Where the copies lie, as JSON: turned over, inverted, turn (degrees) and shift (mm), in this order."""
-        unit = Sheet(self.element.pattern, lattice=True).unit
+        unit = CopySheet(self.element.pattern, lattice=True).unit
         rows = [
             {
                 "over": motion.plane.reflects,
@@ -130,13 +130,13 @@ class Limits:
     seconds: float = math.inf
 
 
-def search_units(
+def find_units(
     element: Element,
     *,
     copies: tuple[int, ...] = (2, 4),
     limits: Limits | None = None,
     strict: bool = True,
-    progress: Progress | None = None,
+    progress: UnitSearchProgress | None = None,
 ) -> Searched:
     """Lay copies of an element together in all ways and test which unions are single-DoF units.
 
@@ -151,24 +151,24 @@ def search_elements(
     max_dof: int | None = None,
     copies: tuple[int, ...] = (2, 4),
     limits: Limits | None = None,
-    progress: Progress | None = None,
+    progress: UnitSearchProgress | None = None,
 ) -> Iterator[Searched]:
     """Search one element after another; congruent ones once, and none that is locked or is an open chain.
 
     max_dof : elements with more degrees of freedom are left out.
     """
-    known: dict[Key, str] = {}
+    known: dict[UnionKey, str] = {}
     for element in elements:
         skipped = _reason(element, max_dof, known)
         if skipped:
             yield Searched(element, skipped=skipped)
         else:
-            yield search_units(element, copies=copies, limits=limits, progress=progress)
+            yield find_units(element, copies=copies, limits=limits, progress=progress)
 
 
-def _reason(element: Element, max_dof: int | None, known: dict[Key, str]) -> str:
+def _reason(element: Element, max_dof: int | None, known: dict[UnionKey, str]) -> str:
     """Why an element is not searched, or an empty text."""
-    key = congruence_key(marks_of(Sheet(element.pattern, lattice=True)))
+    key = congruence_key(marks_of_copies(CopySheet(element.pattern, lattice=True)))
     same = known.setdefault(key, element.name)
     if same != element.name:
         return f"as {same}"
@@ -190,11 +190,11 @@ class _Search:
     element: Element
     limits: Limits
     strict: bool
-    progress: Progress | None
+    progress: UnitSearchProgress | None
     began: float = field(default_factory=time.monotonic)
 
     def run(self, copies: tuple[int, ...]) -> Searched:
-        sheet = Sheet(self.element.pattern, lattice=self.element.alpha is None)
+        sheet = CopySheet(self.element.pattern, lattice=self.element.alpha is None)
         rings = Rings(sheet, strict=self.strict)
         unions, complete = self._unions(rings, copies)
         light = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
@@ -215,7 +215,7 @@ class _Search:
                 continue
             folding += 1
             if freedom(pattern) == 1:
-                unit = Unit(self.element, copies_there, pattern, prove(pattern), known.get(key, ""))
+                unit = Unit(self.element, copies_there, pattern, prove_unit(pattern), known.get(key, ""))
                 (units if unit.proof.holds else refuted).append(unit)
         return Searched(
             self.element,
@@ -236,9 +236,9 @@ class _Search:
 
     def _unions(
         self, rings: Rings, copies: tuple[int, ...]
-    ) -> tuple[dict[Key, tuple[tuple[Placement, ...], list[Mark]]], bool]:
+    ) -> tuple[dict[UnionKey, tuple[tuple[Placement, ...], list[PlacedMark]]], bool]:
         """One arrangement of each class of congruent unions, and whether the list is complete."""
-        unions: dict[Key, tuple[tuple[Placement, ...], list[Mark]]] = {}
+        unions: dict[UnionKey, tuple[tuple[Placement, ...], list[PlacedMark]]] = {}
         seen = set()
         for ring in _arrangements(rings, copies):
             keys = frozenset(map(rings.key, ring))
@@ -251,7 +251,7 @@ class _Search:
             unions.setdefault(congruence_key(marks), (ring, marks))
         return unions, True
 
-    def _folding(self, sheet: Sheet, ring: tuple[Placement, ...]) -> Pattern | None:
+    def _folding(self, sheet: CopySheet, ring: tuple[Placement, ...]) -> Pattern | None:
         """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
         try:
             pattern = overlay([motion.of(self.element.pattern, sheet.unit) for motion in ring])
@@ -270,12 +270,12 @@ def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Place
 
 
 @lru_cache(maxsize=8)
-def _known_units(alpha: float | None) -> dict[Key, str]:
+def _known_units(alpha: float | None) -> dict[UnionKey, str]:
     """Congruence keys of the units that have a name; regular triangles are those of 60 degrees."""
     parameters = Parameters(alpha=math.radians(60.0 if alpha is None else alpha))
     names = {}
     for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii), ("unit-iii", unit_iii)):
-        names[congruence_key(marks_of(Sheet(build(parameters), lattice=False)))] = name
+        names[congruence_key(marks_of_copies(CopySheet(build(parameters), lattice=False)))] = name
     return names
 
 

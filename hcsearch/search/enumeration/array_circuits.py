@@ -22,8 +22,8 @@ from hcsearch.kernels.circuits import frontier
 from hcsearch.kernels.circuits.words import canonicalise
 from hcsearch.search.enumeration.sweep import Sweep, plan_sweep
 
-MAX_STATES = 30_000_000  # of all layers, to list: 0.7 GB
-MAX_LAYER = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
+MAX_FRONTIER_STATES = 30_000_000  # of all layers, to list: 0.7 GB
+MAX_LAYER_ENTRIES = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
 _MAX_TAILS = 1 << 16
 _SHARD_SIZE = 1 << 15
 
@@ -228,9 +228,10 @@ def _children(sweep: Sweep) -> list[NDArray[np.int32]] | None:
     total = 0
     for child, _ in frontier_layers(sweep):
         total += len(child)
-        if total > MAX_STATES:
+        if total > MAX_FRONTIER_STATES:
             raise SizeError(
-                f"the array is too wide to list (more than {MAX_STATES} frontier states): use `hcsearch count` for it"
+                f"the array is too wide to list (more than {MAX_FRONTIER_STATES} frontier states): "
+                "use `hcsearch count` for it"
             )
         layers.append(child)
     return layers if len(layers) == len(sweep.order) else None
@@ -253,9 +254,10 @@ def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArra
         yield child, size
         if size == 0:
             return
-        if size > MAX_LAYER:
+        if size > MAX_LAYER_ENTRIES:
             raise SizeError(
-                f"the array is too wide: over {MAX_LAYER // 10**6} million frontier states at once; take a narrower one"
+                f"the array is too wide: over {MAX_LAYER_ENTRIES // 10**6} million frontier states at once; "
+                "take a narrower one"
             )
         lo, hi = next_lo[:size].copy(), next_hi[:size].copy()
 

@@ -19,7 +19,7 @@ from hcsearch.search.enumeration.frontier_counts import connective_constant
 from hcsearch.search.enumeration.plane import LatticePlane, canonical_batch
 from hcsearch.search.enumeration.polygon_search import check_length
 
-Lists = tuple[chains.HalfChains, chains.HalfChains, NDArray[np.int64]]
+HalfChainLists = tuple[chains.HalfChains, chains.HalfChains, NDArray[np.int64]]
 
 _SHARD_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second
@@ -179,11 +179,11 @@ class FoldedSearch:
             turned=self.grid.is_triangle and h % 2 == 1,
         )
 
-    def half_chains(self, key: int) -> Lists:
+    def half_chains(self, key: int) -> HalfChainLists:
         """The half-chains of a key and of the one that it meets; those of the last key asked for are kept."""
         if self._kept.get("key") != key:
             self._kept.update(key=key, lists=chains.list_chains(self.plane, self.keys[key]))
-        lists: Lists = self._kept["lists"]
+        lists: HalfChainLists = self._kept["lists"]
         return lists
 
     @cached_property

@@ -21,7 +21,7 @@ from hcsearch.kernels.circuits import frontier
 from hcsearch.search.enumeration.array_circuits import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.search.enumeration.sweep import Sweep, plan_sweep
 
-Progress = Callable[[int, int, str], None]
+CountProgress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class ArrayCount:
     symmetry: int
 
 
-def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
+def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCount:
     """Count the circuits of an array without listing them, in exact integers of any size.
 
     progress : called after each edge with the number of edges that are done, of all edges, and of states.
@@ -70,7 +70,7 @@ def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
     return ArrayCount(circuits, classes, len(symmetries))
 
 
-def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress | None = None) -> int:
+def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: CountProgress | None = None) -> int:
     """Number of Hamiltonian cycles of a planned graph; of those with an odd number of marked edges where asked."""
     if sweep is None:
         return 0
@@ -97,7 +97,7 @@ def _images(array: Array, symmetry: tuple[LatticeIsometry, LatticePoint]) -> lis
     return [index[x + dx, y + dy] for x, y in map(isometry, array.points)]
 
 
-def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -> int:
+def _count_mirrored(array: Array, image: list[int], progress: CountProgress | None) -> int:
     """Circuits that a reflection fixes: cycles of one half and the axis, with a vertex in place of the other half."""
     points = array.points
     axis = [i for i in range(array.n) if image[i] == i]
@@ -126,7 +126,7 @@ def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -
     return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced), progress=progress)
 
 
-def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: Progress | None) -> int:
+def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: CountProgress | None) -> int:
     """Circuits that a rotation by 2 pi / m fixes: cycles of the quotient graph that wind around the centre once.
 
     A circuit winds 0 or 1 times, so the parity of its crossings of a cut from the centre outwards decides.

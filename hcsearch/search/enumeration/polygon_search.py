@@ -18,7 +18,7 @@ from hcsearch.kernels.circuits.polygons import walk_polygons
 from hcsearch.search.enumeration.frontier_counts import connective_constant, expected_circuits
 from hcsearch.search.enumeration.plane import LatticePlane, split_by_axis
 
-MAX_PANELS = 120
+MAX_SEARCH_PANELS = 120
 
 _SHARD_SIZE = 10_000
 _MAX_SHARDS = 20_000
@@ -38,7 +38,7 @@ class PolygonSearch:
     def __post_init__(self) -> None:
         expect_kind("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
         check_length(self.n)
-        if self.n > MAX_PANELS:
+        if self.n > MAX_SEARCH_PANELS:
             raise SizeError(_too_large(self.grid, self.n, "or `count --array` for one array"))
 
     @property
@@ -184,5 +184,5 @@ def check_length(n: int) -> None:
 
 
 def _too_large(grid: Grid, n: int, otherwise: str) -> str:
-    longest = max(m for m in range(4, MAX_PANELS, 2) if expected_circuits(grid, m) <= _MAX_LISTED)
+    longest = max(m for m in range(4, MAX_SEARCH_PANELS, 2) if expected_circuits(grid, m) <= _MAX_LISTED)
     return f"--n {n} is too large to list on this grid: use --n {longest} or less, {otherwise}"

@@ -16,7 +16,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.shape.mesh import PlanePoint
 
-AT_ONCE = 4_000_000
+MAX_LINE_PAIRS_AT_ONCE = 4_000_000
 """Pairs of lines that are looked at together, at most."""
 
 
@@ -172,11 +172,11 @@ def _boxes(points: Reals, lines: WholeNumbers, wider: float) -> list[tuple[int, 
     """Boxes around lines, in parts: the number of the first, and the lower and upper corners of all."""
     ends = points[lines]
     low, high = ends.min(axis=1) - wider, ends.max(axis=1) + wider
-    size = max(1, AT_ONCE // max(len(lines), len(points)))
+    size = max(1, MAX_LINE_PAIRS_AT_ONCE // max(len(lines), len(points)))
     return [(k, (low[k : k + size], high[k : k + size])) for k in range(0, len(lines), size)]
 
 
-EXACT = 1e-6
+FLAT_COORDINATE_SHARE = 1e-6
 """A coordinate that changes by less than this share of the greatest extent is the same for all points."""
 
 _UP = (
@@ -196,12 +196,12 @@ def in_plane(points: Reals) -> tuple[Reals, Reals]:
     """
     extent: Reals = np.ptp(points, axis=0)
     for axis, across in _UP:
-        if extent[axis] <= EXACT * extent.max():
+        if extent[axis] <= FLAT_COORDINATE_SHARE * extent.max():
             return points @ across.T, np.zeros(len(points))
     middle = points.mean(axis=0)
     _, _, ways = np.linalg.svd(points - middle, full_matrices=False)
     normal = ways[2]
-    nearest = max((abs(normal[axis]) * (1.0 + EXACT * axis), axis) for axis, _ in _UP)[1]
+    nearest = max((abs(normal[axis]) * (1.0 + FLAT_COORDINATE_SHARE * axis), axis) for axis, _ in _UP)[1]
     axis, across = next(up for up in _UP if up[0] == nearest)
     normal = normal * math.copysign(1.0, normal[axis])
     upright = np.zeros(3)

@@ -19,7 +19,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.search.own_patterns.drawn_lines import CrossingError, in_plane, place_text, split_lines
-from hcsearch.search.own_patterns.fold_values import MOST, FrameValues, pattern_frame
+from hcsearch.search.own_patterns.fold_values import MAX_FOLD_ENTRIES, FrameValues, crease_pattern_frame
 from hcsearch.shape.mesh import (
     Facet,
     faces_between,
@@ -32,19 +32,19 @@ from hcsearch.shape.mesh import (
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
 from hcsearch.system.reading import read_text
 
-MOST_BYTES = 32 * 2**20
-POINT_ERROR = 1e-3
+MAX_FOLD_FILE_BYTES = 32 * 2**20
+POINT_ERROR_SHARE = 1e-3
 """Share of a side that points may be off, in both directions of the plane and square to it, as drawings are rounded."""
-NEAR = 3.0 * POINT_ERROR
+SAME_DRAWN_POINT_SHARE = 3.0 * POINT_ERROR_SHARE
 """Two points that are off by so much are nearer to each other than this share of a side."""
-STRAIGHT = 5.0 * POINT_ERROR
+STRAIGHT_SIDE_SHARE = 5.0 * POINT_ERROR_SHARE
 """How far a point in the middle of a side may be off it, over the root of a panel's area."""
-TOLERANCES = (NEAR, 3.0 * NEAR, 10.0 * NEAR)
+JOIN_TOLERANCES = (SAME_DRAWN_POINT_SHARE, 3.0 * SAME_DRAWN_POINT_SHARE, 10.0 * SAME_DRAWN_POINT_SHARE)
 """Shares of a typical edge within which points are one: a greater one where all lines meet with it alone."""
-LONGER = 1.5
+EDGE_LENGTH_RATIO = 1.5
 """Edges are drawn longer or shorter than panels are where they differ by this factor."""
 
-Side = tuple[int, int]
+FacetSide = tuple[int, int]
 _T = TypeVar("_T")
 
 
@@ -78,7 +78,7 @@ class Drawing:
 
 def read_fold(path: str) -> Drawing:
     """The drawing in a file; InputFileError as of `read_text`, and for what is no FOLD file of a flat pattern."""
-    return parse_fold(read_text(path, most=MOST_BYTES), path)
+    return parse_fold(read_text(path, most=MAX_FOLD_FILE_BYTES), path)
 
 
 def parse_fold(text: str, path: str = "the text") -> Drawing:
@@ -91,7 +91,7 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
-    return _Reader(FrameValues(pattern_frame(data, path))).drawing()
+    return _Reader(FrameValues(crease_pattern_frame(data, path))).drawing()
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
@@ -149,7 +149,7 @@ class _Reader:
         used = np.array(sorted({v for line in self.lines for v in line}))
         own, off = in_plane(points[used])
         worst = int(off.argmax())
-        if off[worst] > NEAR * self.median:
+        if off[worst] > SAME_DRAWN_POINT_SHARE * self.median:
             where, far = place_text(points[used[worst]].tolist(), self.median), place_text([off[worst]], self.median)
             raise self.values.wrong(
                 f"it is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
@@ -166,9 +166,9 @@ class _Reader:
         are tried, and that of a shorter edge, until all lines meet. Edges may be drawn across several panels or in
         parts: where the sides of the panels have another length than edges, that length counts.
         """
-        tolerances = [share * self.median for share in TOLERANCES]
-        if self.short < self.median / LONGER:
-            tolerances.append(NEAR * self.short)
+        tolerances = [share * self.median for share in JOIN_TOLERANCES]
+        if self.short < self.median / EDGE_LENGTH_RATIO:
+            tolerances.append(SAME_DRAWN_POINT_SHARE * self.short)
         read: list[_Reading] = []
         first: InputFileError | None = None
         for tolerance in tolerances:
@@ -184,9 +184,9 @@ class _Reader:
             assert first is not None
             raise first
         best = read[0] if read[-1].loose else read[-1]
-        if not self.median / LONGER < best.side < LONGER * self.median:
+        if not self.median / EDGE_LENGTH_RATIO < best.side < EDGE_LENGTH_RATIO * self.median:
             try:
-                again = _Reading(self, NEAR * best.side)
+                again = _Reading(self, SAME_DRAWN_POINT_SHARE * best.side)
             except InputFileError:
                 return best.drawing()
             best = min((again, best), key=lambda reading: reading.loose)
@@ -202,9 +202,9 @@ class _Reading:
     def __init__(self, whole: _Reader, tolerance: float) -> None:
         self.values, self.whole = whole.values, whole
         try:
-            split = split_lines(whole.points, whole.lines, tolerance, MOST)
+            split = split_lines(whole.points, whole.lines, tolerance, MAX_FOLD_ENTRIES)
         except CrossingError:
-            raise self.values.wrong(f"its lines cross more than {MOST} times") from None
+            raise self.values.wrong(f"its lines cross more than {MAX_FOLD_ENTRIES} times") from None
         self.points, self.place = split.points, split.place
         self.ways = split.ways[: len(whole.edges)]
         self.between = {(way[0], way[-1]): way for way in split.ways if way}
@@ -243,17 +243,17 @@ class _Reading:
         """Places as messages write them."""
         return " to ".join(place_text(self.points[v], self.whole.median) for v in places)
 
-    def _facets(self) -> tuple[list[Facet], dict[Side, int]]:
+    def _facets(self) -> tuple[list[Facet], dict[FacetSide, int]]:
         """The corners of each face, and the face on the left of each side."""
         facets = []
-        sides: dict[Side, int] = {}
+        sides: dict[FacetSide, int] = {}
         for f, listed in enumerate(self.faces):
             # some programs list faces in either sense
             face = listed if facet_area([self.points[v] for v in listed]) >= 0.0 else listed[::-1]
             self.faces[f] = face
-            corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT))
+            corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT_SIDE_SHARE))
             whole = 2 < len(corners) == len(set(corners))
-            if not whole or not facet_area(corners) > POINT_ERROR * math.dist(corners[0], corners[1]) ** 2:
+            if not whole or not facet_area(corners) > POINT_ERROR_SHARE * math.dist(corners[0], corners[1]) ** 2:
                 raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
             facets.append(corners)
             for side in _sides(face):
@@ -306,7 +306,7 @@ class _Reading:
     def _joins(self) -> dict[FacetPair, Join]:
         """What joins each two faces that share an edge."""
         joins: dict[FacetPair, Join] = {}
-        kinds: dict[FacetPair, dict[Join | None, Side]] = defaultdict(dict)
+        kinds: dict[FacetPair, dict[Join | None, FacetSide]] = defaultdict(dict)
         for (a, b), f in self.sides.items():
             g = self.sides.get((b, a), -1)
             if g > f:

@@ -28,7 +28,7 @@ class Frame:
     values: Mapping[str, Any]
 
 
-def pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
+def crease_pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
     """The frame that is read; InputFileError where frames are no list, or inherit from what is none.
 
     That is the first, among those with points and edges or faces, that says it is a crease pattern; without one, the
@@ -98,10 +98,10 @@ def _classes(frame: Mapping[str, Any]) -> set[str]:
     return {name for name in classes if isinstance(name, str)} if isinstance(classes, list) else set()
 
 
-MOST = 10 * MAX_CELLS
+MAX_FOLD_ENTRIES = 10 * MAX_CELLS
 """Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
 
-FAR = 1e12
+MAX_COORDINATE = 1e12
 """Coordinates are below this, so that areas do not overflow."""
 
 _METRES = {
@@ -132,7 +132,9 @@ class FrameValues:
             raise self.wrong("it has no vertices_coords")
         for k, row in enumerate(rows):
             if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
-                raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
+                raise self._unsound(
+                    f"vertex {k} in vertices_coords is not two or three numbers below {MAX_COORDINATE:g}"
+                )
         return np.array([[*map(float, row), 0.0][:3] for row in rows])
 
     def edges(self, n_points: int) -> list[tuple[int, int]]:
@@ -201,8 +203,8 @@ class FrameValues:
             return []
         if not isinstance(values, list):
             raise self._unsound(f"{key} is not a list")
-        if len(values) > MOST:
-            raise self._unsound(f"{key} has more than {MOST} values")
+        if len(values) > MAX_FOLD_ENTRIES:
+            raise self._unsound(f"{key} has more than {MAX_FOLD_ENTRIES} values")
         return values
 
     def _vertices(self, row: Any, n_points: int) -> list[int]:
@@ -215,7 +217,7 @@ class FrameValues:
 
 
 def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value) and abs(value) < FAR
+    return type(value) in (int, float) and math.isfinite(value) and abs(value) < MAX_COORDINATE
 
 
 def metres_of(unit: object) -> tuple[float | None, str | None]:

@@ -23,13 +23,13 @@ from hcsearch.designs.grid.arrays import check_size
 from hcsearch.designs.grid.tilings import LatticePoint
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.search.own_patterns.drawn_lines import place_text
-from hcsearch.search.own_patterns.fold_reading import POINT_ERROR, Drawing, Join
+from hcsearch.search.own_patterns.fold_reading import POINT_ERROR_SHARE, Drawing, Join
 from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import FacetPair
 
-OFF = 10.0 * POINT_ERROR
+CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
 """Share of a side that corners of a panel may be off those of a cell at the same middle."""
-STEP_OFF = 0.1
+CELL_STEP_TOLERANCE = 0.1
 """Share of a side that the middles of two neighbours may be off a step of the grid."""
 _GRID_OF = {3: "triangle", 4: "square", 6: "hex"}
 _SHAPES = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}
@@ -121,7 +121,7 @@ def _differ(sizes: tuple[Reals, Reals]) -> bool:
     """Whether lengths and widths differ by more than a drawing may be off, and than those of one kind do."""
     length, width = (float(np.median(own)) for own in sizes)
     spread = max(float(np.abs(own - np.median(own)).max()) for own in sizes)
-    return abs(length - width) > POINT_ERROR * length + min(spread, 2.0 * POINT_ERROR * length)
+    return abs(length - width) > POINT_ERROR_SHARE * length + min(spread, 2.0 * POINT_ERROR_SHARE * length)
 
 
 class _Laying:
@@ -182,7 +182,7 @@ class _Laying:
         way = self.middles[two] - self.middles[one]
         steps = [(self._way(to, place), to) for _, to in self.grid.neighbours(place)]
         off, best = min((abs(step - way), to) for step, to in steps)
-        if off > STEP_OFF * max(self.length, self.width):
+        if off > CELL_STEP_TOLERANCE * max(self.length, self.width):
             raise self._wrong(two)
         return best
 
@@ -197,7 +197,7 @@ class _Laying:
         return max(min(abs(corner - other) for other in cell) for corner in own)
 
     def _check(self, panel: int, place: LatticePoint) -> None:
-        if self._off(panel, place) > OFF * self.length:
+        if self._off(panel, place) > CELL_CORNER_TOLERANCE * self.length:
             raise self._wrong(panel)
 
     def _wrong(self, panel: int) -> PatternError:

@@ -1,7 +1,7 @@
 """The pipeline: runs a stage where its result is missing or older, one transaction a batch."""
 
 from hcsearch.search.pipeline.estimate import Counted, check_room, count_designs, counting_seconds, estimate
-from hcsearch.search.pipeline.run import Funnel, Plan, Summary, finished_shards, run_dry, run_into
+from hcsearch.search.pipeline.run import Funnel, Plan, RunSummary, finished_shards, run_dry, run_into
 from hcsearch.search.pipeline.workers import Crew
 from hcsearch.system.terminal import duration
 
@@ -10,7 +10,7 @@ __all__ = [
     "Crew",
     "Funnel",
     "Plan",
-    "Summary",
+    "RunSummary",
     "check_room",
     "count_designs",
     "counting_seconds",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from hcsearch.basics.errors import SizeError
 from hcsearch.search.enumeration import FoldedSearch, Search
 from hcsearch.search.pipeline.judging import seconds_of
-from hcsearch.search.pipeline.run import SMALL, Plan
+from hcsearch.search.pipeline.run import SMALL_CIRCUIT_COUNT, Plan
 from hcsearch.search.pipeline.shards import ShardJob, Travelling, run_shard, warm
 from hcsearch.search.pipeline.workers import Crew
 from hcsearch.search.stages.order import stage_keeping, stages_until
@@ -127,7 +127,7 @@ def count_designs(
             crew = Crew()
     else:
         shards = search.prefixes
-        if search.expected is not None and search.expected < SMALL and crew.scheduler is None:
+        if search.expected is not None and search.expected < SMALL_CIRCUIT_COUNT and crew.scheduler is None:
             crew = Crew()
     classes = circuits = 0
     for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), shards), 1):

@@ -63,7 +63,7 @@ class Judge:
         return JudgedPiece(piece.key, verdict_rows(designs, self.scene), results, len(designs.folded))
 
 
-def check_scene(scene: Scene, grid: str, n: int) -> None:
+def check_scene_of_run(scene: Scene, grid: str, n: int) -> None:
     """Refuse a scene that the foldings of n panels of a grid cannot be judged in."""
     check_verdicts(scene, grid, n)
     length, width, thickness = panel_of(scene, grid)

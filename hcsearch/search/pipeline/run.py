@@ -23,7 +23,7 @@ from hcsearch.search.pipeline.judging import (
     JudgedPiece,
     Piece,
     Settler,
-    check_scene,
+    check_scene_of_run,
     pieces,
     seconds_of,
     tasks,
@@ -31,7 +31,7 @@ from hcsearch.search.pipeline.judging import (
 )
 from hcsearch.search.pipeline.shards import Output, ShardJob
 from hcsearch.search.pipeline.workers import Crew
-from hcsearch.search.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
+from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
 from hcsearch.store import (
     Database,
@@ -48,15 +48,15 @@ from hcsearch.store import (
 )
 from hcsearch.system.terminal import duration
 
-SMALL, SMALL_JUDGED = 5_000_000, 3_000  # circuits, of the latter where motions follow
-QUICK = 100.0  # core seconds: two processes take some of them to load their kernels
-LONG = 30.0  # seconds: a run that takes longer says so beforehand
+SMALL_CIRCUIT_COUNT, SMALL_JUDGED_COUNT = 5_000_000, 3_000  # circuits, of the latter where motions follow
+QUICK_CORE_SECONDS = 100.0  # core seconds: two processes take some of them to load their kernels
+LONG_RUN_SECONDS = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _FIRST = stage_keeping("all").name
 _SHARD_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
-Batch = tuple[str, DesignBatch, tuple[StageResult, ...]]
+RunBatch = tuple[str, DesignBatch, tuple[StageResult, ...]]
 
 
 class Progress(Protocol):
@@ -96,7 +96,7 @@ class Plan:
         if self.budget is not None and not self.scenic:
             raise StageError("--budget is for motions, which no stage here searches for: leave out --until or --budget")
         if self.scenic:
-            check_scene(self.scene, self.search.grid.name, self.search.n)
+            check_scene_of_run(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
@@ -119,7 +119,7 @@ class Plan:
         """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
         circuits = len(self.search.prefixes) * _SHARD_SIZE if expected is None else expected
-        return circuits < (SMALL_JUDGED if self.scenic else SMALL)
+        return circuits < (SMALL_JUDGED_COUNT if self.scenic else SMALL_CIRCUIT_COUNT)
 
     @property
     def hands(self) -> Crew:
@@ -159,7 +159,7 @@ class Funnel:
 
 
 @dataclass(frozen=True)
-class Summary:
+class RunSummary:
     """What a run did. Times are those of the kernels, summed over processes; `arrays` counts those of kept designs.
 
     undecided : foldings that are undecided in the scene; None where no stage judged them.
@@ -200,7 +200,7 @@ class _Totals:
         return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
 
-def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
+def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> RunSummary:
     """Run the stages without a database.
 
     Memory grows with the number of arrays, to count different ones, and with that of candidates for a motion.
@@ -225,7 +225,7 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
         totals.add(verdict.results, fresh=True)
         left += verdict.verdicts.folding_status.count("undecided")
     funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(todo)
-    return Summary(funnel, totals.seconds, done, 0, left if plan.scenic else None)
+    return RunSummary(funnel, totals.seconds, done, 0, left if plan.scenic else None)
 
 
 def _judged(
@@ -237,8 +237,8 @@ def _judged(
     foldings = sum(len(piece.candidates.folded) for piece in todo)
     seconds = seconds_of(foldings, plan.search.n)
     jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
-    small = seconds < QUICK and not cluster
-    if seconds / jobs > LONG:
+    small = seconds < QUICK_CORE_SECONDS and not cluster
+    if seconds / jobs > LONG_RUN_SECONDS:
         who = "on the cluster" if cluster else f"with --jobs {jobs}"
         announce(
             f"{foldings:,} foldings to judge in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
@@ -271,17 +271,19 @@ def finished_shards(plan: Plan, location: str) -> set[str]:
     """Shards of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
     try:
         with open_readonly(location) as database:
-            return set(finished_batches(database, plan.work, numbers(plan.listing)))
+            return set(finished_batches(database, plan.work, stage_numbers(plan.listing)))
     except DatabaseError:
         return set()
 
 
-def run_into(plan: Plan, database: Database, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
+def run_into(
+    plan: Plan, database: Database, progress: Progress | None = None, announce: Announce = _silent
+) -> RunSummary:
     """Run the stages where results are missing or older, one transaction a batch, and record the run.
 
     announce : takes a sentence on what follows, where that takes long.
     """
-    stages = numbers(stages_until(plan.until))
+    stages = stage_numbers(stages_until(plan.until))
     if plan.scenic:
         from hcsearch.scenes.scene_file import scene_file_text  # noqa: PLC0415 - loads kernels
 
@@ -308,21 +310,21 @@ class _Run:
         self.candidates: dict[str, StagedDesigns] = {}
         self.done = self.reused = 0
 
-    def run(self) -> Summary:
+    def run(self) -> RunSummary:
         plan, totals = self.plan, self.totals
         self._list()
         if plan.scenic:
             self._judge()
         arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(stage_keeping(plan.keep).name, 0))
         left = len(undecided(self.database, plan.judging)) if plan.scenic else None
-        summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, left)
+        summary = RunSummary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, left)
         finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
         return summary
 
     def _list(self) -> None:
         """The stages that depend on no scene, shard by shard of the search."""
         plan, totals, last = self.plan, self.totals, self.plan.listing[-1]
-        finished = finished_batches(self.database, plan.work, numbers(plan.listing))
+        finished = finished_batches(self.database, plan.work, stage_numbers(plan.listing))
         for prefix in self.prefixes:
             if prefix in finished:
                 totals.add(finished[prefix], fresh=False)
@@ -346,7 +348,7 @@ class _Run:
     def _judge(self) -> None:
         """The stages in a scene, piece by piece."""
         plan, totals = self.plan, self.totals
-        finished = finished_batches(self.database, plan.judging, numbers(plan.scenic))
+        finished = finished_batches(self.database, plan.judging, stage_numbers(plan.scenic))
         left = unfinished(self.prefixes, list(finished))
         # shards that were listed by an earlier run are listed once more: the database does not know what is in a shard
         again = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
@@ -382,13 +384,13 @@ class _Run:
             self.show(done, foldings, totals.note(plan.scenic[-1]), "folding")
 
 
-def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[Batch]]:
+def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[RunBatch]]:
     """Batches to be recorded together.
 
     Designs come in no order that an index of circuits could follow, so that each transaction writes nearly all of a
     large one: a group holds a share of what went before, but no more than a second's work waits.
     """
-    group: list[Batch] = []
+    group: list[RunBatch] = []
     before = waiting = 0
     begun = time.monotonic()
     for prefix, output in outputs:

@@ -86,13 +86,13 @@ class Refusal:
     program: Program | None
 
 
-def packed(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
+def packed_task(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
     """A task and inputs as they travel: another program can tell that it is another before it reads them."""
     return pickle.dumps((task, inputs))
 
 
 def work_on(expected: Program, sent: bytes) -> list[Any] | Refusal:
-    """Work on what `packed` gives, in a process that runs the expected program."""
+    """Work on what `packed_task` gives, in a process that runs the expected program."""
     if program() != expected:
         return Refusal(program())
     try:

@@ -29,12 +29,12 @@ from hcsearch.search.pipeline.sameness import (
     are_changed,
     difference,
     is_mixed,
-    packed,
+    packed_task,
     program,
     work_on,
 )
 
-PATIENCE = 8.0
+SCHEDULER_GREETING_SECONDS = 8.0
 """How long to wait for a scheduler's greeting, its name looked up and the connection made, in seconds."""
 
 _ADDRESS = re.compile(r"(?:tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})", re.ASCII)
@@ -52,7 +52,7 @@ def host_and_port(address: str) -> tuple[str, int]:
     raise ClusterError(f"{address!r} is not the address of a scheduler: write it as tcp://HOST:8786, a port to 65535")
 
 
-def greets_as_dask(host: str, port: int, patience: float = PATIENCE) -> bool:
+def greets_as_dask(host: str, port: int, patience: float = SCHEDULER_GREETING_SECONDS) -> bool:
     """Whether a server listens there that greets as Dask's schedulers do: at once, by a frame after its length.
 
     patience : in seconds, for all of it.
@@ -214,7 +214,7 @@ class _Packing:
 
     def submit(self, task: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         (parcel,) = arguments
-        return self._pool.submit(work_on, self._expected, packed(task, parcel))
+        return self._pool.submit(work_on, self._expected, packed_task(task, parcel))
 
 
 def _result(future: Future[T]) -> T:

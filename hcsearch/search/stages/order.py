@@ -21,7 +21,7 @@ def stages_until(last: str) -> tuple[Stage, ...]:
     return tuple(STAGES[name] for name in names[: names.index(last) + 1])
 
 
-def numbers(stages: Iterable[Stage]) -> dict[str, int]:
+def stage_numbers(stages: Iterable[Stage]) -> dict[str, int]:
     """Names of stages, and the numbers under which their finished work is stored."""
     return {stage.name: stage.number for stage in stages}
 

@@ -10,7 +10,7 @@ from hcsearch.designs.records import NO_NUMBER, StagedDesigns, play_of_batch
 from hcsearch.scenes import Scene
 from hcsearch.search.stages.mobility import locked_with
 
-Whole = NDArray[np.intp]
+IndexArray = NDArray[np.intp]
 
 
 def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list[Status | None]:
@@ -33,7 +33,7 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
     return [None if out else STATUSES[k] for k, out in zip(place.tolist(), unknown.tolist(), strict=True)]
 
 
-def best_foldings(designs: StagedDesigns, statuses: list[Status | None] | None = None) -> Whole:
+def best_foldings(designs: StagedDesigns, statuses: list[Status | None] | None = None) -> IndexArray:
     """Index of the best untwisted folding of each design, shape (n_circuits,); -1 without one.
 
     The best has the best status, then the least needed margin of the motion that gives it that status, the lowest dof

@@ -17,7 +17,7 @@ from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment,
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.deployment.outcomes import collision_sentence, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.system.figures import figure_for, head, legend, line_style
+from hcsearch.system.figures import add_legend, figure_for, line_style, set_title
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
@@ -181,8 +181,8 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
         for k, (name, column) in enumerate(zip(labels_of(deployment.compiled.linkage).hinges, angles.T, strict=True)):
             above.plot(times, column, label=name, **line_style(k))
         above.set(ylabel="fold angle, rad")
-        head(above, title)
-        legend(above, "hinge")
+        set_title(above, title)
+        add_legend(above, "hinge")
         for event in motion.events:
             if event.kind == "hit":
                 above.axvline(event.time, color="grey", linewidth=0.3)
@@ -192,7 +192,7 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
                 label = name.removesuffix("_J").replace("_", " ")
                 below.plot(motion.times, column, label=label, **line_style(len(below.lines)))
         below.set(xlabel="time, s", ylabel="energy, J")
-        legend(below, "energy")
+        add_legend(below, "energy")
 
 
 @dataclass(frozen=True, repr=False)

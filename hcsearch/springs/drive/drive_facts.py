@@ -15,7 +15,7 @@ from hcsearch.springs.deployment.drives import drives_text
 from hcsearch.springs.deployment.outcomes import reason_with_clearance
 from hcsearch.springs.drive.driven_folding import Drive, judge_following
 from hcsearch.springs.drive.latches import Latch
-from hcsearch.system.figures import curve_look, figure_for, head, legend, line_style
+from hcsearch.system.figures import add_legend, curve_look, figure_for, line_style, set_title
 from hcsearch.system.outputs import write_output, write_table
 
 if TYPE_CHECKING:
@@ -143,14 +143,14 @@ def draw_drive(drive: Drive, path: str) -> None:
             above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
         above.set(ylabel="fold angle, rad")
         reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
-        head(above, f"{drive.folding.notation}: {reason}")
+        set_title(above, f"{drive.folding.notation}: {reason}")
         mark_collision(above, deployment)
         for number, column in enumerate(own.torques.T):
             below.plot(own.times, column, label=labels.hinges[own.driven[number]], **line_style(number))
         _draw_simulated(below, drive)
         below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
         for axes in (above, below):
-            legend(axes, "driven hinge")
+            add_legend(axes, "driven hinge")
 
 
 def _draw_simulated(axes: Axes, drive: Drive) -> None:

@@ -12,7 +12,14 @@ from scipy.optimize import minimize_scalar
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import spring_files
-from hcsearch.system.csv_columns import HUGE, TINY, Columns, is_number, read_columns, renamed
+from hcsearch.system.csv_columns import (
+    MAX_MEASURED_VALUE,
+    MIN_MEASURED_VALUE,
+    CsvColumns,
+    is_number,
+    read_columns,
+    rename_columns,
+)
 from hcsearch.system.terminal import short
 
 MIN_VIBRATION_SAMPLES = 64
@@ -165,7 +172,7 @@ def read_accelerations(
     the first row.
     Errors: HcsearchError for times that do not grow or are not even, for a missing rate, for cells without a number.
     """
-    columns = renamed(
+    columns = rename_columns(
         read_columns(path, TIME_COLUMN, most=MAX_MEASUREMENT_BYTES), {TIME_COLUMN: TIME_COLUMN}, TIME_COLUMN
     )
     channels = _channels(columns, note)
@@ -200,7 +207,7 @@ def read_accelerations(
     return np.array(list(channels.values())), rate
 
 
-def _channels(columns: Columns, note: Callable[[str], None]) -> dict[str, Reals]:
+def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Reals]:
     """The columns that hold numbers, by name; NaN in cells that hold none."""
     names = [name for name in columns.names if name and name != TIME_COLUMN]
     for name in names:
@@ -231,5 +238,7 @@ def _without_counters(channels: dict[str, Reals], path: str, note: Callable[[str
 
 
 def _check_rate(rate: float) -> None:
-    if not TINY <= rate <= HUGE:
-        raise HcsearchError(f"a sampling rate of {rate:g} Hz: give one from {TINY:g} to {HUGE:g}")
+    if not MIN_MEASURED_VALUE <= rate <= MAX_MEASURED_VALUE:
+        raise HcsearchError(
+            f"a sampling rate of {rate:g} Hz: give one from {MIN_MEASURED_VALUE:g} to {MAX_MEASURED_VALUE:g}"
+        )

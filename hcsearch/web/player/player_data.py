@@ -49,12 +49,12 @@ from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, Pattern
 
 Payload = dict[str, Any]
 
-VERSION = 1
-UNIT = 0.01
-"""Step of lengths, mm, for panels of `LEAST` and more."""
-LEAST = 10.0
+PAYLOAD_VERSION = 1
+LENGTH_STEP_MM = 0.01
+"""Step of lengths, mm, for panels of `MIN_STEP_PANEL_MM` and more."""
+MIN_STEP_PANEL_MM = 10.0
 """Size of panels (mm) below which lengths have finer steps."""
-SCALE = 1e-4
+ANGLE_STEP = 1e-4
 """Step of fold angles, rad, but for those beyond what an int16 holds of it."""
 
 
@@ -64,11 +64,11 @@ def payload_of(replay: Replay) -> Payload:
     unit = _unit(1e3 * pattern.size)
     step = 1e-3 * unit
     chain = linkage.chain
-    scale = max(SCALE, float(np.abs(replay.angles).max(initial=0.0)) / 32767)
+    scale = max(ANGLE_STEP, float(np.abs(replay.angles).max(initial=0.0)) / 32767)
     nearest = nearest_panels(linkage, replay.angles)
     collision = replay.collision
     return {
-        "version": VERSION,
+        "version": PAYLOAD_VERSION,
         "title": replay.title,
         "source": replay.source,
         "unit": unit,
@@ -105,7 +105,7 @@ def payload_of(replay: Replay) -> Payload:
 
 def replay_in(payload: Payload) -> Replay:
     """The replay that plain data stand for, with lengths and angles as they were rounded."""
-    if payload.get("version") != VERSION:
+    if payload.get("version") != PAYLOAD_VERSION:
         raise HcsearchError(f"a motion of version {payload.get('version')!r} cannot be read: write it anew")
     step = 1e-3 * payload["unit"]
     corners = (step * np.array(payload["corners"], float)).reshape(-1, 2).tolist()
@@ -142,7 +142,11 @@ def angles_in(payload: Payload) -> Reals:
 
 def _unit(size: float) -> float:
     """The step of lengths for panels of a size, mm: a power of ten."""
-    return UNIT if size >= LEAST else float(f"1e{math.floor(math.log10(UNIT * size / LEAST))}")
+    return (
+        LENGTH_STEP_MM
+        if size >= MIN_STEP_PANEL_MM
+        else float(f"1e{math.floor(math.log10(LENGTH_STEP_MM * size / MIN_STEP_PANEL_MM))}")
+    )
 
 
 def _places(at: Reals) -> list[float]:

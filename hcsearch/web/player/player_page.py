@@ -27,10 +27,10 @@ def digest_of(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
-NOTEBOOK = 640
+NOTEBOOK_FRAME_HEIGHT = 640
 """Height of the frame in a notebook, pixels."""
 
-COLOURS = """
+PAGE_COLOURS = """
 :root {
   color-scheme: light dark;
   --page: #f3f4f6; --card: #ffffff; --text: #1b1f27; --quiet: #5c6370; --line: #d9dce2; --accent: #1f6f54;
@@ -44,7 +44,7 @@ COLOURS = """
 """Of a page, light and dark; the player takes them over."""
 
 _STYLE = (
-    COLOURS
+    PAGE_COLOURS
     + """\
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--page); color: var(--text); font: 15px/1.45 system-ui, sans-serif; }
@@ -100,7 +100,7 @@ def player_html(replay: Replay) -> str:
 def notebook_html(replay: Replay) -> str:
     """The page of a motion in a frame of its own, for notebooks: nothing in it reaches the notebook's page."""
     return (
-        f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts" width="100%" height="{NOTEBOOK}" '
+        f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts" width="100%" height="{NOTEBOOK_FRAME_HEIGHT}" '
         f'frameborder="0" srcdoc="{escape(player_html(replay))}"></iframe>'
     )
 

@@ -27,9 +27,9 @@ from hcsearch.store import (
 )
 from hcsearch.store.columns import DESIGNS, Quantity
 from hcsearch.web.player import Payload, payload_of
-from hcsearch.web.report.templating import database_option
+from hcsearch.web.report.templating import database_option_text
 
-Row = Mapping[str, object]
+ViewRow = Mapping[str, object]
 FoldingKey = tuple[int, int]
 """Id of a design and crease of its folding."""
 
@@ -70,11 +70,11 @@ class ReportData:
     meta: Sequence[tuple[str, str]] = ()
     funnel: Sequence[FunnelStage] = ()
     census: Sequence[tuple[int | None, int | None, int]] = ()
-    designs: Sequence[Row] = ()
-    foldings: Mapping[int, Sequence[Row]] = field(default_factory=dict)
+    designs: Sequence[ViewRow] = ()
+    foldings: Mapping[int, Sequence[ViewRow]] = field(default_factory=dict)
     best: Mapping[int, int] = field(default_factory=dict)
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
-    tried: Mapping[FoldingKey, Sequence[Row]] = field(default_factory=dict)
+    tried: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
     players: Mapping[FoldingKey, Mapping[str, Any] | str] = field(default_factory=dict)
     total: int = 0
     notes: Sequence[str] = ()
@@ -85,14 +85,14 @@ class ReportData:
     pages: str = ""
 
 
-PLAYED = 2000
+MAX_PLAYED_DESIGNS = 2000
 """Designs of a page whose motions it holds, the first of them: each takes some 5 kB a folding."""
-BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
+BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 """Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
 
 
 def fetch(
-    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST, scene: str = DEFAULT_SCENE_NAME
+    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST_ORDER, scene: str = DEFAULT_SCENE_NAME
 ) -> ReportData:
     """Read what a report on a query shows; the database must come from `open_readonly`.
 
@@ -127,7 +127,7 @@ def fetch(
         notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
         size=_size(database, runs, scene),
         scene=scene,
-        where=database_option(database),
+        where=database_option_text(database),
     )
 
 
@@ -162,9 +162,9 @@ def _funnel(counts: Summary) -> list[FunnelStage]:
     ]
 
 
-def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
+def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[ViewRow]]:
     """Rows of `foldings` in a scene, by the id of their design."""
-    by_design: dict[int, list[Row]] = defaultdict(list)
+    by_design: dict[int, list[ViewRow]] = defaultdict(list)
     for row in rows_of_designs(database, "foldings", ids, scene):
         by_design[row["design_id"]].append(row)
     return dict(by_design)
@@ -177,9 +177,9 @@ def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[Foldi
     }
 
 
-def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
+def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[ViewRow]]:
     """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
-    by_folding: dict[FoldingKey, list[Row]] = defaultdict(list)
+    by_folding: dict[FoldingKey, list[ViewRow]] = defaultdict(list)
     for row in rows_of_designs(database, "deployments", ids, scene):
         by_folding[row["design_id"], row["crease"]].append(row)
     return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
@@ -200,7 +200,7 @@ def _listed(values: Iterable[object]) -> str:
     return ", ".join(dict.fromkeys(map(str, values))) or "-"
 
 
-def _notes(runs: Sequence[Row]) -> list[str]:
+def _notes(runs: Sequence[ViewRow]) -> list[str]:
     """Say what the numbers do not count: designs that were not kept, searches that were not finished."""
     notes = []
     whole = {(run["grid"], run["n"]) for run in runs if run["keep"] == "all" and run["target"] == ""}
@@ -222,7 +222,7 @@ def size_of(database: Database, scene: str) -> tuple[float, float] | None:
     return _size(database, select(database, view="runs").records(), scene)
 
 
-def _size(database: Database, runs: Sequence[Row], scene: str) -> tuple[float, float] | None:
+def _size(database: Database, runs: Sequence[ViewRow], scene: str) -> tuple[float, float] | None:
     own = [run for run in runs if _scene_of(database, run) == scene]
     # where nothing depends on the scene yet, panels are those of any run
     runs = own or ([] if scene_names(database) else runs)
@@ -233,7 +233,7 @@ def _size(database: Database, runs: Sequence[Row], scene: str) -> tuple[float, f
     return (float(match[1]), float(match[2])) if match else None
 
 
-def _scene_of(database: Database, run: Row) -> str:
+def _scene_of(database: Database, run: ViewRow) -> str:
     """The scene of a run, as its arguments name it."""
     try:
         arguments = json.loads(str(run["arguments"]))
@@ -247,11 +247,11 @@ def _scene_of(database: Database, run: Row) -> str:
     return str(arguments.get("scene", DEFAULT_SCENE_NAME))
 
 
-def _players_of(database: Database, designs: Sequence[Row], scene: str) -> dict[FoldingKey, Payload]:
+def _players_of(database: Database, designs: Sequence[ViewRow], scene: str) -> dict[FoldingKey, Payload]:
     """What the player takes of the foldings whose path a database holds in a scene, proved or not."""
     circuits: dict[int, Circuit] = {}
     for design in designs:
-        if len(circuits) == PLAYED:
+        if len(circuits) == MAX_PLAYED_DESIGNS:
             break
         if design.get("untwisted"):
             with suppress(NotationError):  # what cannot be read has no picture either

@@ -28,10 +28,10 @@ from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
-from hcsearch.web.report.data import FoldingKey, Row, foldings_of, motions_of, tried_of
-from hcsearch.web.report.plots import Plot, marks_of, plots_of
+from hcsearch.web.report.data import FoldingKey, ViewRow, foldings_of, motions_of, tried_of
+from hcsearch.web.report.plots import Plot, marks_of_motion, plots_of
 from hcsearch.web.report.reasons import asked_scene, best_try, play_of, verdict_in, way_option, why
-from hcsearch.web.report.templating import database_option, scene_option
+from hcsearch.web.report.templating import database_option_text, scene_option
 
 
 @dataclass(frozen=True)
@@ -104,12 +104,12 @@ class ShownFolding:
     """
 
     folding: Folding
-    row: Row
+    row: ViewRow
     twist: int
     status: str
     why: str
     room: Room
-    tried: Sequence[Row] = ()
+    tried: Sequence[ViewRow] = ()
     freedoms: Sequence[Freedoms] = ()
     locks: Sequence[Sequence[str]] = ()
     motions: Sequence[ShownMotion] = ()
@@ -126,7 +126,7 @@ class DesignData:
     title: str
     notation: str
     array: str
-    row: Row
+    row: ViewRow
     meta: Sequence[tuple[str, str]]
     foldings: Sequence[ShownFolding]
     best: int | None
@@ -186,11 +186,11 @@ class _Known:
     number: int = 0
     scene: str = DEFAULT_SCENE_NAME
     where: str = ""
-    design: Row = field(default_factory=dict)
-    rows: Mapping[int, Row] = field(default_factory=dict)
+    design: ViewRow = field(default_factory=dict)
+    rows: Mapping[int, ViewRow] = field(default_factory=dict)
     best: int | None = None
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
-    tried: Mapping[FoldingKey, Sequence[Row]] = field(default_factory=dict)
+    tried: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
     paths: Mapping[int, Replay] | None = None
 
     def path(self, folding: Folding, db: str) -> Replay | None:
@@ -208,7 +208,7 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
     return _Known(
         number,
         scene,
-        database_option(database),
+        database_option_text(database),
         design=design,
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
@@ -245,7 +245,7 @@ def _shown(motions: Sequence[ShownMotion]) -> str:
     return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
 
 
-def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], db: str) -> list[ShownMotion]:
+def _motions(folding: Folding, stored: _Known, row: ViewRow, tried: Sequence[ViewRow], db: str) -> list[ShownMotion]:
     """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
     motions, best, verdict = [], best_try(tried), verdict_in(row, tried)
     path = stored.path(folding, db)
@@ -273,7 +273,9 @@ def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], d
     command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
     needed = None if agreement is None else millimetres(agreement.needed_margin)
     play = play_sentence(needed) if best is None else play_of(best)
-    source = "; ".join(filter(None, (replay.source, *(mark.text for mark in marks_of(replay) if mark.bad), play)))
+    source = "; ".join(
+        filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.bad), play))
+    )
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
     plots = plots_of(replay, payload, deployment)
     motions.append(ShownMotion("Motion by springs", source, command, payload, plots, shows))

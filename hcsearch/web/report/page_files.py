@@ -18,7 +18,7 @@ from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 from hcsearch.system.outputs import write_output
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
-from hcsearch.web.report.data import BEST_FIRST, ReportData, fetch
+from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch
 from hcsearch.web.report.design_data import DesignData, ShownFolding, design_data
 from hcsearch.web.report.plots import swatch
 from hcsearch.web.report.script_data import page_data
@@ -104,17 +104,17 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
 Census = tuple[list[str], list[tuple[int | None, list[int]]]]
 """Names of columns, and rows: a number of foldings, and the designs in each column."""
 
-MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
+SCRIPT_MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
 """Files of the script, each after those that it uses."""
 
 
-def render(data: ReportData) -> str:
+def render_report(data: ReportData) -> str:
     """Write the HTML page of a report: no external resource, all text escaped.
 
     The page's own policy admits its scripts by their hashes, so that no text in the data could ever run. One is the
     player, where the data hold motions.
     """
-    scripts = [*([player_script()] if data.players else []), joined_script(MODULES)]
+    scripts = [*([player_script()] if data.players else []), joined_script(SCRIPT_MODULES)]
     return (
         environment()
         .get_template("report.html")
@@ -161,7 +161,7 @@ def _census_column(foldings: int, twist: int | None) -> str:
     return "twist not known" if foldings else "no folding"
 
 
-LIMIT = 20_000
+MAX_PAGE_DESIGNS = 20_000
 """Designs on a page by default: so many are searched and sorted at once."""
 
 
@@ -170,8 +170,8 @@ def write_report(
     query: str,
     path: Path | str,
     *,
-    limit: int | None = LIMIT,
-    sort: str = BEST_FIRST,
+    limit: int | None = MAX_PAGE_DESIGNS,
+    sort: str = BEST_FIRST_ORDER,
     title: str = "",
     scene: str = DEFAULT_SCENE_NAME,
 ) -> Path:
@@ -185,7 +185,7 @@ def write_report(
     data = fetch(database, query, limit, sort, scene)
     if not data.total:
         raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for those of the database")
-    page = render(replace(data, title=title) if title else data)
+    page = render_report(replace(data, title=title) if title else data)
     write_output(path, page)
     return Path(path)
 

@@ -16,13 +16,13 @@ from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.system.figures import CurveLook, curve_look
 from hcsearch.web.player import Payload
 
-WIDTH, HEIGHT = 480, 220
+PLOT_WIDTH, PLOT_HEIGHT = 480, 220
 _LEFT, _RIGHT, _TOP, _BOTTOM = 74, 12, 10, 42
 _SURE = 4
 """How far below the axis intervals are drawn, so that they hide no curve."""
 _TICKS = 6
 
-Number = float | None
+PlottedNumber = float | None
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Curve:
 
     name: str
     x: Sequence[float]
-    y: Sequence[Number]
+    y: Sequence[PlottedNumber]
 
 
 @dataclass(frozen=True)
@@ -58,25 +58,25 @@ def plot(
     spans : intervals that are drawn under the horizontal axis. linear_to : size of values beyond which the vertical
     scale is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
     """
-    x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, WIDTH - _RIGHT, tight=True)
+    x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, PLOT_WIDTH - _RIGHT, tight=True)
     values = [y for curve in curves for y in curve.y if y is not None]
-    y_places = (HEIGHT - _BOTTOM, _TOP)
+    y_places = (PLOT_HEIGHT - _BOTTOM, _TOP)
     y_scale = _scale(values, *y_places, tight=False) if linear_to is None else _log_scale(values, *y_places, linear_to)
     body = [_grid(x_scale, y_scale), _labels(x_label, y_label)]
-    base = HEIGHT - _BOTTOM
+    base = PLOT_HEIGHT - _BOTTOM
     for begin, end in spans:
         body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base + _SURE}H{x_scale.at(end):.1f}"/>')
     body += [_line(curve, curve_look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
     for k, mark in enumerate(marks):
         x, kind = x_scale.at(mark.at), "bad" if mark.bad else "mark"
-        anchor, beside = ("end", -5) if x > 0.6 * WIDTH else ("start", 5)
+        anchor, beside = ("end", -5) if x > 0.6 * PLOT_WIDTH else ("start", 5)
         body.append(f'<path class="{kind}" d="M{x:.1f} {_TOP}V{base}"/>')
         body.append(
             f'<text class="{kind}" x="{x + beside:.1f}" y="{_TOP + 12 + 15 * k}" text-anchor="{anchor}">'
             f"{escape(mark.text)}</text>"
         )
     return (
-        f'<svg class="plot" role="img" viewBox="0 0 {WIDTH} {HEIGHT}"><title>{escape(title)}</title>'
+        f'<svg class="plot" role="img" viewBox="0 0 {PLOT_WIDTH} {PLOT_HEIGHT}"><title>{escape(title)}</title>'
         f"{''.join(body)}</svg>"
     )
 
@@ -146,8 +146,8 @@ def _step(least: float) -> float:
 
 
 def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
-    base = HEIGHT - _BOTTOM
-    lines = "".join(f"M{_LEFT} {y_scale.at(y):.1f}H{WIDTH - _RIGHT}" for y, _ in y_scale.ticks)
+    base = PLOT_HEIGHT - _BOTTOM
+    lines = "".join(f"M{_LEFT} {y_scale.at(y):.1f}H{PLOT_WIDTH - _RIGHT}" for y, _ in y_scale.ticks)
     lines += "".join(f"M{x_scale.at(x):.1f} {_TOP}V{base}" for x, _ in x_scale.ticks)
     texts = "".join(
         f'<text x="{_LEFT - 6}" y="{y_scale.at(y) + 4:.1f}" text-anchor="end">{text}</text>'
@@ -160,9 +160,10 @@ def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
 
 
 def _labels(x_label: str, y_label: str) -> str:
-    middle = 0.5 * (_TOP + HEIGHT - _BOTTOM)
+    middle = 0.5 * (_TOP + PLOT_HEIGHT - _BOTTOM)
     return (
-        f'<text x="{0.5 * (_LEFT + WIDTH - _RIGHT):.0f}" y="{HEIGHT - 5}" text-anchor="middle">{escape(x_label)}</text>'
+        f'<text x="{0.5 * (_LEFT + PLOT_WIDTH - _RIGHT):.0f}" y="{PLOT_HEIGHT - 5}" text-anchor="middle">'
+        f"{escape(x_label)}</text>"
         f'<text x="14" y="{middle:.0f}" text-anchor="middle" transform="rotate(-90 14 {middle:.0f})">'
         f"{escape(y_label)}</text>"
     )
@@ -206,14 +207,14 @@ def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = N
 
     payload : of the same replay, which names the nearest panels at each of its states.
     """
-    marks = marks_of(replay, deployment)
+    marks = marks_of_motion(replay, deployment)
     plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
     if deployment is not None:
         plots.append(_energies(deployment, marks))
     return [one for one in plots if one is not None]
 
 
-def marks_of(replay: Replay, deployment: Deployment | None = None) -> list[Mark]:
+def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[Mark]:
     """Where panels collide first, and where a deployment is flat."""
     marks = []
     if replay.collision is not None:

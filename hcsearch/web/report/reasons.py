@@ -9,18 +9,18 @@ from hcsearch.basics.vocabulary import STATUSES, Way, play_sentence
 from hcsearch.scenes import joined_name
 from hcsearch.scenes.looks import SceneVariant, describe_spring_set
 from hcsearch.store import StoredVerdict
-from hcsearch.web.report.data import Row
+from hcsearch.web.report.data import ViewRow
 
-UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
-LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
+UNTRIED_SENTENCE = "not proved locked; no path was looked for and no springs were tried in this scene"
+LOCKED_SENTENCE = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
 
 
-def best_try(tried: Sequence[Row]) -> Row | None:
+def best_try(tried: Sequence[ViewRow]) -> ViewRow | None:
     """The deployment that counts: the first that deploys, else the first."""
     return next((row for row in tried if row["status"] == "deploys"), tried[0] if tried else None)
 
 
-def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
+def why(folding: ViewRow, motion: str | None, tried: Sequence[ViewRow]) -> str:
     """The sentence behind the status of a folding; empty where no stage has decided anything.
 
     motion : the sentence behind the planned motion. tried : its deployments.
@@ -29,22 +29,22 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
     if folding.get("twist"):
         return f"twist {folding['twist']}: the closed band of panels cannot reach the two stacks"
     if status == "locked":
-        return motion or LOCKED
+        return motion or LOCKED_SENTENCE
     if status == "deploys" and best is not None:
         return "; ".join(filter(None, (str(best["reason"]), play_of(folding), springs_in(best))))
     if motion is None and best is None:
-        return UNTRIED if status == "undecided" or folding.get("kutzbach") is not None else ""
+        return UNTRIED_SENTENCE if status == "undecided" or folding.get("kutzbach") is not None else ""
     springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
     return "; ".join(filter(None, (springs, motion, play_of(folding))))
 
 
-def play_of(row: Row) -> str | None:
+def play_of(row: ViewRow) -> str | None:
     """How much to leave between faces for the motion that gives a folding its status; None where it has none."""
     needed = row.get("needed_margin")
     return play_sentence(needed if isinstance(needed, float) else None)
 
 
-def springs_in(row: Row) -> str:
+def springs_in(row: ViewRow) -> str:
     """The springs and the flat pairs of a deployment."""
     text = (
         f"springs: {describe_spring_set(str(row['springs']))}"
@@ -54,7 +54,7 @@ def springs_in(row: Row) -> str:
     return f"{text}, flat pairs {row['pairs']}"
 
 
-def asked_scene(row: Row, verdict: StoredVerdict | None) -> str:
+def asked_scene(row: ViewRow, verdict: StoredVerdict | None) -> str:
     """The name of a deployment's scene by which `hcsearch deploy` repeats it.
 
     verdict : on the folding in the scene that it serves. Where another look gave it, the scene as it stands names its
@@ -74,7 +74,7 @@ def way_option(way: str | None) -> str:
     return "" if way is None else f" --flat-pairs {way}"
 
 
-def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
+def verdict_in(folding: ViewRow, tried: Sequence[ViewRow]) -> StoredVerdict | None:
     """The verdict of a row of `foldings`, with its deployments; None where no stage has judged it."""
     status, best = folding.get("status"), best_try(tried)
     if status not in STATUSES:

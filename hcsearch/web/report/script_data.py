@@ -10,10 +10,10 @@ from hcsearch.basics.vocabulary import DESIGN_STATUSES
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.store.columns import FOLDINGS, Quantity
-from hcsearch.web.report.data import ReportData, Row
+from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import asked_scene, best_try, verdict_in, why
 
-Packed = list[object] | dict[str, object]
+PackedColumn = list[object] | dict[str, object]
 """A column in little text: what is the same everywhere once, words that repeat once each."""
 
 FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
@@ -47,19 +47,19 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
         "statuses": list(DESIGN_STATUSES),
-        "quantities": [described(quantity) for quantity in data.columns],
-        "folding_quantities": [described(quantity) for quantity in FOLDING_COLUMNS],
+        "quantities": [describe_quantity(quantity) for quantity in data.columns],
+        "folding_quantities": [describe_quantity(quantity) for quantity in FOLDING_COLUMNS],
         "count": len(data.designs),
         "folding_count": len(rows),
-        "designs": {q.name: packed([design.get(q.name) for design in data.designs]) for q in data.columns},
-        "readable": packed([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
-        "best": packed(best),
-        "foldings": {name: packed(values) for name, values in foldings.items()},
+        "designs": {q.name: pack_column([design.get(q.name) for design in data.designs]) for q in data.columns},
+        "readable": pack_column([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
+        "best": pack_column(best),
+        "foldings": {name: pack_column(values) for name, values in foldings.items()},
         "players": [data.players.get(key) for key in keys] if data.players else [],
     }
 
 
-def drawn_crease(data: ReportData, design: Row) -> int | None:
+def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
     """The crease of the folding that stands for a design; None without foldings.
 
     It is the one that the database names. Before any stage has compared them, it is the first untwisted one.
@@ -73,7 +73,7 @@ def drawn_crease(data: ReportData, design: Row) -> int | None:
     return min(untwisted or creases, default=None)
 
 
-def described(quantity: Quantity) -> dict[str, object]:
+def describe_quantity(quantity: Quantity) -> dict[str, object]:
     """Name, unit and meaning of a quantity for a page, and the words by which its values compare."""
     return {
         "name": quantity.name,
@@ -85,7 +85,7 @@ def described(quantity: Quantity) -> dict[str, object]:
     }
 
 
-def packed(values: Sequence[object]) -> Packed:
+def pack_column(values: Sequence[object]) -> PackedColumn:
     """A column as JSON takes it; `unpack` of table.js gives the values back.
 
     `{"all": value}` where all are alike, `{"words": [...], "at": [...]}` where few texts repeat, else the values.
@@ -99,7 +99,7 @@ def packed(values: Sequence[object]) -> Packed:
     return list(values)
 
 
-def id_of(design: Row) -> int:
+def id_of(design: ViewRow) -> int:
     """The id of a design's row."""
     return int(str(design.get("id", 0)))
 

@@ -11,7 +11,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import stylesheet
 from hcsearch.store import Database
 from hcsearch.system.machine import default_database
-from hcsearch.web.player.player_page import COLOURS
+from hcsearch.web.player.player_page import PAGE_COLOURS
 
 _TINY = 1e-9
 """What rounding leaves of a zero, in any unit that pages have."""
@@ -40,7 +40,7 @@ def source(name: str) -> str:
 
 def page_style(*names: str) -> str:
     """The style of a page: pictures, colours, and files among the templates."""
-    return "\n".join((stylesheet(), COLOURS, *map(source, names)))
+    return "\n".join((stylesheet(), PAGE_COLOURS, *map(source, names)))
 
 
 def joined_script(modules: tuple[str, ...], last: str = "") -> str:
@@ -62,7 +62,7 @@ def _grouped(count: int | None) -> str:
     return "-" if count is None else f"{count:,}"
 
 
-def database_option(database: Database | None) -> str:
+def database_option_text(database: Database | None) -> str:
     """The option that names a database file, where it is not the usual one; URLs of servers may hold passwords."""
     if database is None or database.path is None or database.location == default_database():
         return ""

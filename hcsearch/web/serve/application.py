@@ -28,11 +28,20 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
-from hcsearch.web.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
+from hcsearch.web.serve.downloads import MEDIA_TYPES, Streams, few_rows, is_few, read_export
 from hcsearch.web.serve.jobs import BusyError, Computing
 from hcsearch.web.serve.listing import Counts, LongLists, render_list
-from hcsearch.web.serve.requests import FRAMED, HEADERS, LONGEST, POLICY, check_query, parameters, read_asked, refusal
-from hcsearch.web.serve.template_pages import render, static_files
+from hcsearch.web.serve.requests import (
+    CONTENT_POLICY,
+    FRAME_POLICY,
+    MAX_PARAMETER_LENGTHS,
+    SECURITY_HEADERS,
+    check_query,
+    parameters,
+    read_asked,
+    refusal_response,
+)
+from hcsearch.web.serve.template_pages import render_page, static_files
 
 
 class MissingError(HcsearchError):
@@ -40,7 +49,7 @@ class MissingError(HcsearchError):
 
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
-_SCENE = {"scene": LONGEST["scene"]}
+_SCENE = {"scene": MAX_PARAMETER_LENGTHS["scene"]}
 """Parameters of a design, with the most characters of each."""
 _STATUSES = ((BusyError, 503), (MissingError, 404), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
@@ -85,15 +94,15 @@ class Application:
     def __call__(self, environ: dict[str, Any], start_response: Callable[..., Any]) -> Iterable[bytes]:
         """Answer a request."""
         answer = self._answer(environ)
-        for name, value in HEADERS.items():
+        for name, value in SECURITY_HEADERS.items():
             answer.headers[name] = value
-        answer.headers.setdefault("Content-Security-Policy", POLICY)
+        answer.headers.setdefault("Content-Security-Policy", CONTENT_POLICY)
         answer.headers.setdefault("Cache-Control", "no-cache")
         body: Iterable[bytes] = answer(environ, start_response)
         return body
 
     def _answer(self, environ: dict[str, Any]) -> Response:
-        refused = refusal(environ, self.host)
+        refused = refusal_response(environ, self.host)
         if refused is not None:
             return _error(*refused)
         try:
@@ -123,11 +132,11 @@ class Application:
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
         if is_few(asked):
             text = self._long_lists(lambda seconds: few_rows(self.database, asked, style, seconds))
-            return Response(text, mimetype=TYPES[style], headers=headers)
+            return Response(text, mimetype=MEDIA_TYPES[style], headers=headers)
         pieces = self._streams.start(self.database, asked, style)
         if request.method == "HEAD":
             pieces.close()
-        return Response(pieces, mimetype=TYPES[style], headers=headers)
+        return Response(pieces, mimetype=MEDIA_TYPES[style], headers=headers)
 
     def _design(self, request: Request, number: int) -> Response:
         scene = self._scene_of(request)
@@ -135,7 +144,7 @@ class Application:
         key = ("design", number, scene, self.database.fingerprint())
         named = "" if scene == self.scene else scene
         text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
-        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
+        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
         scene = self._scene_of(request)
@@ -202,5 +211,5 @@ def _failed(error: Exception) -> Response:
 
 def _error(status: int, reason: str) -> Response:
     headers = {"Allow": "GET, HEAD"} if status == 405 else {"Retry-After": "5"} if status == 503 else {}
-    text = render("error.html", status=status, reason=reason)
+    text = render_page("error.html", status=status, reason=reason)
     return Response(text, status=status, mimetype="text/html", headers=headers)

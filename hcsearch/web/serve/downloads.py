@@ -7,26 +7,26 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
-from hcsearch.export.formats import FORMATS, Format
-from hcsearch.export.settings import NAMES, Settings
+from hcsearch.export.formats import EXPORT_FORMATS, Format
+from hcsearch.export.settings import SETTING_NAMES, Settings
 from hcsearch.store import Database, format_rows, select_page, stream
 from hcsearch.web.serve.jobs import BusyError
 from hcsearch.web.serve.listing import rows_of_a_page
-from hcsearch.web.serve.requests import LONGEST, AddressError, Asked, parameters
+from hcsearch.web.serve.requests import MAX_PARAMETER_LENGTHS, AddressError, Asked, parameters
 
-STREAMS = 3
+MAX_STREAMS = 3
 """Files of all rows that are sent at once: each keeps a thread."""
 
-FEW = 500
+STREAM_CHUNK_ROWS = 500
 """Rows that are read at once, in the way of pages."""
 
-TYPES = {"csv": "text/csv", "json": "application/json"}
+MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
 
 
 class Streams:
     """Texts of whole results, a few at once."""
 
-    def __init__(self, most: int = STREAMS) -> None:
+    def __init__(self, most: int = MAX_STREAMS) -> None:
         self._room = threading.BoundedSemaphore(most)
 
     def start(self, database: Database, asked: Asked, style: str) -> Sent:
@@ -79,12 +79,12 @@ def _all(database: Database, asked: Asked) -> Any:
 
 def is_few(asked: Asked) -> bool:
     """Whether the rows of one page are asked for, or the first few."""
-    return asked.page is not None or (asked.limit is not None and asked.limit <= FEW)
+    return asked.page is not None or (asked.limit is not None and asked.limit <= STREAM_CHUNK_ROWS)
 
 
 def few_rows(database: Database, asked: Asked, style: str, seconds: float) -> bytes:
     """The text of the rows of one page, or of the first few; SlowQueryError after some seconds."""
-    size = FEW if asked.page is None else rows_of_a_page(asked)
+    size = STREAM_CHUNK_ROWS if asked.page is None else rows_of_a_page(asked)
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
     selected = select_page(
@@ -125,7 +125,7 @@ _READ: dict[str, Callable[[str], Any]] = {
     "timestep_s": _number,
 }
 """How settings of exports are read, by their names in `Settings`, which has their limits."""
-assert set(_READ) == set(NAMES)
+assert set(_READ) == set(SETTING_NAMES)
 
 
 def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[str, Any]]:
@@ -133,12 +133,14 @@ def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[
 
     HcsearchError for values that exports do not take.
     """
-    given = parameters(pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": LONGEST["scene"]})
+    given = parameters(
+        pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": MAX_PARAMETER_LENGTHS["scene"]}
+    )
     name = given.get("format")
-    known = [form for form in FORMATS.values() if (not form.by_name if name is None else form.name == name)]
+    known = [form for form in EXPORT_FORMATS.values() if (not form.by_name if name is None else form.name == name)]
     known = [form for form in known if "." + ending in form.endings]
     if len(known) != 1:
-        names = ", ".join(f"{form.endings[0]} ({form.name})" for form in FORMATS.values())
+        names = ", ".join(f"{form.endings[0]} ({form.name})" for form in EXPORT_FORMATS.values())
         raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")
     motion = given.get("motion")
     if motion is not None:

@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.export.formats import FORMATS, Format
+from hcsearch.export.formats import EXPORT_FORMATS, Format
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
 from hcsearch.web.serve.requests import Asked, address_of, design_address
@@ -71,7 +71,7 @@ def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
 def _formats(*of: str) -> list[Format]:
     """The formats of some kinds that are installed."""
     installed = []
-    for form in FORMATS.values():
+    for form in EXPORT_FORMATS.values():
         with suppress(HcsearchError):
             if form.of in of:
                 form.check_installed()
@@ -91,7 +91,7 @@ def export_file(
     """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
     from hcsearch.export.export_files import export_files, settings_of  # noqa: PLC0415 - the engine
 
-    wanted = FORMATS[name]
+    wanted = EXPORT_FORMATS[name]
     chosen = replace(settings_of(wanted, settings), stem=stem)
     _, files = export_files(subject, wanted, chosen, motion, db, scene=scene)
     ending = wanted.endings[0]
@@ -125,10 +125,10 @@ class Kept(Generic[Value]):
                 self._values.popitem(last=False)
 
 
-PROCESSES = 2
+JOB_PROCESSES = 2
 """Computations at once; as many more may wait."""
-SECONDS = 120.0
-KEPT = 32
+MAX_JOB_SECONDS = 120.0
+MAX_KEPT_RESULTS = 32
 """Results that are kept in memory."""
 
 
@@ -139,14 +139,14 @@ class BusyError(HcsearchError):
 class Computing:
     """Makes calls in `processes` processes, started when they are needed; results are kept by a key."""
 
-    def __init__(self, processes: int = PROCESSES, seconds: float = SECONDS) -> None:
+    def __init__(self, processes: int = JOB_PROCESSES, seconds: float = MAX_JOB_SECONDS) -> None:
         self._seconds = seconds
         self._idle: SimpleQueue[ProcessExecutor | None] = SimpleQueue()
         for _ in range(processes):
             self._idle.put(None)
         self._room = threading.BoundedSemaphore(2 * processes)
         self._lock = threading.Lock()
-        self._kept: Kept[Any] = Kept(KEPT)
+        self._kept: Kept[Any] = Kept(MAX_KEPT_RESULTS)
         self._running: set[ProcessExecutor] = set()
         self._closed = False
 

@@ -28,20 +28,20 @@ from hcsearch.store import (
     select_page,
 )
 from hcsearch.store.columns import VIEWS
-from hcsearch.store.queries import SECONDS
+from hcsearch.store.queries import STATEMENT_SECONDS
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import ReportData, foldings_of, motions_of, size_of, tried_of
 from hcsearch.web.report.script_data import page_data
-from hcsearch.web.report.templating import database_option
+from hcsearch.web.report.templating import database_option_text
 from hcsearch.web.serve.jobs import BusyError, Kept
 from hcsearch.web.serve.requests import Asked, check_query, design_address, motion_address
-from hcsearch.web.serve.template_pages import render
+from hcsearch.web.serve.template_pages import render_page
 
 T = TypeVar("T")
 
-SHORT = 0.3
+SHORT_LIST_SECONDS = 0.3
 """Seconds that any list may take."""
-LONG_LISTS, WAITING = 4, 8
+MAX_LONG_LISTS, MAX_WAITING_LISTS = 4, 8
 """Lists at once that take longer, and those that wait for their turn, for as long as one may take."""
 
 
@@ -49,7 +49,11 @@ class LongLists:
     """Asks for lists: `most` at once may take more than `short` seconds, and `waiting` more wait for that."""
 
     def __init__(
-        self, most: int = LONG_LISTS, waiting: int = WAITING, short: float = SHORT, seconds: float = SECONDS
+        self,
+        most: int = MAX_LONG_LISTS,
+        waiting: int = MAX_WAITING_LISTS,
+        short: float = SHORT_LIST_SECONDS,
+        seconds: float = STATEMENT_SECONDS,
     ) -> None:
         self._short, self._seconds = short, seconds
         self._turns, self._room = threading.BoundedSemaphore(most), threading.BoundedSemaphore(most + waiting)
@@ -91,35 +95,38 @@ def _busy() -> BusyError:
     )
 
 
-CARDS, ROWS = 48, 100
+CARDS_PER_PAGE, ROWS_PER_PAGE = 48, 100
 """Rows of a page."""
-MOST = 100_000
+MAX_COUNTED_ROWS = 100_000
 """Rows that are counted; beyond, there are more than so many."""
-KEPT = 500
+MAX_KEPT_COUNTS = 500
 """Counts kept in memory."""
 
 
 class Counts:
-    """How many rows queries select, kept while the database is as it was; `None` for more than `MOST`."""
+    """How many rows queries select, kept while the database is as it was; `None` for more than `MAX_COUNTED_ROWS`."""
 
     def __init__(self) -> None:
-        self._kept: Kept[int | None] = Kept(KEPT)
+        self._kept: Kept[int | None] = Kept(MAX_KEPT_COUNTS)
 
     def of(self, database: Database, asked: Asked, seconds: float) -> int | None:
         """The number of rows of a query, counted within some seconds."""
         key = (asked.view, asked.query, asked.scene, database.fingerprint())
         with suppress(KeyError):
             return self._kept[key]
-        count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene, seconds=seconds)
-        self._kept[key] = None if count > MOST else count
-        return None if count > MOST else count
+        count = count_rows(
+            database, asked.query, most=MAX_COUNTED_ROWS + 1, view=asked.view, scene=asked.scene, seconds=seconds
+        )
+        self._kept[key] = None if count > MAX_COUNTED_ROWS else count
+        return None if count > MAX_COUNTED_ROWS else count
 
 
 @dataclass(frozen=True)
 class Page:
     """What a page shows of a list.
 
-    first : number of the first row, from 1. total : of all rows; None for more than `MOST`. last : page, where known.
+    first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
+    where known.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -152,7 +159,7 @@ def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) ->
 
 def rows_of_a_page(asked: Asked) -> int:
     """How many rows a page has."""
-    return CARDS if asked.view == "designs" and asked.shape == "cards" else ROWS
+    return CARDS_PER_PAGE if asked.view == "designs" and asked.shape == "cards" else ROWS_PER_PAGE
 
 
 def render_list(database: Database, asked: Asked, counts: Counts, long_lists: LongLists) -> tuple[str, int]:
@@ -166,12 +173,12 @@ def render_list(database: Database, asked: Asked, counts: Counts, long_lists: Lo
     except HcsearchError as error:
         wrong, status = str(error), 400
     scenes = list(dict.fromkeys((DEFAULT_SCENE_NAME, *scene_names(database))))
-    text = render(
+    text = render_page(
         "list.html",
         asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),
         page=page,
         wrong=wrong,
-        most=MOST,
+        most=MAX_COUNTED_ROWS,
         scenes=scenes,
         scenic=asked.view in SCENIC,
         quantities=VIEWS[asked.view],
@@ -213,7 +220,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
         designs=page.rows,
         total=len(ids),
         scene=asked.scene,
-        where=database_option(database),
+        where=database_option_text(database),
         size=size_of(database, asked.scene),
         pages=design_address("{id}", asked.named),
         **known,

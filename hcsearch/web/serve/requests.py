@@ -16,15 +16,15 @@ from urllib.parse import quote, urlencode
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.conditions import AllOf, AnyOf, Condition, Not, Tree, parse_conditions
+from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, Not, parse_conditions
 
-Shape = Literal["cards", "table"]
+ListShape = Literal["cards", "table"]
 
-LONGEST = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
+MAX_PARAMETER_LENGTHS = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
 """Characters of each parameter of a list."""
-LONGEST_QUERY_STRING = 8000
+MAX_QUERY_STRING_LENGTH = 8000
 _NUMBER = re.compile(r"(?<![^\s(])#([0-9]+)(?![^\s)])")
-MOST_SHAPES, MOST_CELLS = 10, 2500
+MAX_QUERY_SHAPES, MAX_QUERY_CELLS = 10, 2500
 """Arrays and circuits in a query, and cells of such an array: each is brought to its canonical form first."""
 
 
@@ -46,7 +46,7 @@ class Asked:
     page: int | None = None
     scene: str = DEFAULT_SCENE_NAME
     usual: str = DEFAULT_SCENE_NAME
-    shape: Shape = "cards"
+    shape: ListShape = "cards"
     columns: str = ""
     limit: int | None = None
 
@@ -85,8 +85,8 @@ def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked
 
     `#24` in a query of designs is read as `id=24`, as cards name them.
     """
-    given = parameters(pairs, LONGEST)
-    shapes: dict[str, Shape] = {"": "cards", "cards": "cards", "table": "table"}
+    given = parameters(pairs, MAX_PARAMETER_LENGTHS)
+    shapes: dict[str, ListShape] = {"": "cards", "cards": "cards", "table": "table"}
     shape = given.get("as", "")
     if shape not in shapes:
         raise AddressError(f"there is no list as {shape!r}: write as=cards or as=table")
@@ -118,17 +118,17 @@ def check_query(query: str) -> None:
     QueryError for one that cannot be read.
     """
     shapes = [value for name, value in _conditions(parse_conditions(query)) if name in ("array", "circuit")]
-    if len(shapes) > MOST_SHAPES:
-        raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MOST_SHAPES} at most")
+    if len(shapes) > MAX_QUERY_SHAPES:
+        raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MAX_QUERY_SHAPES} at most")
     for value in shapes:
         if value.startswith("@"):
             raise AddressError("files are not read here: write the array as 6x5, 3-4-3 or by its notation")
         sizes = [int(size) for size in re.findall("[0-9]+", value)] if ":" not in value else []
-        if sizes and (sum(sizes) if "-" in value else max(sizes) ** 2) > MOST_CELLS:
-            raise AddressError(f"the array {value!r} has more than {MOST_CELLS} cells: give a smaller one")
+        if sizes and (sum(sizes) if "-" in value else max(sizes) ** 2) > MAX_QUERY_CELLS:
+            raise AddressError(f"the array {value!r} has more than {MAX_QUERY_CELLS} cells: give a smaller one")
 
 
-def _conditions(tree: Tree) -> Iterator[tuple[str, str]]:
+def _conditions(tree: ConditionTree) -> Iterator[tuple[str, str]]:
     """Names and values of all conditions."""
     match tree:
         case AllOf(parts) | AnyOf(parts):
@@ -172,14 +172,14 @@ _HERE = ("localhost", "127.0.0.1", "::1")
 _FRAMES = ("iframe", "frame", "fencedframe", "embed", "object")
 _EVERYWHERE = ("0.0.0.0", "::")
 
-POLICY = (
+CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
     "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
 )
 """Of pages whose scripts and styles are files here. The design page admits its own by their hashes, in itself."""
-FRAMED = "frame-ancestors 'none'; base-uri 'none'; form-action 'none'; connect-src 'none'; object-src 'none'"
+FRAME_POLICY = "frame-ancestors 'none'; base-uri 'none'; form-action 'none'; connect-src 'none'; object-src 'none'"
 
-HEADERS = {
+SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
@@ -188,13 +188,13 @@ HEADERS = {
 }
 
 
-def refusal(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
+def refusal_response(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
     """Status and reason where a request is refused; host : the one that the server listens on."""
     if environ["REQUEST_METHOD"] not in ("GET", "HEAD"):
         return 405, "this page is read only: send GET or HEAD"
     if not is_known_host(environ.get("HTTP_HOST", ""), host):
         return 403, "this page answers to localhost and the host it was started with (--host), to no other name"
-    if len(environ.get("QUERY_STRING", "")) > LONGEST_QUERY_STRING or len(environ.get("PATH_INFO", "")) > 500:
+    if len(environ.get("QUERY_STRING", "")) > MAX_QUERY_STRING_LENGTH or len(environ.get("PATH_INFO", "")) > 500:
         return 414, "the address is too long: shorten the query"
     if not _PATH.fullmatch(environ.get("PATH_INFO", "")):
         return 404, "there is nothing at this address: begin at /designs"

@@ -151,7 +151,7 @@ class Server(TcpWSGIServer):  # type: ignore[misc]
                 channel.cut()
 
 
-SETTINGS = {
+WAITRESS_SETTINGS = {
     "threads": 32,
     "ident": "hcsearch",
     "max_request_header_size": 32 * 1024,
@@ -182,7 +182,7 @@ def _remedy(host: str, port: int, error: Exception) -> str:
     return f"cannot listen on {host} port {port} ({error}): give another --port"
 
 
-def address_of(listening: socket.socket, host: str) -> str:
+def socket_address(listening: socket.socket, host: str) -> str:
     """The address to open in a browser."""
     port = listening.getsockname()[1]
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
@@ -216,7 +216,7 @@ def run(
     from hcsearch.web.serve.application import Application  # noqa: PLC0415 - takes long, and requests can wait
 
     application = Application(database, db, scene=scene, host=host)
-    server = Server(application, listening, Patience(), SETTINGS)
+    server = Server(application, listening, Patience(), WAITRESS_SETTINGS)
     ended = threading.Event()
 
     def run() -> None:

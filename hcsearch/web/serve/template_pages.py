@@ -13,11 +13,11 @@ from hcsearch.web.player import player_script
 from hcsearch.web.report.templating import environment, joined_script, page_style, written
 from hcsearch.web.serve.requests import address_of, design_address
 
-SCRIPT = ("geometry", "table", "parts", "card", "dialog", "copy")
+CARD_SCRIPT_MODULES = ("geometry", "table", "parts", "card", "dialog", "copy")
 """Modules of the report's script that draw cards; `serve.js` uses them."""
 
 
-def render(name: str, **values: Any) -> str:
+def render_page(name: str, **values: Any) -> str:
     """A page from a template, with everything in it escaped."""
     return _environment().get_template(name).render(**values)
 
@@ -45,7 +45,7 @@ def static_files() -> dict[str, tuple[str, str]]:
         "style.css": ("\n".join((page_style("style.css"), text("serve.css"))), "text/css"),
         "list.js": (joined_script((), text("list.js")), "text/javascript"),
         "player.js": (player_script(), "text/javascript"),
-        "cards.js": (joined_script(SCRIPT, text("serve.js")), "text/javascript"),
+        "cards.js": (joined_script(CARD_SCRIPT_MODULES, text("serve.js")), "text/javascript"),
     }
 
 
