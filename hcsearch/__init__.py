@@ -17,22 +17,22 @@ from __future__ import annotations
 
 def __getattr__(name: str) -> object:
     # not above: the command line loads this module before it can answer Ctrl-C
-    from hcsearch.system.lazy import importing  # noqa: PLC0415
+    from hcsearch.system.lazy import lazy_importer  # noqa: PLC0415
     from hcsearch.system.notebooks import register_view  # noqa: PLC0415
 
     register_view(_notebook_view)
-    return importing(__name__)(name)
+    return lazy_importer(__name__)(name)
 
 
 def _notebook_view(value: object) -> str | None:
     """Return the HTML of a value in a notebook."""
-    from hcsearch.api.notebook_views import html_of  # noqa: PLC0415 - loads the player
+    from hcsearch.api.notebook_views import notebook_value_html  # noqa: PLC0415 - loads the player
 
-    return html_of(value)
+    return notebook_value_html(value)
 
 
 def __dir__() -> list[str]:
-    from hcsearch.system.lazy import importing  # noqa: PLC0415 - as above
+    from hcsearch.system.lazy import lazy_importer  # noqa: PLC0415 - as above
 
-    names: list[str] = importing(__name__)("__all__")  # type: ignore[assignment]
+    names: list[str] = lazy_importer(__name__)("__all__")  # type: ignore[assignment]
     return names

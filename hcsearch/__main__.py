@@ -49,7 +49,7 @@ def _print_fault(error: Exception) -> None:
     import traceback  # noqa: PLC0415 - nothing else needs these here
 
     from hcsearch.basics.errors import one_line  # noqa: PLC0415
-    from hcsearch.system.answering import place_of  # noqa: PLC0415
+    from hcsearch.system.answering import raising_place_of  # noqa: PLC0415
 
     lines = "".join(traceback.format_exception(error)) if os.environ.get("HCSEARCH_TRACEBACK") else ""
     missing = error.name if isinstance(error, ImportError) else None
@@ -57,7 +57,8 @@ def _print_fault(error: Exception) -> None:
         message = f"hcsearch: {missing} cannot be loaded: {error}; install hcsearch anew, with what it depends on"
     else:
         message = (
-            f"hcsearch: a fault of the program, {type(error).__name__} at {place_of(error)}: {error}; please report it "
+            f"hcsearch: a fault of the program, {type(error).__name__} at {raising_place_of(error)}: {error}; "
+            "please report it "
             "with the command, which prints a traceback with HCSEARCH_TRACEBACK=1"
         )
     try:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import Number, examples
+from hcsearch.cli.options import FiniteNumber, examples_epilog
 from hcsearch.system.outputs import check_folder, check_output
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class _Benches(click.Group):
         return command_of(BENCHES[cmd_name]) if cmd_name in BENCHES else None
 
 
-@click.group(cls=_Benches, epilog=examples("hcsearch bench enumeration --quick"))
+@click.group(cls=_Benches, epilog=examples_epilog("hcsearch bench enumeration --quick"))
 def bench() -> None:
     """Measure speed, memory and accuracy.
 
@@ -43,7 +43,9 @@ def command_of(own: Bench[Any]) -> click.Command:
     def run(output: Path, json_file: Path | None, **options: Any) -> None:
         _finish(own.run(say=_say, **options), output, json_file)
 
-    return click.Command(own.name, callback=run, params=_options(own), help=own.summary, epilog=examples(own.example))
+    return click.Command(
+        own.name, callback=run, params=_options(own), help=own.summary, epilog=examples_epilog(own.example)
+    )
 
 
 def _options(own: Bench[Any]) -> list[click.Parameter]:
@@ -71,7 +73,7 @@ def _options(own: Bench[Any]) -> list[click.Parameter]:
         options.append(click.Option(["--repeats"], type=click.IntRange(min=1), default=3, show_default=True, help=how))
     if (limit := own.limit) is not None:
         greatest = f"The greatest time for {limit.what}, s.  [default: {limit.usual:g}, quick: {limit.quick:g}]"
-        options.append(click.Option(["--limit"], type=Number(min=0, min_open=True), help=greatest))
+        options.append(click.Option(["--limit"], type=FiniteNumber(min=0, min_open=True), help=greatest))
     if own.server:
         postgresql = click.Option(
             ["--postgresql"],

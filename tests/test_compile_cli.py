@@ -111,7 +111,7 @@ def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
     under_way.set_current_kernel(fingerprint_rows)
     done = len(everything) - len(under_way.uncompiled_stamps(everything))
     line = f"\rcompiling kernels, {done} of {len(everything)}: fingerprint"
-    with progress.Meter("batch"):
+    with progress.ProgressMeter("batch"):
         begin = time.monotonic()
         while line not in terminal.getvalue() and time.monotonic() < begin + 20:
             time.sleep(0.01)
@@ -121,7 +121,7 @@ def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
     assert under_way.compilation_under_way() is None
     monkeypatch.setattr(sys, "stderr", pipe := io.StringIO())
     under_way.set_current_kernel(fingerprint_rows)
-    with progress.Meter("batch"):
+    with progress.ProgressMeter("batch"):
         time.sleep(0.1)
     assert pipe.getvalue() == ""
     under_way.end_compilation()

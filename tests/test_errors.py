@@ -17,7 +17,7 @@ from hcsearch.basics.errors import (
     one_line,
     printable,
 )
-from hcsearch.system.reading import parse_toml, read_text, read_toml
+from hcsearch.system.reading import parse_toml, read_text_file, read_toml
 
 
 @given(st.text(st.characters(), max_size=3 * MAX_MESSAGE_WORD_LENGTH) | st.lists(st.text(), max_size=300).map(" ".join))
@@ -53,8 +53,8 @@ def test_messages_travel_between_processes():
 
 def test_text_files_are_read_without_their_mark(tmp_path):
     (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbfone\r\ntwo\n")
-    assert read_text(tmp_path / "a.txt") == "one\r\ntwo\n"
-    assert read_text(tmp_path / "a.txt", most=13) == "one\r\ntwo\n"
+    assert read_text_file(tmp_path / "a.txt") == "one\r\ntwo\n"
+    assert read_text_file(tmp_path / "a.txt", most=13) == "one\r\ntwo\n"
 
 
 def test_files_that_have_no_end_or_are_no_text_are_refused(tmp_path):
@@ -73,7 +73,7 @@ def test_files_that_have_no_end_or_are_no_text_are_refused(tmp_path):
         ("n" * 5000, 100, "File name too long"),
     ):
         with pytest.raises(InputFileError, match=f"^cannot read the table .*{reason}"):
-            read_text(tmp_path / name, "the table", most)
+            read_text_file(tmp_path / name, "the table", most)
 
 
 def test_a_pipe_is_refused_at_once_though_nobody_writes(tmp_path):
@@ -87,7 +87,7 @@ def test_a_pipe_is_refused_at_once_though_nobody_writes(tmp_path):
 
 def _refused(path):
     try:
-        read_text(path)
+        read_text_file(path)
     except InputFileError:
         return True
     return False

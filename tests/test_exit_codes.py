@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from hcsearch.search.pipeline.processes import ProcessExecutor
-from hcsearch.system.answering import place_of
-from hcsearch.system.interrupts import INTERRUPTED
+from hcsearch.system.answering import raising_place_of
+from hcsearch.system.interrupts import INTERRUPT_MESSAGE
 
 BROKEN = Path(__file__).with_name("broken")
 ROOT = Path(__file__).parents[1]
@@ -64,7 +64,7 @@ def test_the_traceback_is_printed_on_demand_with_the_same_code(run):
 def test_an_interrupt_that_comes_back_as_another_exception_is_no_fault(run, monkeypatch):
     monkeypatch.setenv("BROKEN_BY", "interrupt")
     done = run("hcsearch.designs.folding:foldings", *SHOW)
-    assert (done.returncode, done.stderr) == (130, f"{INTERRUPTED}\n")
+    assert (done.returncode, done.stderr) == (130, f"{INTERRUPT_MESSAGE}\n")
 
 
 @pytest.mark.parametrize("module", ["numpy", "click", "hcsearch.cli", "hcsearch.cli.query", "hcsearch.designs.folding"])
@@ -150,7 +150,7 @@ def test_faults_that_cannot_be_sent_are_told_all_the_same(call, kind, message):
         with pytest.raises(kind, match=message) as raised:
             pool.submit(call).result()
         assert pool.submit(len, "abc").result() == 3  # the worker goes on
-        module, _, line = place_of(raised.value).partition(":")
+        module, _, line = raising_place_of(raised.value).partition(":")
         assert module == ("hcsearch.system.answering" if call is unpicklable else __name__)
         assert int(line) > 0
     finally:

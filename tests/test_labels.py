@@ -16,7 +16,7 @@ from hcsearch.scenes.setup import scene_of_setup, setup_of_scene
 from hcsearch.shape.labels import Labels, label_data, label_ranges, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from tests.linkages import linkage_named
 from tests.strategies import circuits
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hcsearch.system.terminal import duration, short, size
+from hcsearch.system.terminal import bytes_text, duration_text, short_number
 
 
 @pytest.mark.parametrize(
@@ -17,10 +17,10 @@ from hcsearch.system.terminal import duration, short, size
     ],
 )
 def test_numbers_have_digits_and_no_powers_of_ten(value, digits, text):
-    assert short(value, digits) == text
+    assert short_number(value, digits) == text
 
 
 def test_times_and_sizes_are_written_out():
-    assert size(1.62e8) == "160 MB"
-    assert duration(80 * 86400.0) == "80 days"
-    assert duration(120 * 86400.0) == "120 days"
+    assert bytes_text(1.62e8) == "160 MB"
+    assert duration_text(80 * 86400.0) == "80 days"
+    assert duration_text(120 * 86400.0) == "120 days"

@@ -14,7 +14,7 @@ from hcsearch.basics.errors import OutputError
 from hcsearch.cli import hcsearch
 from hcsearch.store import find_design, open_database
 from hcsearch.system import outputs
-from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing, write_output
+from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing_file, write_output
 from tests.faults.small_disk import limited
 from tests.judging import judge
 
@@ -44,7 +44,7 @@ def test_a_file_takes_the_place_and_the_mode_of_the_older_one(folder):
 def test_through_a_link_the_file_itself_is_replaced(folder):
     (folder / "real").write_text("older")
     (folder / "link.svg").symlink_to("real")
-    with replacing("link.svg", (".svg",)) as part:
+    with replacing_file("link.svg", (".svg",)) as part:
         assert part.suffix == ".svg"
         part.write_text("newer")
     assert (folder / "link.svg").is_symlink()
@@ -56,7 +56,7 @@ def test_a_failure_leaves_the_older_file_and_nothing_else(folder, error):
     (folder / "page.html").write_text("older")
 
     def fail(place):
-        with replacing(place) as part:
+        with replacing_file(place) as part:
             part.write_text("half of it")
             raise error
 
@@ -81,7 +81,7 @@ def test_a_disk_that_is_found_full_only_at_the_end_leaves_the_older_file(folder,
 
 def test_a_database_that_appears_meanwhile_is_not_replaced(folder):
     def write():
-        with replacing("late.toml") as part:
+        with replacing_file("late.toml") as part:
             part.write_text("x")
             open_database("late.toml", create=True).close()
 

@@ -14,8 +14,16 @@ from hcsearch.basics.errors import ClusterError, SizeError
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch, search_all
 from hcsearch.search.enumeration.frontier_counts import expected_circuits
-from hcsearch.search.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
-from hcsearch.search.pipeline.estimate import RunEstimate, duration
+from hcsearch.search.pipeline import (
+    Plan,
+    WorkerPool,
+    check_disk_room,
+    count_designs,
+    counting_seconds,
+    estimate_run,
+    run_dry,
+)
+from hcsearch.search.pipeline.estimate import RunEstimate, duration_text
 from hcsearch.search.pipeline.shards import ShardJob
 from hcsearch.search.stages.order import stages_until
 from tests import golden
@@ -30,19 +38,21 @@ def die(item):
 def test_results_come_in_order_whoever_works():
     inputs = [str(i) for i in range(200)]
     expected = [(item, int(item)) for item in inputs]
-    assert list(Crew().work(int, inputs)) == expected
-    assert list(Crew(2).work(int, inputs)) == expected
-    assert list(Crew().work(int, inputs, threads=3)) == expected
+    assert list(WorkerPool().work(int, inputs)) == expected
+    assert list(WorkerPool(2).work(int, inputs)) == expected
+    assert list(WorkerPool().work(int, inputs, threads=3)) == expected
 
 
 def test_threads_of_one_process_work_beside_each_other():
     meet = threading.Barrier(3)
-    assert [answer for _, answer in Crew().work(lambda _: meet.wait(30) >= 0, ["item"] * 6, threads=3)] == [True] * 6
+    assert [answer for _, answer in WorkerPool().work(lambda _: meet.wait(30) >= 0, ["item"] * 6, threads=3)] == [
+        True
+    ] * 6
 
 
 def test_one_thread_begins_no_task_before_the_last_result_is_taken():
     begun = []
-    answers = Crew().work(begun.append, list("abc"))
+    answers = WorkerPool().work(begun.append, list("abc"))
     for taken in range(1, 4):
         next(answers)
         assert len(begun) == taken
@@ -50,12 +60,12 @@ def test_one_thread_begins_no_task_before_the_last_result_is_taken():
 
 def test_a_worker_that_dies_is_one_line():
     with pytest.raises(ClusterError, match="fewer --jobs"):
-        list(Crew(2).work(die, ["a", "b"]))
+        list(WorkerPool(2).work(die, ["a", "b"]))
 
 
 def test_what_a_worker_raises_comes_through():
     with pytest.raises(ValueError, match="invalid literal"):
-        list(Crew(2).work(int, ["1", "two"]))
+        list(WorkerPool(2).work(int, ["1", "two"]))
 
 
 def answer_at_length(item):
@@ -65,7 +75,7 @@ def answer_at_length(item):
 
 def test_workers_in_the_midst_of_an_answer_are_ended_all_the_same():
     for taken in range(1, 9):
-        answers = Crew(2).work(answer_at_length, ["x"] * 1000)
+        answers = WorkerPool(2).work(answer_at_length, ["x"] * 1000)
         assert len(list(itertools.islice(answers, taken))) == taken
         answers.close()
         assert not multiprocessing.active_children()
@@ -89,7 +99,7 @@ def test_an_interrupt_that_wakes_no_wait_ends_it_all_the_same():
     begin = time.monotonic()
     try:
         with pytest.raises(KeyboardInterrupt):
-            next(Crew().work(task, ["item"]))
+            next(WorkerPool().work(task, ["item"]))
         assert time.monotonic() - begin < 10
     finally:
         ready.set()
@@ -102,21 +112,21 @@ def test_an_interrupt_that_wakes_no_wait_ends_it_all_the_same():
 )
 def test_an_address_that_cannot_be_one_is_refused(address):
     with pytest.raises(ClusterError, match="tcp://HOST:8786"):
-        Crew(scheduler=address)
+        WorkerPool(scheduler=address)
 
 
 def test_addresses_of_all_kinds_are_taken():
     for address in ("host:1", "tcp://host.name:8786", "tcp://[::1]:8786", "10.0.0.1:8786"):
-        assert Crew(scheduler=address).scheduler == address
+        assert WorkerPool(scheduler=address).scheduler == address
 
 
 def test_an_estimate_leaves_out_what_is_finished(monkeypatch):
     monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL_CIRCUIT_COUNT", 0)
     plan = Plan(PolygonSearch(HEX, 16), "twist")
     shards = plan.search.prefixes
-    whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(shards[::2]))
+    whole, half = estimate_run(plan, stored=True), estimate_run(plan, stored=True, finished=set(shards[::2]))
     assert half.circuits == pytest.approx(whole.circuits / 2, rel=0.01)
-    assert estimate(plan, stored=True, finished=set(shards)) is None
+    assert estimate_run(plan, stored=True, finished=set(shards)) is None
 
 
 def test_processes_find_what_one_process_finds(monkeypatch):
@@ -132,7 +142,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
     monkeypatch.setattr("hcsearch.search.enumeration.folded._SHARD_PAIRS", 500)
     for plan in plans:
         alone = run_dry(plan)
-        shared = run_dry(Plan(plan.search, plan.until, plan.keep, crew=Crew(2)))
+        shared = run_dry(Plan(plan.search, plan.until, plan.keep, crew=WorkerPool(2)))
         assert shared.funnel == alone.funnel
         assert shared.batches_done == alone.batches_done
 
@@ -150,12 +160,12 @@ def test_counting_agrees_with_the_funnel(grid, n, keep):
     search = search_all(GRIDS[grid], n, keep)
     funnel = run_dry(Plan(PolygonSearch(GRIDS[grid], n), "twist", "all")).funnel
     classes = {"all": funnel.circuits, "two-stack": funnel.two_stack, "untwisted": funnel.untwisted}[keep]
-    assert count_designs(search, keep, Crew()).classes == classes
+    assert count_designs(search, keep, WorkerPool()).classes == classes
 
 
 def test_a_search_that_lists_only_what_passes_a_later_stage_has_no_numbers_of_those_before():
     search = FoldedSearch(HEX, 14, untwisted=True)
-    known = count_designs(search, "untwisted", Crew()).classes
+    known = count_designs(search, "untwisted", WorkerPool()).classes
     for until, untwisted in (("circuits", None), ("foldings", None), ("twist", known)):
         funnel = run_dry(Plan(search, until)).funnel
         assert (funnel.fixed_circuits, funnel.circuits, funnel.two_stack) == (None, None, None)
@@ -163,9 +173,9 @@ def test_a_search_that_lists_only_what_passes_a_later_stage_has_no_numbers_of_th
 
 
 def test_counting_on_an_array_lists_what_folds():
-    counted = count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "two-stack", Crew())
+    counted = count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "two-stack", WorkerPool())
     assert counted.classes == 2
-    assert count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "untwisted", Crew()).classes == 0
+    assert count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "untwisted", WorkerPool()).classes == 0
 
 
 def test_few_circuits_are_all_listed():
@@ -188,37 +198,37 @@ def test_expected_numbers_of_circuits_are_good_to_five_per_cent(grid):
 
 
 def test_small_runs_are_not_estimated():
-    assert estimate(Plan(PolygonSearch(HEX, 12), "twist"), stored=True) is None
+    assert estimate_run(Plan(PolygonSearch(HEX, 12), "twist"), stored=True) is None
     assert counting_seconds(FoldedSearch(HEX, 18, untwisted=True)) is None
 
 
 def test_an_estimate_is_near_what_is_found(monkeypatch):
     monkeypatch.setattr("hcsearch.search.pipeline.run.SMALL_CIRCUIT_COUNT", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
-    expected = estimate(plan, stored=True)
+    expected = estimate_run(plan, stored=True)
     assert expected is not None
     assert expected.designs == pytest.approx(2_328_698, rel=0.5)
     assert expected.circuits == pytest.approx(expected.designs)
     assert expected.core_seconds > 0
-    sentence = expected.sentence(Crew(4))
+    sentence = expected.sentence(WorkerPool(4))
     assert "with --jobs 4" in sentence
     assert "in the database" in sentence
-    assert "core time on the cluster" in expected.sentence(Crew(scheduler="tcp://host:8786"))
+    assert "core time on the cluster" in expected.sentence(WorkerPool(scheduler="tcp://host:8786"))
 
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):
     huge = RunEstimate(1e15, 1e15, 1.0, 1e17, 1.0)
     with pytest.raises(SizeError, match="keep fewer with --keep"):
-        check_room(huge, str(tmp_path / "d.sqlite"))
-    check_room(huge, "postgresql://server/name")
-    check_room(RunEstimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))
+        check_disk_room(huge, str(tmp_path / "d.sqlite"))
+    check_disk_room(huge, "postgresql://server/name")
+    check_disk_room(RunEstimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))
 
 
 @pytest.mark.parametrize(
     ("seconds", "text"), [(12.34, "12 seconds"), (300, "5 minutes"), (9000, "2.5 hours"), (864000, "10 days")]
 )
 def test_durations_for_people(seconds, text):
-    assert duration(seconds) == text
+    assert duration_text(seconds) == text
 
 
 def test_units_hold_every_design_once(monkeypatch):

@@ -224,7 +224,7 @@ def rows_of(path):
 
 
 def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("hcsearch.search.pipeline.judging.PIECE_SECONDS", 0.01)  # a piece for each design
+    monkeypatch.setattr("hcsearch.search.pipeline.judging.PIECE_CORE_SECONDS", 0.01)  # a piece for each design
     search = search_all(GRIDS["square"], 10, "untwisted")
     brief = replace(with_panel(SCENES["default"], read_panel("20x2"), "square"), flat_pairs="rigid", seconds=0.01)
     plan = Plan(search, "deployment", "untwisted", brief)

@@ -21,27 +21,27 @@ from hcsearch.library.assemblies.overlays import neighbouring_facets
 from hcsearch.library.assemblies.squares import array_6r, element_6r
 from hcsearch.library.unit_search.copies import (
     IDENTITY_PLACEMENT,
+    CopyPlacement,
+    CopyRings,
     CopySheet,
-    Placement,
-    Rings,
     congruence_key,
     least_kutzbach,
     marks_of_copies,
 )
 from hcsearch.library.unit_search.elements import (
-    KITE,
-    PARALLELOGRAM,
+    KITE_KIND,
+    PARALLELOGRAM_KIND,
     RigidPair,
-    elements,
+    element_with_triangles,
     elements_of,
+    elements_of_designs,
     isosceles_elements,
     isosceles_shapes,
     rigid_pairs,
-    untwisted,
-    with_triangles,
+    untwisted_foldings_of,
 )
-from hcsearch.library.unit_search.unit_proofs import freedom, prove_unit
-from hcsearch.library.unit_search.unit_search import Limits, find_units, search_elements
+from hcsearch.library.unit_search.unit_proofs import generic_freedom, prove_unit
+from hcsearch.library.unit_search.unit_search import UnitSearchLimits, find_units, search_elements
 from hcsearch.motion.collision.distances import penetration
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
@@ -54,7 +54,7 @@ SQUARES = Parameters(width=0.050)
 TEN = Circuit.from_notation("triangle:0123434501")
 angles = st.floats(0.0, math.tau)
 motions = st.builds(
-    lambda reflects, exchange, angle, x, y: Placement(Isometry.by(angle, (x, y), reflects=reflects), exchange),
+    lambda reflects, exchange, angle, x, y: CopyPlacement(Isometry.by(angle, (x, y), reflects=reflects), exchange),
     st.booleans(),
     st.sampled_from((1, -1)),
     angles,
@@ -103,12 +103,12 @@ def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
 
 def test_placements_are_those_of_joining():
     element = eight_r(DEGREES)
-    rings = Rings(CopySheet(element, lattice=False), strict=False)
+    rings = CopyRings(CopySheet(element, lattice=False), strict=False)
     unit = rings.sheet.unit
     joined = set()
     for placement, _, _ in neighbouring_facets(element, element):
         scaled = placement._replace(shift=placement.shift / unit)
-        joined.add(rings.key(Placement(scaled, -1 if placement.reflects else 1)))
+        joined.add(rings.key(CopyPlacement(scaled, -1 if placement.reflects else 1)))
     # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
     assert len(rings.own) == 2
     assert {rings.key(motion) for motion in rings.placements} == joined
@@ -119,9 +119,9 @@ def test_overlap_of_a_copy_with_itself():
     sheet = CopySheet(eight_r(DEGREES), lattice=False)
     overlap = sheet.overlap(IDENTITY_PLACEMENT)
     assert (overlap.facets, overlap.hinges, overlap.crossed, overlap.agrees) == (10, 8, 0, True)
-    assert not sheet.overlap(Placement(Isometry.by(), -1)).agrees
-    assert not sheet.overlap(Placement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
-    assert sheet.overlap(Placement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
+    assert not sheet.overlap(CopyPlacement(Isometry.by(), -1)).agrees
+    assert not sheet.overlap(CopyPlacement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
+    assert sheet.overlap(CopyPlacement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
 
 
 def test_kutzbach_of_marks_is_a_lower_bound():
@@ -154,7 +154,7 @@ def test_rigid_creases_are_the_flat_ones():
 
 
 def test_any_other_rigid_crease_loses_the_fold():
-    element = next(iter(elements("triangle", 10)))
+    element = next(iter(elements_of_designs("triangle", 10)))
     linkage = element.linkage
     for hinge in range(linkage.n_hinges):
         held = linkage.folded.copy()
@@ -163,12 +163,12 @@ def test_any_other_rigid_crease_loses_the_fold():
 
 
 def test_elements_of_ten_triangles_are_the_8r_element():
-    (first, second) = elements("triangle", 10)
+    (first, second) = elements_of_designs("triangle", 10)
     regular = eight_r(Parameters(alpha=math.pi / 3))
     assert same_class(first.pattern) == same_class(second.pattern) == same_class(regular)
     assert (first.dof, first.locked, first.name) == (2, False, "triangle:0123434501:1")
     with pytest.raises(HcsearchError, match="even number"):
-        list(elements("triangle", 9))
+        list(elements_of_designs("triangle", 9))
 
 
 # isosceles triangles
@@ -187,19 +187,21 @@ def test_scalene_triangles_fold_no_circuit_of_ten_but_one_of_eighteen():
     scalene = [tuple(map(math.radians, angles)) for angles in itertools.permutations((50.0, 61.0, 69.0))]
     kinds = {}
     for n in (10, 14, 18):
-        for folding in untwisted("triangle", n):
-            for angles, kind in itertools.product(scalene, (PARALLELOGRAM, KITE)):
-                pattern = with_triangles(folding, angles, kind)
+        for folding in untwisted_foldings_of("triangle", n):
+            for angles, kind in itertools.product(scalene, (PARALLELOGRAM_KIND, KITE_KIND)):
+                pattern = element_with_triangles(folding, angles, kind)
                 if pattern is not None:
-                    assert freedom(pattern) == 10
+                    assert generic_freedom(pattern) == 10
                     kinds.setdefault(folding.notation, set()).add(kind)
-    assert kinds == {"triangle:012323434345050101:3": {PARALLELOGRAM}}
+    assert kinds == {"triangle:012323434345050101:3": {PARALLELOGRAM_KIND}}
 
 
 def test_equilateral_triangles_are_the_regular_grid():
-    for folding in untwisted("triangle", 14):
+    for folding in untwisted_foldings_of("triangle", 14):
         regular = same_class(folding.pattern((0.05, 0.05, 0.006)))
-        assert all(same_class(with_triangles(folding, a, kind)) == regular for _, kind, a in isosceles_shapes(60.0))
+        assert all(
+            same_class(element_with_triangles(folding, a, kind)) == regular for _, kind, a in isosceles_shapes(60.0)
+        )
 
 
 @pytest.mark.parametrize("alpha", [0.0, 90.0, math.nan, -20.0])
@@ -253,13 +255,13 @@ def test_a_crease_in_a_slit_leaves_no_folded_state():
     sheet = CopySheet(element.pattern, lattice=False)
     strict, loose = (
         {congruence_key(rings.marks(ring)): ring for ring in rings.rings()}
-        for rings in (Rings(sheet), Rings(sheet, strict=False))
+        for rings in (CopyRings(sheet), CopyRings(sheet, strict=False))
     )
     assert len(strict) == 3
     assert set(strict) < set(loose)
     for key in set(loose) - set(strict):
         union = overlay([motion.of(element.pattern, sheet.unit) for motion in loose[key]])
-        assert freedom(union) is None
+        assert generic_freedom(union) is None
 
 
 def test_panels_cut_through_each_other_below_45_degrees():
@@ -270,15 +272,15 @@ def test_panels_cut_through_each_other_below_45_degrees():
 
 
 def test_limits_stop_a_search_and_say_so():
-    element = next(iter(elements("triangle", 14)))
-    assert not find_units(element, limits=Limits(unions=5)).complete
-    assert not find_units(element, limits=Limits(seconds=0.0)).complete
+    element = next(iter(elements_of_designs("triangle", 14)))
+    assert not find_units(element, limits=UnitSearchLimits(unions=5)).complete
+    assert not find_units(element, limits=UnitSearchLimits(seconds=0.0)).complete
     (searched, *_) = search_elements([element], max_dof=3)
     assert searched.skipped == "more than 3 degrees of freedom"
 
 
 def test_circuits_of_fourteen_triangles_make_no_units():
-    results = list(search_elements(elements("triangle", 14)))
+    results = list(search_elements(elements_of_designs("triangle", 14)))
     searched = [result for result in results if not result.skipped]
     assert [result.element.dof for result in searched] == [6, 6]
     assert all(result.complete and not result.units for result in searched)
@@ -298,7 +300,7 @@ def test_hexagons_around_the_centres_of_triangles_make_the_same_units():
 
 
 def test_two_6r_elements_in_a_column_are_no_unit():
-    element = next(iter(elements("square", 8)))
+    element = next(iter(elements_of_designs("square", 8)))
     assert same_class(element.pattern) == same_class(element_6r(SQUARES))
     searched = find_units(element, copies=(2,))
     assert not searched.units

@@ -14,7 +14,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.fold_reading import read_fold
-from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
 from hcsearch.system.terminal import write_notice
 
@@ -57,8 +57,8 @@ def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:
     drawing = read_fold(path)
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
-    design = recognise(drawing)
-    return design.circuit, list(design.creases) if design.assigned else None, sized(design, drawing)
+    design = recognise_design(drawing)
+    return design.circuit, list(design.creases) if design.assigned else None, drawn_panel_size(design, drawing)
 
 
 def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, list[int] | None]:

@@ -58,7 +58,7 @@ from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.play import play_of_deployment
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hcsearch.api.enumerating import crew_of, search_of
+from hcsearch.api.enumerating import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.designs.grid import Array, Grid
 from hcsearch.search.enumeration import ArraySearch, Search, count_array
-from hcsearch.search.pipeline import Counted, count_designs, counting_seconds, duration
-from hcsearch.search.pipeline.run import Announce, Progress
+from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
+from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
 
 
 @dataclass(frozen=True)
-class Count:
+class CircuitCount:
     """How many circuits a search has, all and up to symmetry, of those that are kept.
 
     search : what was counted. circuits, classes : their number, and that up to symmetry.
@@ -35,9 +35,9 @@ def count(
     keep: Keep = "all",
     jobs: int | None = None,
     scheduler: str | None = None,
-    progress: Progress | None = None,
-    announce: Announce | None = None,
-) -> Count:
+    progress: RunProgress | None = None,
+    announce: AnnounceSentence | None = None,
+) -> CircuitCount:
     """Count the circuits of all arrays of n cells, or of one array, as `hcsearch count` does.
 
     grid, n, array, keep, jobs, scheduler, progress, announce : as in `enumerate_into`.
@@ -48,18 +48,18 @@ def count(
     (1072, 149)
     """
     check_kinds(count, locals())
-    search, crew = search_of(grid, n, array, keep), crew_of(jobs, scheduler)
+    search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     one = isinstance(search, ArraySearch) and keep == "all"
     if scheduler is not None and one:
         raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
     crew.check()
     seconds = None if keep == "all" else counting_seconds(search)
     if seconds is not None and announce is not None:
-        announce(f"about {duration(seconds)} of core time to count")
+        announce(f"about {duration_text(seconds)} of core time to count")
     if one:
         assert isinstance(search, ArraySearch)
         totals = count_array(search.array, progress)
-        counted = Counted(totals.classes, totals.circuits)
+        counted = DesignCount(totals.classes, totals.circuits)
     else:
         counted = count_designs(search, keep, crew, progress)
-    return Count(search, keep, counted.circuits, counted.classes)
+    return CircuitCount(search, keep, counted.circuits, counted.classes)

@@ -14,21 +14,21 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import with_size
 from hcsearch.search.enumeration import ArraySearch, Search, search_all
 from hcsearch.search.pipeline import (
-    Crew,
     Funnel,
     Plan,
     RunSummary,
-    check_room,
-    estimate,
+    WorkerPool,
+    check_disk_room,
+    estimate_run,
     finished_shards,
     run_dry,
     run_into,
 )
-from hcsearch.search.pipeline.run import Announce, Progress
+from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
 from hcsearch.search.stages.order import STAGES, check_keep
 from hcsearch.system.machine import usable_cores
 
-JOBS_PER_CORE = 4
+MAX_JOBS_PER_CORE = 4
 """Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
 
 
@@ -57,8 +57,8 @@ def enumerate_into(
     budget: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
-    progress: Progress | None = None,
-    announce: Announce | None = None,
+    progress: RunProgress | None = None,
+    announce: AnnounceSentence | None = None,
 ) -> Funnel:
     """Search all arrays of n cells, or one array, and store the designs in a database, as `hcsearch enumerate` does.
 
@@ -94,7 +94,7 @@ def enumerate_into(
     return run_enumeration(plan, db, progress, announce).summary.funnel
 
 
-def search_of(grid: str | Grid | None, n: int | None, array: str | Array | None, keep: str) -> Search:
+def chosen_search(grid: str | Grid | None, n: int | None, array: str | Array | None, keep: str) -> Search:
     """The search of all arrays of n cells, or of one array, for the designs that are kept."""
     if (n is None) == (array is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
@@ -109,19 +109,19 @@ def search_of(grid: str | Grid | None, n: int | None, array: str | Array | None,
     return search_all(own, int(n), keep)  # NumPy's numbers cannot be stored as JSON
 
 
-def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
+def chosen_workers(jobs: int | None, scheduler: str | None) -> WorkerPool:
     """Who works: processes of this machine, all its cores unless given, or a Dask cluster."""
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
     if jobs is not None and jobs < 1:
         raise HcsearchError(f"--jobs {jobs} is too few: give 1 or more, or leave it out")
     cores = usable_cores()
-    most = JOBS_PER_CORE * cores
+    most = MAX_JOBS_PER_CORE * cores
     if jobs is not None and jobs > most:
         raise HcsearchError(
             f"--jobs {jobs} is more than four processes a core, of {cores} cores: give {most} at most, or leave it out"
         )
-    return Crew(jobs or cores, scheduler)
+    return WorkerPool(jobs or cores, scheduler)
 
 
 def plan_enumeration(
@@ -139,7 +139,7 @@ def plan_enumeration(
     scheduler: str | None = None,
 ) -> Plan:
     """Plan a run of `enumerate_into` and check it; the parameters are the same."""
-    search, crew = search_of(grid, n, array, keep), crew_of(jobs, scheduler)
+    search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     last = list(STAGES)[-1] if until is None else until
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
@@ -153,8 +153,8 @@ def plan_enumeration(
 def run_enumeration(
     plan: Plan,
     db: Place | None = None,
-    progress: Progress | None = None,
-    announce: Announce | None = None,
+    progress: RunProgress | None = None,
+    announce: AnnounceSentence | None = None,
     *,
     dry: bool = False,
 ) -> Enumeration:
@@ -165,11 +165,11 @@ def run_enumeration(
     """
     tell = announce or _ignore
     location = database_location(db)
-    expected = estimate(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
+    expected = estimate_run(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
     if expected is not None:
         tell(expected.sentence(plan.crew))
         if not dry:
-            check_room(expected, location)
+            check_disk_room(expected, location)
     if dry:
         return Enumeration(plan, run_dry(plan, progress, tell), None)
     with writing_database(db, create=True) as database:

@@ -15,10 +15,10 @@ from hcsearch.cases.names import Place
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.export.export_files import export_files, settings_of
-from hcsearch.export.formats import format_of
+from hcsearch.export.export_files import checked_export_settings, export_files
+from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import Scene
-from hcsearch.system.outputs import check_output, replacing
+from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
 
 
@@ -47,14 +47,14 @@ def save(
     ['sheet.svg']
     """
     check_kinds(save, locals())
-    wanted = format_of(str(path), format)
-    chosen = replace(settings_of(wanted, settings), stem=Path(path).stem)
+    wanted = export_format_of(str(path), format)
+    chosen = replace(checked_export_settings(wanted, settings), stem=Path(path).stem)
     check_output(path)
     named = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
     exported, files = export_files(what, wanted, chosen, motion, db, **named)
     paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
     with ExitStack() as stack:
         for place, content in zip(paths, files.values(), strict=True):
-            stack.enter_context(replacing(place)).write_bytes(content)
+            stack.enter_context(replacing_file(place)).write_bytes(content)
     write_notice(exported.sentence)
     return paths

@@ -14,7 +14,7 @@ MAX_PLANNED_PANELS = 12
 """Panels of a folding whose motion is planned for a notebook: of larger ones that takes long, and `replay` does it."""
 
 
-def html_of(value: object) -> str | None:
+def notebook_value_html(value: object) -> str | None:
     """Return the HTML of a value; None where the notebook has its picture or its text alone."""
     match value:
         case Folding():

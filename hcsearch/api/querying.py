@@ -10,7 +10,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
 from hcsearch.cases.names import Place, Query, reading_database, writing_database
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.search.ranking import Ranked, complete_weights, rank_designs, save_ranks
+from hcsearch.search.ranking import RankedDesigns, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database
 
 if TYPE_CHECKING:
@@ -83,19 +83,19 @@ def rank(
         raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
     import pandas as pd  # noqa: PLC0415 - as above
 
-    with opened(db, to_write=save) as database:
-        ranked = rank_in(database, query, weights or {}, scene, panel, save=save)
+    with open_existing(db, to_write=save) as database:
+        ranked = rank_in_database(database, query, weights or {}, scene, panel, save=save)
     table = pd.DataFrame(list(ranked.result.rows), columns=list(ranked.result.columns)).astype({"pareto": bool})
     shown = table[table["pareto"]].reset_index(drop=True) if pareto else table
     return shown if limit is None else shown.head(limit)
 
 
-def opened(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
+def open_existing(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
     """A database that there is, open to write, or to read alone."""
     return writing_database(db, create=False) if to_write else reading_database(db)
 
 
-def rank_in(
+def rank_in_database(
     database: Database,
     query: str,
     weights: Mapping[str, float],
@@ -103,7 +103,7 @@ def rank_in(
     panel: str | None,
     *,
     save: bool,
-) -> Ranked:
+) -> RankedDesigns:
     """The designs of an open database in their order; save : store their scores."""
     chosen = complete_weights(weights)
     asked = scene_asked_for(database, scene, panel, query=query)

@@ -15,7 +15,7 @@ from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import CaseSubject
 from hcsearch.cases.names import Place
 from hcsearch.cases.replay_sources import ReplaySource
-from hcsearch.system.lazy import names_of
+from hcsearch.system.lazy import names_in_stub
 
 REFERENCE_TITLE = """# Reference of the Python names
 
@@ -43,10 +43,10 @@ _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
 """How docstrings describe parameters and fields: `name : text.`"""
 
 
-def reference() -> str:
+def reference_page() -> str:
     """The document."""
     parts = [REFERENCE_TITLE]
-    for group, names in names_of("hcsearch").items():
+    for group, names in names_in_stub("hcsearch").items():
         parts.append(f"\n## {group}\n")
         parts += [_entry(name, getattr(import_module(module), name)) for name, module in names.items()]
     parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")
@@ -131,4 +131,4 @@ def _code(text: str) -> str:
 
 
 if __name__ == "__main__":
-    print(reference(), end="")
+    print(reference_page(), end="")

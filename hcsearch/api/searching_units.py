@@ -8,8 +8,13 @@ from contextlib import nullcontext
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.names import Place, writing_database
-from hcsearch.library.unit_search.elements import Element, elements, isosceles_elements
-from hcsearch.library.unit_search.unit_search import Limits, Searched, UnitSearchProgress, search_elements
+from hcsearch.library.unit_search.elements import Element, elements_of_designs, isosceles_elements
+from hcsearch.library.unit_search.unit_search import (
+    ElementSearchResult,
+    UnitSearchLimits,
+    UnitSearchProgress,
+    search_elements,
+)
 from hcsearch.store import record_units
 
 DEFAULT_COPY_COUNTS = (2, 4)
@@ -28,7 +33,7 @@ def search_units(
     seconds: float | None = None,
     db: Place | None = None,
     progress: UnitSearchProgress | None = None,
-) -> Iterator[tuple[Searched, int]]:
+) -> Iterator[tuple[ElementSearchResult, int]]:
     """Search for units made of copies of each element of n panels, as `hcsearch units` does.
 
     Gives what is found of each element, and how many of its units a database did not hold before.
@@ -39,7 +44,7 @@ def search_units(
     db : a database in which units are stored.
     """
     check_kinds(search_units, locals())
-    limits = Limits(most) if seconds is None else Limits(most, seconds)
+    limits = UnitSearchLimits(most) if seconds is None else UnitSearchLimits(most, seconds)
     with nullcontext() if db is None else writing_database(db, create=True) as database:
         searched = search_elements(
             _elements(grid, n, alpha), max_dof=max_dof, copies=tuple(copies), limits=limits, progress=progress
@@ -51,7 +56,7 @@ def search_units(
 
 def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
     if alpha is None:
-        return elements(grid, n)
+        return elements_of_designs(grid, n)
     if grid != "triangle":
         raise HcsearchError("--alpha is the base angle of triangles: give --grid triangle, or leave it out")
     return isosceles_elements(n, alpha)

@@ -35,7 +35,7 @@ def serve(
         if find_spec(name) is None:
             raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
     from hcsearch.web.serve.requests import is_local  # noqa: PLC0415 - needs the extra `serve`
-    from hcsearch.web.serve.server import open_socket, run, socket_address  # noqa: PLC0415 - as above
+    from hcsearch.web.serve.server import open_socket, run_server, socket_address  # noqa: PLC0415 - as above
 
     place = database_location(db)
     with open_readonly(place, timeout=STATEMENT_SECONDS) as database:
@@ -45,7 +45,7 @@ def serve(
             if not is_local(host):
                 write_notice(f"warning: whoever reaches {host} can read this database; there is no password")
             sentence = f"{socket_address(listening, host)} shows {database.location}; Ctrl-C ends it"
-            run(
+            run_server(
                 database,
                 place,
                 listening,

@@ -17,8 +17,8 @@ FOLDING_STATUSES = (*STATUSES, "twisted")
 DESIGN_STATUSES = (*FOLDING_STATUSES, "no_folding")
 """Statuses of a design."""
 
-Evidence = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
-EVIDENCE: tuple[Evidence, ...] = get_args(Evidence)
+StatusEvidence = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
+STATUS_EVIDENCE: tuple[StatusEvidence, ...] = get_args(StatusEvidence)
 """What stands behind the status of a folding: a deployment by springs; a path, proved or not; a search that met none;
 a proof that loops and stops, or panels too, keep both ends apart, or that no hinge can leave an end; its twist."""
 

@@ -19,7 +19,7 @@ from hcsearch.scenes.looks import SceneVariant, setup_of_variant
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.drives import Drives, drives_in
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.store import StoredPath, StoredVerdict

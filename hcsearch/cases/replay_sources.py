@@ -25,7 +25,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason
 from hcsearch.store import Database, StoredPath, find_paths
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 
 def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
@@ -111,7 +111,7 @@ def replay_of_path(
     at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
     at, states = _without_repeats(at, np.asarray(states, float))
     kept, error = thin_states(at, states, near)
-    proved = "not proved" if margin is None else f"proved with {short(1e3 * margin, 2)} mm of play on every face"
+    proved = "not proved" if margin is None else f"proved with {short_number(1e3 * margin, 2)} mm of play on every face"
     return Replay(
         linkage=linkage,
         labels=labels_of(linkage, design=design),

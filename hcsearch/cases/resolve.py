@@ -33,10 +33,10 @@ from hcsearch.store import (
     find_verdict,
     scene_names,
 )
-from hcsearch.store.failures import again
+from hcsearch.store.failures import retry_if_changed
 
 
-@again
+@retry_if_changed
 def resolve(
     what: CaseSubject | Case,
     db: Place | None = None,

@@ -23,7 +23,7 @@ from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
 from hcsearch.cli.identify import identify
-from hcsearch.cli.options import examples
+from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.prove import prove, verify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
@@ -71,7 +71,7 @@ class _Commands(click.Group):
 @click.group(
     cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch enumerate --grid hex --n 12", "hcsearch query untwisted -s -symmetry --limit 10", "hcsearch show 1174"
     ),
 )

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cli.options import Number, examples
+from hcsearch.cli.options import FiniteNumber, examples_epilog
 from hcsearch.system.outputs import check_output, write_output
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     pass
@@ -19,7 +19,7 @@ _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch assembly list",
         "hcsearch assembly unit-ii --alpha 70 --base 30 --thickness 10 --picture unit-ii.svg",
         "hcsearch assembly array-6r 3x2 --json",
@@ -27,11 +27,11 @@ _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 )
 @click.argument("name", metavar="NAME|list")
 @click.argument("size", required=False)
-@click.option("--alpha", type=Number(), metavar="DEGREES", help="The base angle of isosceles triangles, degrees.")
-@click.option("--base", type=Number(), metavar="MM", help="The base of isosceles triangles, mm.")
-@click.option("--thickness", type=Number(), metavar="MM", help="The thickness of all panels, mm.")
-@click.option("--side", type=Number(), metavar="MM", help="The side of squares, or the length of rectangles, mm.")
-@click.option("--width", type=Number(), metavar="MM", help="The width of rectangles, mm.")
+@click.option("--alpha", type=FiniteNumber(), metavar="DEGREES", help="The base angle of isosceles triangles, degrees.")
+@click.option("--base", type=FiniteNumber(), metavar="MM", help="The base of isosceles triangles, mm.")
+@click.option("--thickness", type=FiniteNumber(), metavar="MM", help="The thickness of all panels, mm.")
+@click.option("--side", type=FiniteNumber(), metavar="MM", help="The side of squares, or the length of rectangles, mm.")
+@click.option("--width", type=FiniteNumber(), metavar="MM", help="The width of rectangles, mm.")
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the results as JSON; undecided values are null, with the reason."
 )
@@ -112,7 +112,7 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return short(value, 6)
+        return short_number(value, 6)
     if isinstance(value, list | tuple):
         return " ".join(map(_text, value))
     if isinstance(value, dict):

@@ -10,8 +10,8 @@ import click
 
 from hcsearch.basics.vocabulary import millimetres, play_sentence
 from hcsearch.cli.cases import case_options, circuit_options
-from hcsearch.cli.options import examples
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.machine import default_database
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch check pattern.fold",
         "hcsearch check hex:0234435011",
         "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged",
@@ -47,7 +47,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     from hcsearch.designs.folding import no_folding_reason
 
     named = case_options(options)
-    with Meter("folding") as meter:
+    with ProgressMeter("folding") as meter:
         checked = checking.check(name, progress=meter, **named)
     if as_json:
         click.echo(json.dumps(_facts(checked), indent=2, allow_nan=False))

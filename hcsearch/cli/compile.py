@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import click
 
-from hcsearch.cli.options import examples
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 
 
-@click.command("compile", epilog=examples("hcsearch compile --jobs 2"))
+@click.command("compile", epilog=examples_epilog("hcsearch compile --jobs 2"))
 @click.option("--jobs", type=click.IntRange(1, 16), default=2, show_default=True, help="The number of processes.")
 def compile_(jobs: int) -> None:
     """Compile the numerical parts of the main commands now.
@@ -20,7 +20,7 @@ def compile_(jobs: int) -> None:
     if not compiling.can_compile_ahead():
         click.echo("nothing is compiled beforehand: this version of numba keeps each kernel when it is called first")
         return
-    with Meter("kernel") as meter:
+    with ProgressMeter("kernel") as meter:
         done = compiling.compile_kernels(jobs, meter)
     if done.samples:
         click.echo(f"{done.kernels} kernels compiled in {done.seconds:.0f} s")

@@ -5,15 +5,17 @@ from __future__ import annotations
 import click
 
 from hcsearch.basics.vocabulary import Keep
-from hcsearch.cli.options import crew_options, examples, target_options
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import examples_epilog, target_options, worker_options
+from hcsearch.cli.progress import ProgressMeter
 
 
 @click.command(
-    epilog=examples("hcsearch count --grid square --array 12x12", "hcsearch count --grid hex --n 20 --keep untwisted")
+    epilog=examples_epilog(
+        "hcsearch count --grid square --array 12x12", "hcsearch count --grid hex --n 20 --keep untwisted"
+    )
 )
 @target_options
-@crew_options
+@worker_options
 def count(
     grid: str, n: int | None, array_spec: str | None, keep: Keep, jobs: int | None, scheduler: str | None
 ) -> None:
@@ -28,7 +30,7 @@ def count(
     from hcsearch.search.enumeration import ArraySearch
 
     one = array_spec is not None and keep == "all"
-    with Meter("edge" if one else "batch") as meter:
+    with ProgressMeter("edge" if one else "batch") as meter:
         counted = counting.count(
             grid=grid,
             n=n,

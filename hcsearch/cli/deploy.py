@@ -11,14 +11,14 @@ from click.core import ParameterSource
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS
 from hcsearch.cli.cases import resolve_named, subject_options
-from hcsearch.cli.options import examples, json_option
+from hcsearch.cli.options import examples_epilog, json_option
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch deploy hex:0234550132:4 --picture angles.svg",
         "hcsearch deploy thesis-4x4 --formulation penalty",
         "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv",
@@ -130,13 +130,13 @@ def _print(outcome: dict[str, Any]) -> None:
     saved = outcome.pop("saved", None)
     outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
-        shown = "-" if value is None else (short(value, 6) if isinstance(value, float) else value)
+        shown = "-" if value is None else (short_number(value, 6) if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")
     click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")
     for arrival in arrived[:10]:
         hinges = ", ".join(map(str, arrival["hinges"]))
-        what = f"hinge {hinges} {arrival['stop']} at {short(arrival['speed_rad_s'], 3)} rad/s"
-        click.echo(f"{'':24}{short(arrival['time_s'], 6)} s: {what}")
+        what = f"hinge {hinges} {arrival['stop']} at {short_number(arrival['speed_rad_s'], 3)} rad/s"
+        click.echo(f"{'':24}{short_number(arrival['time_s'], 6)} s: {what}")
     if saved is None:
         return
     click.echo("left out")
@@ -144,7 +144,10 @@ def _print(outcome: dict[str, Any]) -> None:
         click.echo(f"  {omission['name']:22}{omission['what']}: {omission['why']}")
         for row in saved:
             if row["name"] == omission["name"]:
-                pairs = [f"{key.replace('_', ' ')} {short(a)} -> {short(b)}" for key, (a, b) in _numbers(row).items()]
+                pairs = [
+                    f"{key.replace('_', ' ')} {short_number(a)} -> {short_number(b)}"
+                    for key, (a, b) in _numbers(row).items()
+                ]
                 click.echo(f"{'':24}{', '.join(pairs)}")
 
 

@@ -9,15 +9,15 @@ import click
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import case_options, folding_options
-from hcsearch.cli.options import Number, examples, json_option
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import check_output
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch drive hex:0234435011:1 --picture drive.svg --output drive.toml",
         "hcsearch deploy drive.toml",
         "hcsearch drive hex:0234435011:1 --rate 0.5 --scene earth",
@@ -26,11 +26,14 @@ from hcsearch.system.terminal import short
 )
 @folding_options
 @click.option(
-    "--rate", type=Number(min=1e-6, max=1e6), metavar="R", help="The greatest rate of any hinge, rad/s.  [default: 1]"
+    "--rate",
+    type=FiniteNumber(min=1e-6, max=1e6),
+    metavar="R",
+    help="The greatest rate of any hinge, rad/s.  [default: 1]",
 )
 @click.option(
     "--acceleration",
-    type=Number(min=1e-6, max=1e6),
+    type=FiniteNumber(min=1e-6, max=1e6),
     metavar="A",
     help="The greatest acceleration of any hinge, rad/s^2.  [default: 5]",
 )
@@ -48,14 +51,14 @@ from hcsearch.system.terminal import short
 )
 @click.option(
     "--firm",
-    type=Number(min=0, max=1),
+    type=FiniteNumber(min=0, max=1),
     metavar="S",
     help="Add driven hinges until the least singular value of the reduced Jacobian reaches S; 0 adds none.  "
     "[default: 0.1]",
 )
 @click.option(
     "--period",
-    type=Number(min=1e-5, max=0.1),
+    type=FiniteNumber(min=1e-5, max=0.1),
     metavar="S",
     help="The time between two updates of the controller, s; drives interpolate between them.  [default: 0.002]",
 )
@@ -96,7 +99,7 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         check_picture(options["picture"])
     chosen = _drive_options(options)
     try:
-        with Meter("step") as meter:
+        with ProgressMeter("step") as meter:
             driven = driving.drive(name, options=chosen, progress=meter, **case_options(options))
     except NoPathError as error:
         said = json.dumps({"verdict": "no drive", "reason": str(error)}, indent=2) if as_json else f"no drive: {error}"
@@ -151,7 +154,7 @@ def _print(outcome: dict[str, Any]) -> None:
     for name, value in outcome.items():
         if name in (*lists, "follows"):
             continue
-        shown = "-" if value is None else (short(value, 6) if isinstance(value, float) else value)
+        shown = "-" if value is None else (short_number(value, 6) if isinstance(value, float) else value)
         if name == "latches":
             shown = (
                 "; ".join(f"{a} until {b} is at {angle:.3g} rad" for a, b, angle in map(dict.values, value)) or "none"

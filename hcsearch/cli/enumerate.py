@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import crew_options, database_option, examples, target_options
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import database_option, examples_epilog, target_options, worker_options
+from hcsearch.cli.progress import ProgressMeter
 
 if TYPE_CHECKING:
     from hcsearch.api.enumerating import Enumeration
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @click.command(
     "enumerate",
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch enumerate --grid hex --n 12", "hcsearch enumerate --grid square --array 6x5 --panel 80x8"
     ),
 )
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     metavar="EFFORTS",
     help="How much to search for the motion of each folding; what is undecided in the database is searched on.",
 )
-@crew_options
+@worker_options
 @click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")
 def enumerate_(
     array_spec: str | None,
@@ -53,7 +53,7 @@ def enumerate_(
     from hcsearch.api.enumerating import plan_enumeration, run_enumeration
 
     plan = plan_enumeration(db, array=array_spec, **given)
-    with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
+    with ProgressMeter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
         done = run_enumeration(plan, db, meter, _announce, dry=dry_run)
     _print_summary(done)
     _announce_none(plan, done.summary.funnel)

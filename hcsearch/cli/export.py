@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from hcsearch.cli.cases import named_options, subject_options
-from hcsearch.cli.options import Number, examples
+from hcsearch.cli.options import FiniteNumber, examples_epilog
 from hcsearch.export.formats import EXPORT_FORMATS
 from hcsearch.export.settings import (
     MAX_KERF_MM,
@@ -20,7 +20,7 @@ from hcsearch.export.settings import (
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch export hex:0234435011:1 --output design.fold",
         "hcsearch export 17:4 --output sheet.dxf --sheet panels --kerf 0.2",
         "hcsearch export thesis-4x4 --motion springs --output motion.csv",
@@ -45,9 +45,15 @@ from hcsearch.export.settings import (
     help="The state of solids; a SHARE of the motion is between 0 (packed) and 1 (flat).",
 )
 @click.option("--sheet", type=click.Choice(SHEET_KINDS), help="Draw the sheet in one piece, or its panels apart.")
-@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MAX_KERF_MM), metavar="MM", help="The width of a cut.")
 @click.option(
-    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="The gap along hinges, for --sheet panels."
+    "--kerf", "kerf_mm", type=FiniteNumber(min=0.0, max=MAX_KERF_MM), metavar="MM", help="The width of a cut."
+)
+@click.option(
+    "--hinge-gap",
+    "hinge_gap_mm",
+    type=FiniteNumber(min=0.0),
+    metavar="MM",
+    help="The gap along hinges, for --sheet panels.",
 )
 @click.option(
     "--profile", type=click.Choice(SHEET_PROFILES), help="Use the colours of laser cutters or of Origami Simulator."
@@ -57,7 +63,7 @@ from hcsearch.export.settings import (
 @click.option(
     "--timestep",
     "timestep_s",
-    type=Number(min=MIN_TIMESTEP_S, max=MAX_TIMESTEP_S),
+    type=FiniteNumber(min=MIN_TIMESTEP_S, max=MAX_TIMESTEP_S),
     metavar="S",
     help="The time step of MuJoCo, s.  [default: the time that deploy simulates / 50000]",
 )

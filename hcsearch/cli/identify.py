@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.basics.errors import printable
-from hcsearch.cli.options import Number, examples
+from hcsearch.cli.options import FiniteNumber, examples_epilog
 
 if TYPE_CHECKING:
     from hcsearch.springs.identification.law_fitting import IdentifiedSpring
@@ -20,7 +20,7 @@ _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hyst
 
 
 @click.group(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch identify spring moments.csv",
         "hcsearch identify damping --inertia 0.0051 --hinges 4 test1.csv test2.csv",
     )
@@ -32,7 +32,7 @@ def identify() -> None:
     """
 
 
-@identify.command(epilog=examples("hcsearch identify spring moments.csv"))
+@identify.command(epilog=examples_epilog("hcsearch identify spring moments.csv"))
 @click.argument("file", metavar="FILE.csv")
 def spring(file: str) -> None:
     """Compute the law of a spring from angles and moments.
@@ -48,12 +48,12 @@ def spring(file: str) -> None:
 
 
 @identify.command(
-    epilog=examples("hcsearch identify damping --inertia 0.0051 --hinges 4 --from 0.2 test1.csv test2.csv")
+    epilog=examples_epilog("hcsearch identify damping --inertia 0.0051 --hinges 4 --from 0.2 test1.csv test2.csv")
 )
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
 @click.option(
     "--inertia",
-    type=Number(),
+    type=FiniteNumber(),
     required=True,
     metavar="I",
     help="The moment of inertia of the block about the hinges, kg m^2.",
@@ -66,8 +66,10 @@ def spring(file: str) -> None:
     metavar="N",
     help="The number of equal hinges that hold the block.",
 )
-@click.option("--rate", type=Number(), metavar="HZ", help="The sampling rate; it takes the place of time_s.")
-@click.option("--from", "start", type=Number(), metavar="SECONDS", help="Leave out measurements before this time.")
+@click.option("--rate", type=FiniteNumber(), metavar="HZ", help="The sampling rate; it takes the place of time_s.")
+@click.option(
+    "--from", "start", type=FiniteNumber(), metavar="SECONDS", help="Leave out measurements before this time."
+)
 def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | None, start: float | None) -> None:
     """Compute the damping of a hinge from free vibrations.
 

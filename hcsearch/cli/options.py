@@ -17,7 +17,7 @@ from hcsearch.system.machine import default_database
 Command = Callable[..., Any]
 
 
-class Number(click.FloatRange):
+class FiniteNumber(click.FloatRange):
     """A finite number, within bounds where there are some: click's own types take `nan` for within them."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
@@ -35,7 +35,7 @@ class Number(click.FloatRange):
         return f"Number({self._describe_range()})"
 
 
-def examples(*commands: str) -> str:
+def examples_epilog(*commands: str) -> str:
     """The last lines of a command's help: examples, each on a line of its own."""
     return "\b\nExample: " + "\n         ".join(commands)  # click keeps the lines that follow the character \b
 
@@ -85,7 +85,7 @@ def target_options(command: Command) -> Command:
     return command
 
 
-def crew_options(command: Command) -> Command:
+def worker_options(command: Command) -> Command:
     """`--jobs` and `--scheduler`: who works."""
     for option in (
         click.option(

@@ -49,7 +49,7 @@ class _CompilingNote:
             click.echo(f"\r{'':79}\r", err=True, nl=False)
 
 
-class Meter:
+class ProgressMeter:
     """A bar on stderr while the block runs; call it with what is done, how much there is, and a note."""
 
     def __init__(self, unit: str) -> None:
@@ -58,7 +58,7 @@ class Meter:
         self._counted = (0, unit)
         self._compiling = _CompilingNote()
 
-    def __enter__(self) -> Meter:
+    def __enter__(self) -> ProgressMeter:
         self._begin()
         return self
 

@@ -7,12 +7,12 @@ from typing import Any
 import click
 
 from hcsearch.cli.cases import case_options, proof_options
-from hcsearch.cli.options import examples
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch prove hex:0234550132:4 --output path.json",
         "hcsearch prove hex:0223335500:4 --output lock.json --panel 100x10",
     ),
@@ -36,7 +36,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     """
     from hcsearch.api import proving
 
-    with Meter("step") as meter:
+    with ProgressMeter("step") as meter:
         meter(0, 1, "proof")
         named = case_options(options) | ({} if budget is None else {"budget": budget})
         certificate = proving.prove(name, output, **named)
@@ -46,7 +46,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
 
 
 @click.command(
-    "verify", epilog=examples("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json")
+    "verify", epilog=examples_epilog("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json")
 )
 @click.argument("path", metavar="FILE")
 def verify(path: str) -> None:

@@ -8,7 +8,7 @@ import click
 
 from hcsearch.basics.errors import printable
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import database_option, examples, query_argument
+from hcsearch.cli.options import database_option, examples_epilog, query_argument
 from hcsearch.store.columns import column_names
 from hcsearch.store.result_files import FORMATS
 from hcsearch.system.outputs import check_output
@@ -17,7 +17,7 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry",
         "hcsearch query 'array=4-4-4 (symmetry>1 or not min_twist=1)'",
         "hcsearch query --sql 'SELECT status, count(*) FROM designs GROUP BY status'",

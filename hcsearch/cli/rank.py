@@ -9,23 +9,24 @@ import click
 
 from hcsearch.basics.errors import QueryError
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import database_option, examples, named_numbers, query_argument
-from hcsearch.store.columns import CRITERIA
+from hcsearch.cli.options import database_option, examples_epilog, named_numbers, query_argument
+from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.store.result_files import FORMATS
 
 if TYPE_CHECKING:
-    from hcsearch.search.ranking import Ranked
+    from hcsearch.search.ranking import RankedDesigns
     from hcsearch.store import Rows
 
 _STYLES = tuple(style for style in FORMATS if style != "parquet")
 _CRITERIA = "\n".join(
     f"  {quantity.name:18}{quantity.better} is better, worth 1/2 at {quantity.half:g} {quantity.unit}".rstrip()
-    for quantity in CRITERIA
+    for quantity in RANKING_CRITERIA
 )
 
 
 @click.command(
-    epilog=examples("hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10") + f"\n\n\b\nCriteria:\n{_CRITERIA}"
+    epilog=examples_epilog("hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10")
+    + f"\n\n\b\nCriteria:\n{_CRITERIA}"
 )
 @query_argument
 @database_option
@@ -62,13 +63,13 @@ def rank(
     of the worths of the criteria below, each from 0 to 1; a missing value is worth 0. Designs that are known not to
     deploy (without a folding, twisted or locked) are left out.
     """
-    from hcsearch.api.querying import opened, rank_in
+    from hcsearch.api.querying import open_existing, rank_in_database
     from hcsearch.search.ranking import complete_weights
     from hcsearch.store import format_rows
 
     chosen = complete_weights(_read(weights))
-    with opened(db, to_write=save) as database:
-        ranked = rank_in(database, condition, chosen, scene, panel, save=save)
+    with open_existing(db, to_write=save) as database:
+        ranked = rank_in_database(database, condition, chosen, scene, panel, save=save)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
     if ranked.left_out:
@@ -88,7 +89,7 @@ def _read(texts: Sequence[str]) -> dict[str, float]:
     return weights
 
 
-def _shown(ranked: Ranked, pareto: bool, limit: int | None, style: str) -> Rows:
+def _shown(ranked: RankedDesigns, pareto: bool, limit: int | None, style: str) -> Rows:
     """What is printed; for people, with the units in the head."""
     from hcsearch.store import Rows
 
@@ -96,6 +97,6 @@ def _shown(ranked: Ranked, pareto: bool, limit: int | None, style: str) -> Rows:
     on_front = names.index("pareto")
     rows = [row for row in ranked.result.rows if row[on_front] or not pareto][:limit]
     if style in ("table", "markdown"):
-        units = {quantity.name: f" ({quantity.unit})" for quantity in CRITERIA if quantity.unit}
+        units = {quantity.name: f" ({quantity.unit})" for quantity in RANKING_CRITERIA if quantity.unit}
         names = tuple(name + units.get(name, "") for name in names)
     return Rows(names, (None,) * len(names), iter([rows] if rows else []))

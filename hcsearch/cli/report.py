@@ -6,10 +6,10 @@ import click
 
 from hcsearch.basics.errors import printable
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import database_option, examples, query_argument
+from hcsearch.cli.options import database_option, examples_epilog, query_argument
 
 
-@click.command(epilog=examples("hcsearch report 'grid=hex n=12' --output hex-12.html"))
+@click.command(epilog=examples_epilog("hcsearch report 'grid=hex n=12' --output hex-12.html"))
 @query_argument
 @database_option
 @scene_options

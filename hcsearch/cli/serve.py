@@ -7,11 +7,11 @@ import signal
 import click
 
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import database_option, examples
+from hcsearch.cli.options import database_option, examples_epilog
 from hcsearch.system.interrupts import exit_interrupted
 
 
-@click.command(epilog=examples("hcsearch serve --db hcsearch.sqlite"))
+@click.command(epilog=examples_epilog("hcsearch serve --db hcsearch.sqlite"))
 @database_option
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="The port; 0 chooses any free one."

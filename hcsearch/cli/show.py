@@ -10,10 +10,10 @@ import click
 from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.basics.vocabulary import play_sentence
 from hcsearch.cli.cases import scene_options
-from hcsearch.cli.options import database_option, examples
+from hcsearch.cli.options import database_option, examples_epilog
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.system.machine import default_database
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch show 17:4", "hcsearch show hex:0234550132", "hcsearch show 17 --html --output design.html"
     )
 )
@@ -81,7 +81,7 @@ def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell:
 
 def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tuple[int, str], Any], db: str) -> None:
     """The paths and the deployments of a folding that a database holds, with the commands that repeat them."""
-    from hcsearch.web.report.reasons import asked_scene, way_option
+    from hcsearch.web.report.reasons import deployment_scene_name, way_option_text
 
     deployed = {(one["crease"], one["base"]): one["pairs"] for one in row["deployments"] if one["status"] == "deploys"}
     for path in row["motions"]:
@@ -93,7 +93,7 @@ def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tupl
         play = f"{path['needed_margin']:.4g} mm of play on every face"
         click.echo(f"  path, {path['scene']}: proved, flat pairs {path['flat_pairs']}, with {play}")
         other = deployed.get((folding.crease, path["scene"]), path["flat_pairs"]) != path["flat_pairs"]
-        way = way_option(path["flat_pairs"]) if other else ""
+        way = way_option_text(path["flat_pairs"]) if other else ""
         where = "" if path["scene"] == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(path['scene'])}"
         click.echo(f"    hcsearch drive {row['id']}:{folding.crease}{where}{_where(db)}{way}")
     for tried in row["deployments"]:
@@ -101,7 +101,7 @@ def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tupl
             click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
             if tried["needed_margin"] is not None:
                 click.echo(f"    {play_sentence(tried['needed_margin'])}")
-            scene = asked_scene(tried, verdicts[folding.crease, tried["base"]])
+            scene = deployment_scene_name(tried, verdicts[folding.crease, tried["base"]])
             click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(scene)}{_where(db)}")
 
 
@@ -155,7 +155,7 @@ def _with_unit(name: str, value: object) -> str:
 
     if find_quantity("designs", name).kind == "boolean":
         return "yes" if value else "no"
-    text = short(value, 6) if isinstance(value, float) else str(value)
+    text = short_number(value, 6) if isinstance(value, float) else str(value)
     return f"{text} {find_quantity('designs', name).unit}".rstrip()
 
 

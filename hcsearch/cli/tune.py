@@ -9,10 +9,10 @@ import click
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import resolve_named, subject_options
-from hcsearch.cli.options import examples, json_option, named_numbers
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import examples_epilog, json_option, named_numbers
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.outputs import check_output, write_output
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog=examples(
+    epilog=examples_epilog(
         "hcsearch tune thesis-4x4 --scene thesis --output springs.toml",
         "hcsearch deploy springs.toml",
         "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10",
@@ -87,7 +87,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     case = resolve_named(name, options)
-    with Meter("set") as meter:
+    with ProgressMeter("set") as meter:
         tuning = tunings.tune(
             case,
             formulation=options["formulation"],
@@ -160,7 +160,7 @@ def _print(tuning: Tuning, case: Case) -> None:
         click.echo(f"{'buy':24}{spring_tuning.shopping_sentence(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
-    click.echo(f"{'seconds':24}{short(tuning.setup.seconds, 6)}")
+    click.echo(f"{'seconds':24}{short_number(tuning.setup.seconds, 6)}")
     click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
     click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]

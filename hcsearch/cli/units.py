@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.basics.errors import printable
-from hcsearch.cli.options import Number, examples
-from hcsearch.cli.progress import Meter
+from hcsearch.cli.options import FiniteNumber, examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
-    from hcsearch.library.unit_search.unit_search import Searched
+    from hcsearch.library.unit_search.unit_search import ElementSearchResult
 
 _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
 
 
 @click.command(
-    epilog=examples("hcsearch units --grid triangle --n 10", "hcsearch units --grid triangle --n 10 --alpha 70")
+    epilog=examples_epilog("hcsearch units --grid triangle --n 10", "hcsearch units --grid triangle --n 10 --alpha 70")
 )
 @click.option("--grid", type=click.Choice(tuple(GRIDS)), required=True, help="The tiling whose cells are the panels.")
 @click.option("--n", type=int, required=True, metavar="N", help="The number of panels of an element.")
-@click.option("--alpha", type=Number(), metavar="DEGREES", help="Use isosceles triangles with this base angle.")
+@click.option("--alpha", type=FiniteNumber(), metavar="DEGREES", help="Use isosceles triangles with this base angle.")
 @click.option(
     "--max-dof", type=click.IntRange(min=1), metavar="D", help="Leave out elements with more degrees of freedom."
 )
@@ -43,7 +43,10 @@ _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", 
     help="The greatest number of unions that are tried for one element.",
 )
 @click.option(
-    "--seconds", type=Number(min=0), metavar="S", help="The greatest time for one element, s.  [default: no limit]"
+    "--seconds",
+    type=FiniteNumber(min=0),
+    metavar="S",
+    help="The greatest time for one element, s.  [default: no limit]",
 )
 @click.option(
     "--db", metavar="PATH|URL", help="The database in which units are stored.  [default: they are only printed]"
@@ -71,7 +74,7 @@ def units(
 
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
     count = new = 0
-    with Meter("union") as meter:
+    with ProgressMeter("union") as meter:
         for result, added in searching_units.search_units(
             grid, n, alpha=alpha, max_dof=max_dof, copies=counts, most=most, seconds=seconds, db=db, progress=meter
         ):
@@ -86,7 +89,7 @@ def units(
         click.echo(f"{count} units{stored}")
 
 
-def _print(result: Searched) -> None:
+def _print(result: ElementSearchResult) -> None:
     element = result.element
     if result.skipped:
         click.echo(f"{element.name}  {result.skipped}")

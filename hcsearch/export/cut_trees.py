@@ -19,14 +19,14 @@ from hcsearch.scenes.laws import Law
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.dynamics.body_trees import Body
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch.springs.dynamics.system import JointDrive
 
 
 @dataclass(frozen=True, eq=False)
-class Joined(ByValue):
+class LinkJoint(ByValue):
     """The joint on which a link hangs: a hinge.
 
     above : number of the other link. axis : unit vector, about which the link turns by the fold angle.
@@ -40,7 +40,7 @@ class Joined(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Link(ByValue):
+class TreeLink(ByValue):
     """A panel, or a part of one that is cut.
 
     whole : whether the panel's shape goes with this link: it is its first part. frame : where its frame lies in the
@@ -52,11 +52,11 @@ class Link(ByValue):
     whole: bool
     frame: Reals
     body: Body
-    joined: Joined | None
+    joined: LinkJoint | None
 
 
 @dataclass(frozen=True, eq=False)
-class Closure(ByValue):
+class LoopClosure(ByValue):
     """Two parts of a panel that move as one: numbers of links, and a point of both in the flat state, m."""
 
     name: str
@@ -75,8 +75,8 @@ class CutTree(ByValue):
 
     linkage: Linkage
     setup: Setup
-    links: tuple[Link, ...]
-    closures: tuple[Closure, ...]
+    links: tuple[TreeLink, ...]
+    closures: tuple[LoopClosure, ...]
     floats: bool
     start: Reals
 
@@ -89,7 +89,7 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
     system, held = compiled.system, setup.held
     shift = int(np.count_nonzero(~compiled.hinged))
     base = system.bodies[shift - 1] if shift else panel_bodies(linkage, setup.density)[held]
-    links = [Link(_panel(labels, held), held, True, np.zeros(3), base, None)]
+    links = [TreeLink(_panel(labels, held), held, True, np.zeros(3), base, None)]
     hinge_of = {int(joint): hinge for hinge, joint in enumerate(compiled.joint_of)}
     parts = {held: 1}
     for i in range(shift, system.n_joints):
@@ -99,17 +99,17 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
         panel = ends.second if ends.first == links[above].panel else ends.first
         parts[panel] = parts.get(panel, 0) + 1
         name = _panel(labels, panel) + ("" if parts[panel] == 1 else f"_part{parts[panel]}")
-        joined = Joined(f"hinge_{labels.hinges[hinge]}", hinge, above, joint.axis, system.drives[i])
-        links.append(Link(name, panel, parts[panel] == 1, joint.point, system.bodies[i], joined))
+        joined = LinkJoint(f"hinge_{labels.hinges[hinge]}", hinge, above, joint.axis, system.drives[i])
+        links.append(TreeLink(name, panel, parts[panel] == 1, joint.point, system.bodies[i], joined))
     closures = tuple(
-        Closure(f"closure_{k}", max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point)
+        LoopClosure(f"closure_{k}", max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point)
         for k, weld in enumerate(system.welds)
     )
     start = compiled.start[compiled.joint_of]
     return CutTree(linkage, setup, tuple(links), closures, bool(shift), start)
 
 
-def line_of(law: Law, name: str) -> tuple[float, float]:
+def linear_law_of(law: Law, name: str) -> tuple[float, float]:
     """Stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for others, naming the hinge."""
     pieces = law.straight.cubics
     if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):

@@ -55,7 +55,7 @@ _CORNERS: dict[str, PlanePoint] = {
 }
 
 
-def strokes(text: str, middle: PlanePoint, height: float, *, underlined: bool = False) -> list[list[PlanePoint]]:
+def digit_strokes(text: str, middle: PlanePoint, height: float, *, underlined: bool = False) -> list[list[PlanePoint]]:
     """Polylines of a text of digits and pluses, of a height, about a point."""
     step = DIGIT_WIDTH_RATIO + DIGIT_SPACE_RATIO
     wide = step * len(text) - DIGIT_SPACE_RATIO
@@ -104,7 +104,7 @@ red, valleys blue, and creases that it does not drive magenta."""
 
 
 @dataclass(frozen=True)
-class Line:
+class SheetLine:
     """A polyline, mm; of a panel or hinge by its label, or of the whole sheet."""
 
     points: tuple[PlanePoint, ...]
@@ -113,26 +113,26 @@ class Line:
 
 
 @dataclass
-class Sheet:
+class CuttingSheet:
     """Lines on layers, from the lower left corner at (0, 0) to width and height, mm."""
 
     width: float = 0.0
     height: float = 0.0
-    lines: dict[str, list[Line]] = field(default_factory=lambda: {name: [] for name in SHEET_LAYERS})
+    lines: dict[str, list[SheetLine]] = field(default_factory=lambda: {name: [] for name in SHEET_LAYERS})
 
     def add(self, layer: str, points: Sequence[PlanePoint], label: str = "", *, closed: bool = False) -> None:
         """Add a polyline."""
-        self.lines[layer].append(Line(tuple((float(x), float(y)) for x, y in points), closed, label))
+        self.lines[layer].append(SheetLine(tuple((float(x), float(y)) for x, y in points), closed, label))
 
     def write(self, text: str, middle: PlanePoint, height: float) -> None:
         """Add a number, engraved about a point; with a line below where it may be read upside down."""
-        for stroke in strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
+        for stroke in digit_strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
             self.add("ENGRAVE", stroke, text)
 
 
-def sheet_of(
+def cutting_sheet_of(
     pattern: Pattern, labels: Labels, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
-) -> Sheet:
+) -> CuttingSheet:
     """The sheet that settings of an export ask for; HcsearchError where they contradict each other."""
     apart = sheet == "panels"
     if profile == "simulator" and (apart or kerf_mm):
@@ -161,11 +161,11 @@ class _Drawn:
         start, end = self.pattern.edges[pair]
         return self.vertices[start], self.vertices[end]
 
-    def whole(self) -> Sheet:
+    def whole(self) -> CuttingSheet:
         """The sheet in one piece."""
         import shapely  # noqa: PLC0415 - takes longer to load than the sheet to draw
 
-        sheet = Sheet()
+        sheet = CuttingSheet()
         outline = shapely.union_all(self._polygons(), grid_size=_GRID)
         for ring in _rings(self._grown(outline)):
             sheet.add("CUT", ring, closed=True)
@@ -178,20 +178,20 @@ class _Drawn:
                 self._number_hinge(sheet, hinge, self.edge(pair), self.radii[pair[0]])
             elif crease is None and self.pattern.panel_of[pair[0]] != self.pattern.panel_of[pair[1]]:
                 slits.append(self.edge(pair))
-        for chain in chains(slits):
+        for chain in chained_edges(slits):
             sheet.add("SLIT", chain)
         for panel, polygon in enumerate(self.panels(self._polygons())):
             self._number_panel(sheet, panel, polygon)
         return _moved_in(sheet)
 
-    def apart(self) -> Sheet:
+    def apart(self) -> CuttingSheet:
         """The panels in rows, in their order."""
         import shapely  # noqa: PLC0415 - as above
 
         facets = self._trimmed()
         polygons, marks, parts = self.panels(facets), self._marks(facets), []
         for panel, polygon in enumerate(polygons):
-            part = Sheet()
+            part = CuttingSheet()
             label = self.labels.panels[panel]
             for ring in _rings(self._grown(polygon)):
                 part.add("CUT", ring, label, closed=True)
@@ -255,23 +255,25 @@ class _Drawn:
                     marks[self.pattern.panel_of[facet]].append((layer, hinge, side, _radius(facets[facet])))
         return marks
 
-    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[PlanePoint, PlanePoint], radius: float) -> None:
+    def _number_hinge(
+        self, sheet: CuttingSheet, hinge: int, edge: tuple[PlanePoint, PlanePoint], radius: float
+    ) -> None:
         """The number of a hinge on the left of its edge, in a facet of a radius."""
         (x, y), (to_x, to_y) = _beside(edge, _NUMBER_INSET * radius, 1.0)
         sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
 
-    def _number_panel(self, sheet: Sheet, panel: int, polygon: Polygon) -> None:
+    def _number_panel(self, sheet: CuttingSheet, panel: int, polygon: Polygon) -> None:
         """The number of a panel in its middle, as large as its facets let it be and its outline."""
         import shapely  # noqa: PLC0415 - as above
 
         label, middle = self.labels.panels[panel], _middle(polygon)
-        reach = max(math.hypot(*point) for stroke in strokes(label, (0.0, 0.0), 1.0) for point in stroke)
+        reach = max(math.hypot(*point) for stroke in digit_strokes(label, (0.0, 0.0), 1.0) for point in stroke)
         room = polygon.exterior.distance(shapely.Point(middle)) / reach
         radius = max(self.radii[facet] for facet in self.pattern.panels[panel])
         sheet.write(label, middle, min(_PANEL_DIGIT * radius, 0.9 * room))
 
 
-def chains(edges: Sequence[tuple[PlanePoint, PlanePoint]]) -> list[list[PlanePoint]]:
+def chained_edges(edges: Sequence[tuple[PlanePoint, PlanePoint]]) -> list[list[PlanePoint]]:
     """Edges joined to polylines as long as they go without a branch; closed ones end where they begin."""
     near: dict[PlanePoint, list[PlanePoint]] = defaultdict(list)
     for a, b in edges:
@@ -353,22 +355,22 @@ def _rings(polygons: Polygon) -> list[list[PlanePoint]]:
     return [list(ring.coords)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
 
 
-def _bounds(sheet: Sheet) -> tuple[float, float, float, float]:
+def _bounds(sheet: CuttingSheet) -> tuple[float, float, float, float]:
     table = np.array([point for lines in sheet.lines.values() for line in lines for point in line.points])
     low, high = table.min(axis=0), table.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _moved_in(sheet: Sheet) -> Sheet:
+def _moved_in(sheet: CuttingSheet) -> CuttingSheet:
     """The sheet with its lower left corner, less the margin, at the origin."""
     return _in_rows([sheet], math.inf)
 
 
-def _in_rows(parts: Sequence[Sheet], width: float) -> Sheet:
+def _in_rows(parts: Sequence[CuttingSheet], width: float) -> CuttingSheet:
     """Parts beside each other in rows from the top, as wide as given at most but for one that is wider."""
-    sheet = Sheet()
-    rows: list[list[tuple[Sheet, float, float, float]]] = []
-    row: list[tuple[Sheet, float, float, float]] = []
+    sheet = CuttingSheet()
+    rows: list[list[tuple[CuttingSheet, float, float, float]]] = []
+    row: list[tuple[CuttingSheet, float, float, float]] = []
     x = 0.0
     for part in parts:
         left, low, right, high = _bounds(part)

@@ -13,11 +13,11 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import EXPORT_FORMATS, FileContent, Format
-from hcsearch.export.settings import SETTING_NAMES, ExportState, Settings
+from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
+from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
 
 
-def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
+def checked_export_settings(wanted: ExportFormat, given: Mapping[str, Any]) -> ExportSettings:
     """Check the settings of an export; HcsearchError for those that the format does not heed."""
     for name in given:
         if name not in SETTING_NAMES:
@@ -28,10 +28,10 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
             raise HcsearchError(
                 f"{wanted.name} takes no {option}: leave it out, or choose {others or 'another format'}"
             )
-    return Settings(**given)
+    return ExportSettings(**given)
 
 
-def check_motion(wanted: Format, by: ReplaySource | None, state: ExportState) -> None:
+def check_export_motion(wanted: ExportFormat, by: ReplaySource | None, state: ExportState) -> None:
     """Refuse a motion that does not exist, or that a format has no place for."""
     if by is not None and by not in get_args(ReplaySource):
         raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(ReplaySource))}")
@@ -40,7 +40,9 @@ def check_motion(wanted: Format, by: ReplaySource | None, state: ExportState) ->
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
 
 
-def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, state: ExportState = "flat") -> Exported:
+def exported_case(
+    case: Case, wanted: ExportFormat, by: ReplaySource | None = None, state: ExportState = "flat"
+) -> Exported:
     """Give a case as a format takes it, with its motion where the format or the state asks for one.
 
     by : where the motion comes from (`replay_case`). HcsearchError where there is no such motion, and for a share of a
@@ -59,12 +61,12 @@ def exported_case(case: Case, wanted: Format, by: ReplaySource | None = None, st
     return Exported(case.title, circuit, case, replay, sentence)
 
 
-def _is_share(wanted: Format, state: ExportState) -> bool:
+def _is_share(wanted: ExportFormat, state: ExportState) -> bool:
     """Whether a state is a share of the motion, which solids alone take."""
     return isinstance(state, float) and "state" in wanted.takes
 
 
-def contents(exported: Exported, wanted: Format, settings: Settings) -> dict[str, bytes]:
+def export_contents(exported: Exported, wanted: ExportFormat, settings: ExportSettings) -> dict[str, bytes]:
     """Make the contents of all files of an export, by what follows the stem of their names; the file itself first."""
     made = wanted.write(exported, settings)
     files: Mapping[str, FileContent] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
@@ -73,8 +75,8 @@ def contents(exported: Exported, wanted: Format, settings: Settings) -> dict[str
 
 def export_files(
     what: str | Folding | Circuit | Case,
-    wanted: Format,
-    settings: Settings,
+    wanted: ExportFormat,
+    settings: ExportSettings,
     motion: ReplaySource | None = None,
     db: Place | None = None,
     **named: Any,
@@ -84,14 +86,14 @@ def export_files(
     named : scene, panel, flat_pairs and values, as of `resolve`.
     """
     wanted.check_installed()
-    check_motion(wanted, motion, settings.state)
+    check_export_motion(wanted, motion, settings.state)
     circuit = _design(what, db) if wanted.of == "array" and motion is None else None
     if circuit is not None:
         exported = Exported(circuit.notation, circuit)
     else:
         case = resolve(what, db, path=motion == "path", **named)
         exported = exported_case(case, wanted, motion, settings.state)
-    return exported, contents(exported, wanted, settings)
+    return exported, export_contents(exported, wanted, settings)
 
 
 def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:

@@ -30,7 +30,7 @@ FacetCorner = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Mesh:
+class CutMesh:
     """A cut pattern.
 
     points : of the vertices (m), in the flat state; those on slits stand there once for each side.
@@ -46,7 +46,7 @@ class Mesh:
     creases: tuple[FacetPair, ...]
 
 
-def mesh_of(pattern: Pattern) -> Mesh:
+def cut_mesh_of(pattern: Pattern) -> CutMesh:
     """The mesh of a pattern.
 
     Corners of facets are one vertex where a chain of creases joins them. A slit whose ends both lie inside gets a
@@ -80,7 +80,7 @@ def mesh_of(pattern: Pattern) -> Mesh:
                 start = whole[-1]  # noqa: PLW2901 - the second half begins there
             edges.append((start, end))
         outlines.append(tuple(whole))
-    return Mesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
+    return CutMesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
 def _sides(pattern: Pattern, pair: FacetPair) -> tuple[FacetCorner, FacetCorner]:
@@ -117,7 +117,7 @@ def fold_of(
     name: str, linkage: Linkage, labels: Labels, circuit: Circuit | None = None, replay: Replay | None = None
 ) -> str:
     """Return the text of a file with a property a line; circuit : None of an assembly."""
-    mesh = mesh_of(linkage.pattern)
+    mesh = cut_mesh_of(linkage.pattern)
     frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
     if replay is not None:
         frames += motion_frames(replay)
@@ -130,7 +130,9 @@ def fold_of(
     return _text(head | write_pattern_frame(mesh, name, linkage.pattern, labels, circuit) | {"file_frames": frames})
 
 
-def write_pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None) -> FoldFrame:
+def write_pattern_frame(
+    mesh: CutMesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None
+) -> FoldFrame:
     """The key frame: the flat pattern, with its assignments, and what only thick panels have."""
     creases = [pattern.creases[pair] for pair in mesh.creases]
     borders = len(mesh.edges) - len(creases)
@@ -161,7 +163,7 @@ def write_pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels,
     return frame
 
 
-def folded_frame(mesh: Mesh, linkage: Linkage) -> FoldFrame:
+def folded_frame(mesh: CutMesh, linkage: Linkage) -> FoldFrame:
     """The sheet folded flat, as if it had no thickness, with the order of its layers.
 
     It inherits from the key frame: in plane, panels fold as the sheet does, and points on hinges stay together.

@@ -1,6 +1,6 @@
 """The formats of exports, each with its writer.
 
-A writer's keywords are the settings that its format heeds (`Settings`). Modules of formats are imported where they
+A writer's keywords are the settings that its format heeds (`ExportSettings`). Modules of formats are imported where they
 write: the command line names formats in its help, and some formats need what an extra installs.
 
 Loads nothing that is heavy: the command line names formats in its help.
@@ -20,9 +20,9 @@ from hcsearch.basics.errors import HcsearchError, OutputError
 if TYPE_CHECKING:
     from hcsearch.designs.circuit import Circuit
     from hcsearch.designs.folding import Folding
-    from hcsearch.export.cutting_sheets import Sheet
+    from hcsearch.export.cutting_sheets import CuttingSheet
     from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import ExportState, Settings, SheetKind, SheetProfile
+    from hcsearch.export.settings import ExportSettings, ExportState, SheetKind, SheetProfile
     from hcsearch.shape.pattern import Pattern
 
 
@@ -53,11 +53,11 @@ def write_dxf(
 
 def _sheet_of(
     exported: Exported, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
-) -> Sheet:
-    from hcsearch.export.cutting_sheets import sheet_of
+) -> CuttingSheet:
+    from hcsearch.export.cutting_sheets import cutting_sheet_of
 
     pattern, labels = exported.linkage.pattern, exported.labels
-    return sheet_of(pattern, labels, sheet=sheet, kerf_mm=kerf_mm, hinge_gap_mm=hinge_gap_mm, profile=profile)
+    return cutting_sheet_of(pattern, labels, sheet=sheet, kerf_mm=kerf_mm, hinge_gap_mm=hinge_gap_mm, profile=profile)
 
 
 def write_animation(exported: Exported) -> str:
@@ -164,7 +164,7 @@ Of several, the first is the file that was asked for.
 
 
 @dataclass(frozen=True)
-class Format:
+class ExportFormat:
     """One format.
 
     name : the word of `--format`. endings : of its files, the usual one first. what : what a file holds, in a phrase.
@@ -192,7 +192,7 @@ class Format:
         parameters = signature(self.writer).parameters.values()
         return frozenset(parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY)
 
-    def write(self, exported: Exported, settings: Settings) -> WrittenFiles:
+    def write(self, exported: Exported, settings: ExportSettings) -> WrittenFiles:
         """Contents of the file, and of any beside it; HcsearchError where what it needs is not installed."""
         self.check_installed()
         return self.writer(exported, **{name: getattr(settings, name) for name in self.takes})
@@ -204,18 +204,18 @@ class Format:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
 
 
-EXPORT_FORMATS: dict[str, Format] = {
+EXPORT_FORMATS: dict[str, ExportFormat] = {
     form.name: form
     for form in (
-        Format(
+        ExportFormat(
             "fold",
             (".fold",),
             "FOLD 1.2: crease pattern and folded states, for origami software",
             write_fold,
             frames=True,
         ),
-        Format("svg", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", write_svg),
-        Format(
+        ExportFormat("svg", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", write_svg),
+        ExportFormat(
             "animation",
             (".svg",),
             "with --format animation: a moving picture",
@@ -223,9 +223,9 @@ EXPORT_FORMATS: dict[str, Format] = {
             of="motion",
             by_name=True,
         ),
-        Format("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
-        Format("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, of="motion"),
-        Format(
+        ExportFormat("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
+        ExportFormat("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, of="motion"),
+        ExportFormat(
             "parquet",
             (".parquet",),
             "the same table",
@@ -234,25 +234,25 @@ EXPORT_FORMATS: dict[str, Format] = {
             extra="parquet",
             needs=("pyarrow",),
         ),
-        Format(
+        ExportFormat(
             "networkx",
             (".json",),
             "the graph of panels, creases and slits, as node-link JSON",
             write_networkx,
             of="array",
         ),
-        Format("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, of="array"),
-        Format("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, of="motion"),
-        Format("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
-        Format("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
-        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", write_step),
-        Format("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", write_mjcf),
-        Format("urdf", (".urdf",), "a tree of links, with a second file of the loops", write_urdf),
+        ExportFormat("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, of="array"),
+        ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, of="motion"),
+        ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
+        ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
+        ExportFormat("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", write_step),
+        ExportFormat("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", write_mjcf),
+        ExportFormat("urdf", (".urdf",), "a tree of links, with a second file of the loops", write_urdf),
     )
 }
 
 
-def format_of(path: str, name: str | None = None) -> Format:
+def export_format_of(path: str, name: str | None = None) -> ExportFormat:
     """The format of a name, or of a file's ending; OutputError where neither says which, or they differ."""
     if name is not None:
         if name not in EXPORT_FORMATS:

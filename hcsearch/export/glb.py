@@ -18,7 +18,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay
-from hcsearch.export.panel_solids import FaceKind, Solid, fan, solid_of
+from hcsearch.export.panel_solids import FaceKind, PanelSolid, fan_triangles, panel_solid_of
 
 GLB_ANIMATION_SECONDS = 4.0
 """How long the animation takes: paths have no time of their own, and deployments are over too soon to be seen."""
@@ -79,7 +79,7 @@ def glb_of(replay: Replay) -> bytes:
         name = f"panel {labels.panels[panel]}"
         nodes.append({"name": name, "mesh": len(meshes), "extras": {"panel": labels.panels[panel]}})
         nodes[above]["children"].append(len(nodes) - 1)
-        meshes.append({"name": name, "primitives": _primitives(solid_of(linkage.pattern, panel), origin, buffer)})
+        meshes.append({"name": name, "primitives": _primitives(panel_solid_of(linkage.pattern, panel), origin, buffer)})
     for node in nodes:
         if not node.get("children", True):
             del node["children"]
@@ -127,7 +127,7 @@ class _Buffer:
         return len(self.accessors) - 1
 
 
-def _primitives(solid: Solid, origin: Reals, buffer: _Buffer) -> list[dict[str, Any]]:
+def _primitives(solid: PanelSolid, origin: Reals, buffer: _Buffer) -> list[dict[str, Any]]:
     """A primitive for each kind of face; corners are not shared between faces, so that edges are sharp."""
     vertices = solid.vertices - origin
     primitives = []
@@ -140,7 +140,7 @@ def _primitives(solid: Solid, origin: Reals, buffer: _Buffer) -> list[dict[str, 
                 continue
             corners = vertices[list(face.corners)]
             first = sum(map(len, points))
-            triangles += fan(tuple(range(first, first + len(corners))))
+            triangles += fan_triangles(tuple(range(first, first + len(corners))))
             points.append(corners)
             normals.append(np.tile(_normal(corners), (len(corners), 1)))
         if points:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers_text
+from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, linear_law_of, numbers_text
 from hcsearch.motion.collision.panel_prisms import check_margin, prisms_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, natural_seconds, setup_of_scene
@@ -87,7 +87,7 @@ def _check_size(tree: CutTree) -> None:
             )
         if link.joined is None:
             continue
-        stiffness, moment = line_of(link.joined.drive.law, link.joined.name)
+        stiffness, moment = linear_law_of(link.joined.drive.law, link.joined.name)
         most = abs(stiffness * tree.start[link.joined.hinge] + moment) / _inertia_at_hinge(link)
         if most > MAX_ACCELERATION:
             raise HcsearchError(
@@ -96,7 +96,7 @@ def _check_size(tree: CutTree) -> None:
             )
 
 
-def _inertia_at_hinge(link: Link) -> float:
+def _inertia_at_hinge(link: TreeLink) -> float:
     """The moment of inertia of a link about its hinge, kg m^2."""
     assert link.joined is not None
     return float(link.joined.axis @ link.body.about(link.frame) @ link.joined.axis)
@@ -160,11 +160,11 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
             Xml.SubElement(element, "geom", mesh=_mesh(link, facet), rgba=_COLOURS[link.panel % 2])
 
 
-def _add_joint(element: Xml.Element, link: Link, actuators: Xml.Element) -> None:
+def _add_joint(element: Xml.Element, link: TreeLink, actuators: Xml.Element) -> None:
     """A hinge: moment = stiffness (angle - springref) + damping rate; a moment without stiffness by an actuator."""
     joined = link.joined
     assert joined is not None
-    stiffness, moment = line_of(joined.drive.law, joined.name)
+    stiffness, moment = linear_law_of(joined.drive.law, joined.name)
     values = {"name": joined.name, "type": "hinge", "axis": numbers_text(joined.axis)}
     values |= {"stiffness": numbers_text(stiffness), "damping": numbers_text(joined.drive.damping)}
     if moment and stiffness:
@@ -216,5 +216,5 @@ def _downwards(tree: CutTree) -> list[int]:
     return hinges
 
 
-def _mesh(link: Link, facet: int) -> str:
+def _mesh(link: TreeLink, facet: int) -> str:
     return f"{link.name}_facet{facet}"

@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 def csv_of(motion: Replay) -> str:
     """Return comma-separated numbers in full digits under a line of names."""
-    return table_of(motion).to_csv(index=False, lineterminator="\n")
+    return motion_table_of(motion).to_csv(index=False, lineterminator="\n")
 
 
 def parquet_of(motion: Replay) -> bytes:
     """Return the same table as a Parquet file."""
     buffer = BytesIO()
-    table_of(motion).to_parquet(buffer, index=False)
+    motion_table_of(motion).to_parquet(buffer, index=False)
     return buffer.getvalue()
 
 
-def table_of(motion: Replay) -> pd.DataFrame:
+def motion_table_of(motion: Replay) -> pd.DataFrame:
     """Return the states of a motion.
 
     Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm` of the nearest

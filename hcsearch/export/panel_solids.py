@@ -18,11 +18,11 @@ from hcsearch.shape.pattern import Pattern
 FaceKind = Literal["top", "bottom", "side", "valley", "mountain"]
 """What a face is: top or bottom of the panel, a wall without a hinge, or one with a hinge on its top or bottom edge."""
 
-MILLIMETRES = 1e3
+MILLIMETRES_PER_METRE = 1e3
 
 
 @dataclass(frozen=True)
-class Face:
+class SolidFace:
     """A plane face: its corners in order, counterclockwise as seen from outside; numbers of vertices."""
 
     side: FaceKind
@@ -30,7 +30,7 @@ class Face:
 
 
 @dataclass(frozen=True, eq=False)
-class Solid(ByValue):
+class PanelSolid(ByValue):
     """A panel: a prism over a polygon that is made of its facets; rigid creases and slits inside it are closed.
 
     points : (n, 2), corners of its facets, m. facets : its facets as numbers of points. outlines : closed walks of
@@ -53,26 +53,26 @@ class Solid(ByValue):
         return np.column_stack([np.vstack([self.points, self.points]), heights])
 
     @property
-    def faces(self) -> list[Face]:
+    def faces(self) -> list[SolidFace]:
         """Bottom and top faces of each facet, and the walls."""
         n = len(self.points)
-        faces = [Face("bottom", tuple(reversed(facet))) for facet in self.facets]
-        faces += [Face("top", tuple(k + n for k in facet)) for facet in self.facets]
+        faces = [SolidFace("bottom", tuple(reversed(facet))) for facet in self.facets]
+        faces += [SolidFace("top", tuple(k + n for k in facet)) for facet in self.facets]
         walls = zip(self.wall.tolist(), self.sides, strict=True)
-        return faces + [Face(side, (a, b, b + n, a + n)) for (a, b), side in walls]
+        return faces + [SolidFace(side, (a, b, b + n, a + n)) for (a, b), side in walls]
 
     @property
     def triangles(self) -> WholeNumbers:
         """The faces as triangles, (n, 3), numbers of vertices."""
-        return np.array([t for face in self.faces for t in fan(face.corners)], np.int64)
+        return np.array([t for face in self.faces for t in fan_triangles(face.corners)], np.int64)
 
 
-def fan(corners: tuple[int, ...]) -> list[tuple[int, int, int]]:
+def fan_triangles(corners: tuple[int, ...]) -> list[tuple[int, int, int]]:
     """Triangles of a convex polygon."""
     return [(corners[0], b, c) for b, c in pairwise(corners[1:])]
 
 
-def solid_of(pattern: Pattern, panel: int) -> Solid:
+def panel_solid_of(pattern: Pattern, panel: int) -> PanelSolid:
     """The solid of a panel; its corners are those of the flat state."""
     faces = [pattern.faces[facet] for facet in pattern.panels[panel]]
     vertices = list(dict.fromkeys(chain.from_iterable(faces)))
@@ -87,7 +87,7 @@ def solid_of(pattern: Pattern, panel: int) -> Solid:
         if crease.face is not None
     }
     wall = sorted((number[a], number[b]) for walk in outlines for a, b in sides_of(walk))
-    return Solid(
+    return PanelSolid(
         np.array([pattern.vertices[vertex] for vertex in vertices]),
         tuple(tuple(number[vertex] for vertex in face) for face in faces),
         tuple(tuple(number[vertex] for vertex in walk) for walk in outlines),
@@ -106,12 +106,12 @@ def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
     return (labels.panel(name),)
 
 
-def placed(pose: Reals, vertices: Reals) -> Reals:
+def placed_vertices(pose: Reals, vertices: Reals) -> Reals:
     """Vertices, (n, 3), where a pose (3, 4) takes them."""
     moved: Reals = vertices @ pose[:, :3].T + pose[:, 3]
     return moved
 
 
-def solids_of(linkage: Linkage) -> list[Solid]:
+def all_panel_solids(linkage: Linkage) -> list[PanelSolid]:
     """The solids of all panels."""
-    return [solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]
+    return [panel_solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.export.panel_solids import MILLIMETRES, Solid, placed, solid_of
+from hcsearch.export.panel_solids import MILLIMETRES_PER_METRE, PanelSolid, panel_solid_of, placed_vertices
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -24,7 +24,7 @@ def stl_of(
     title: str = "",
     panels: Sequence[int] | None = None,
     *,
-    scale: float = MILLIMETRES,
+    scale: float = MILLIMETRES_PER_METRE,
 ) -> bytes:
     """Panels (all unless given) at fold angles (n_hinges,), rad.
 
@@ -32,16 +32,18 @@ def stl_of(
     """
     poses = linkage.poses(angles)
     wanted = range(linkage.n_panels) if panels is None else panels
-    solids = [solid_of(linkage.pattern, panel) for panel in wanted]
+    solids = [panel_solid_of(linkage.pattern, panel) for panel in wanted]
     corners = np.concatenate(
-        [placed(poses[k], solid.vertices)[solid.triangles] for k, solid in zip(wanted, solids, strict=True)]
+        [placed_vertices(poses[k], solid.vertices)[solid.triangles] for k, solid in zip(wanted, solids, strict=True)]
     )
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     records = np.zeros(len(corners), _RECORD)
     records["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     records["corners"] = scale * corners
     # a head that begins with "solid" would be taken for the text format
-    head = f"hcsearch {title}, {'mm' if scale == MILLIMETRES else 'm'}".encode("ascii", "replace")[:80].ljust(80)
+    head = f"hcsearch {title}, {'mm' if scale == MILLIMETRES_PER_METRE else 'm'}".encode("ascii", "replace")[:80].ljust(
+        80
+    )
     return head + struct.pack("<I", len(records)) + bytes(records.tobytes())
 
 
@@ -65,17 +67,17 @@ def threemf_of(
     for number, panel in enumerate(wanted, start=1):
         name = f"panel {labels.panels[panel]}"
         thing = Xml.SubElement(resources, "object", id=str(number), type="model", name=name)
-        _add_mesh(thing, solid_of(linkage.pattern, panel))
+        _add_mesh(thing, panel_solid_of(linkage.pattern, panel))
         # twelve numbers by columns of the 3 x 4 pose: row vectors are multiplied from the left
-        pose = poses[panel] * np.array([1.0, 1.0, 1.0, MILLIMETRES])
+        pose = poses[panel] * np.array([1.0, 1.0, 1.0, MILLIMETRES_PER_METRE])
         Xml.SubElement(build, "item", objectid=str(number), transform=_text(pose.T.ravel()))
     return _package(Xml.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _add_mesh(thing: Xml.Element, solid: Solid) -> None:
+def _add_mesh(thing: Xml.Element, solid: PanelSolid) -> None:
     mesh = Xml.SubElement(thing, "mesh")
     vertices, triangles = Xml.SubElement(mesh, "vertices"), Xml.SubElement(mesh, "triangles")
-    for x, y, z in (MILLIMETRES * solid.vertices).tolist():
+    for x, y, z in (MILLIMETRES_PER_METRE * solid.vertices).tolist():
         Xml.SubElement(vertices, "vertex", x=repr(x), y=repr(y), z=repr(z))
     for a, b, c in solid.triangles.tolist():
         Xml.SubElement(triangles, "triangle", v1=str(a), v2=str(b), v3=str(c))

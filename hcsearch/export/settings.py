@@ -20,7 +20,7 @@ MIN_TIMESTEP_S, MAX_TIMESTEP_S = 1e-9, 1.0
 
 
 @dataclass(frozen=True)
-class Settings:
+class ExportSettings:
     """Settings of an export; lengths in millimetres, as the files have them.
 
     state : in which solids are written. sheet : the sheet in one piece, or its panels apart. kerf_mm : width of a cut,
@@ -45,7 +45,7 @@ class Settings:
     def __post_init__(self) -> None:
         """Check the values, as Python may give others than the command line."""
         if self.state not in get_args(ExportEnd):
-            object.__setattr__(self, "state", read_state(str(self.state)))
+            object.__setattr__(self, "state", read_export_state(str(self.state)))
         _check_word("sheet", self.sheet, SHEET_KINDS)
         _check_word("profile", self.profile, SHEET_PROFILES)
         _check_number("kerf_mm", self.kerf_mm, 0.0, MAX_KERF_MM)
@@ -54,11 +54,11 @@ class Settings:
             _check_number("timestep_s", self.timestep_s, MIN_TIMESTEP_S, MAX_TIMESTEP_S)
 
 
-SETTING_NAMES = tuple(field.name for field in fields(Settings) if field.name != "stem")
+SETTING_NAMES = tuple(field.name for field in fields(ExportSettings) if field.name != "stem")
 """What users set; the stem is known from the name of the file."""
 
 
-def read_state(text: str) -> ExportState:
+def read_export_state(text: str) -> ExportState:
     """The state that a text names; HcsearchError for what is none."""
     if text in get_args(ExportEnd):
         return "flat" if text == "flat" else "folded"

@@ -10,7 +10,7 @@ from io import StringIO
 from itertools import pairwise
 from typing import Any
 
-from hcsearch.export.cutting_sheets import LAYER_COLOURS, Line, Sheet
+from hcsearch.export.cutting_sheets import LAYER_COLOURS, CuttingSheet, SheetLine
 from hcsearch.export.settings import SheetProfile
 
 STROKE_WIDTH = 0.1
@@ -18,7 +18,7 @@ STROKE_WIDTH = 0.1
 _LAYER = '\n <g id="{0}" inkscape:groupmode="layer" inkscape:label="{0}">{1}\n </g>'
 
 
-def svg_of(sheet: Sheet, title: str, profile: SheetProfile) -> str:
+def svg_of(sheet: CuttingSheet, title: str, profile: SheetProfile) -> str:
     """The sheet; every element has its own colour, as some cutters heed no groups."""
     colours = {layer: colour for layer, (colour, _) in LAYER_COLOURS[profile].items()}
     body = _alone(sheet, colours) if profile == "simulator" else _layers(sheet, colours)
@@ -31,7 +31,7 @@ def svg_of(sheet: Sheet, title: str, profile: SheetProfile) -> str:
     )
 
 
-def _layers(sheet: Sheet, colours: dict[str, str]) -> str:
+def _layers(sheet: CuttingSheet, colours: dict[str, str]) -> str:
     """A group for each layer, with a path for each polyline."""
     groups = []
     for layer, lines in sheet.lines.items():
@@ -40,7 +40,7 @@ def _layers(sheet: Sheet, colours: dict[str, str]) -> str:
     return "".join(groups)
 
 
-def _alone(sheet: Sheet, colours: dict[str, str]) -> str:
+def _alone(sheet: CuttingSheet, colours: dict[str, str]) -> str:
     """An element for each piece of a polyline."""
     elements = []
     for layer, lines in sheet.lines.items():
@@ -57,11 +57,11 @@ def _look(colour: str) -> str:
     return f'fill="none" stroke="{colour}" stroke-width="{STROKE_WIDTH}"'
 
 
-def _named(line: Line) -> str:
+def _named(line: SheetLine) -> str:
     return f' data-label="{escape(line.label)}"' if line.label else ""
 
 
-def _data(line: Line, sheet: Sheet) -> str:
+def _data(line: SheetLine, sheet: CuttingSheet) -> str:
     points = " L ".join(f"{_number(x)} {_number(sheet.height - y)}" for x, y in line.points)
     return f'"M {points}{" Z" if line.closed else ""}"'
 
@@ -74,7 +74,7 @@ SCREEN_RATIO = 4.0 / 3.0
 """Width over height of the narrowest window in which the whole sheet is in view."""
 
 
-def dxf_of(sheet: Sheet, profile: SheetProfile) -> str:
+def dxf_of(sheet: CuttingSheet, profile: SheetProfile) -> str:
     """The sheet; lines have the colours of their layers."""
     from ezdxf import units  # noqa: PLC0415 - of an extra
     from ezdxf._options import options  # noqa: PLC0415
@@ -88,7 +88,7 @@ def dxf_of(sheet: Sheet, profile: SheetProfile) -> str:
         options.write_fixed_meta_data_for_testing = stamped
 
 
-def _text(sheet: Sheet, colours: dict[str, tuple[str, int]], document: Any, units: int) -> str:
+def _text(sheet: CuttingSheet, colours: dict[str, tuple[str, int]], document: Any, units: int) -> str:
     from ezdxf.bbox import extents  # noqa: PLC0415
 
     document.units = units

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
+from hcsearch.export.panel_solids import MILLIMETRES_PER_METRE, PanelSolid, panel_solid_of
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -36,7 +36,7 @@ def step_of(
     parts = []
     for panel in wanted:
         name = f"panel {labels.panels[panel]}"
-        parts.append((name, panel, data.part(name, solid_of(linkage.pattern, panel))))
+        parts.append((name, panel, data.part(name, panel_solid_of(linkage.pattern, panel))))
     if panels is None or len(panels) > 1:
         own = data.axes(np.zeros(3), _Z, _X)
         places = [data.placement(poses[panel]) for _, panel, _ in parts]
@@ -84,7 +84,7 @@ class _Data:
         self.add(f"SHAPE_DEFINITION_REPRESENTATION({own},{shape})")
         return definition
 
-    def part(self, name: str, solid: Solid) -> StepPart:
+    def part(self, name: str, solid: PanelSolid) -> StepPart:
         """A panel as a product of its own."""
         axes = self.axes(np.zeros(3), _Z, _X)
         body = self.add(f"MANIFOLD_SOLID_BREP({_text(name)},{_shell(self, solid)})")
@@ -105,7 +105,7 @@ class _Data:
 
     def placement(self, pose: Reals) -> str:
         """Axes where a pose (3, 4) takes those of the flat state."""
-        return self.axes(MILLIMETRES * pose[:, 3], pose[:, 2], pose[:, 0])
+        return self.axes(MILLIMETRES_PER_METRE * pose[:, 3], pose[:, 2], pose[:, 0])
 
     def axes(self, origin: Reals, z: Reals, x: Reals) -> str:
         """A place with two directions; mm."""
@@ -120,9 +120,9 @@ class _Data:
         return self.add(f"DIRECTION('',{_numbers(way)})")
 
 
-def _shell(data: _Data, solid: Solid) -> str:
+def _shell(data: _Data, solid: PanelSolid) -> str:
     """The faces of a panel: bottom and top within its outlines, and a wall at each of their edges."""
-    vertices, n = MILLIMETRES * solid.vertices, len(solid.points)
+    vertices, n = MILLIMETRES_PER_METRE * solid.vertices, len(solid.points)
     used = sorted(set(solid.wall.ravel().tolist()))
     corners = [*used, *(k + n for k in used)]
     points = {k: data.add(f"VERTEX_POINT('',{data.point(vertices[k])})") for k in corners}

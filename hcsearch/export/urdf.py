@@ -11,7 +11,7 @@ import math
 from typing import Any
 from xml.etree import ElementTree as Xml
 
-from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers_text
+from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, numbers_text
 from hcsearch.export.print_formats import stl_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
@@ -25,7 +25,7 @@ UNLIMITED_EFFORT = 1e6
 def urdf_of(linkage: Linkage, labels: Labels, scene: Scene | Setup, title: str, stem: str) -> dict[str, str | bytes]:
     """Files by what follows the stem of their names."""
     tree = cut_tree(linkage, labels, scene)
-    files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_of(tree, title)}
+    files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_json(tree, title)}
     for link in tree.links:
         if link.whole:
             files[_mesh(link)] = stl_of(linkage, linkage.flat, link.name, (link.panel,), scale=1.0)
@@ -54,7 +54,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
     return '<?xml version="1.0"?>\n' + Xml.tostring(root, encoding="unicode") + "\n"
 
 
-def _add_joint(root: Xml.Element, tree: CutTree, link: Link) -> None:
+def _add_joint(root: Xml.Element, tree: CutTree, link: TreeLink) -> None:
     joined = link.joined
     assert joined is not None
     above = tree.links[joined.above]
@@ -73,7 +73,7 @@ def _add_joint(root: Xml.Element, tree: CutTree, link: Link) -> None:
     Xml.SubElement(joint, "dynamics", damping=repr(float(joined.drive.damping)), friction="0.0")
 
 
-def closure_of(tree: CutTree, title: str) -> str:
+def closure_json(tree: CutTree, title: str) -> str:
     """What the tree lacks, as JSON: closures, springs, start, gravity and what is held.
 
     Frames are translations (m) in the frames of their links, which have the axes of the flat state: where both links
@@ -106,7 +106,7 @@ def closure_of(tree: CutTree, title: str) -> str:
     return json.dumps(facts, indent=2, allow_nan=False) + "\n"
 
 
-def _joint_facts(tree: CutTree, link: Link) -> dict[str, Any]:
+def _joint_facts(tree: CutTree, link: TreeLink) -> dict[str, Any]:
     """Spring (as of `dynamics.laws`, N m by rad, towards angle 0), damper and start of the joint of a link."""
     joined = link.joined
     assert joined is not None
@@ -117,7 +117,7 @@ def _joint_facts(tree: CutTree, link: Link) -> dict[str, Any]:
     }
 
 
-def _mesh(link: Link) -> str:
+def _mesh(link: TreeLink) -> str:
     return f".{link.name}.stl"
 
 

@@ -20,8 +20,8 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import QueryError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Result, save_scores, select
-from hcsearch.store.columns import CRITERIA, Better, Quantity
-from hcsearch.store.conditions import nearest
+from hcsearch.store.columns import RANKING_CRITERIA, BetterDirection, Quantity
+from hcsearch.store.conditions import nearest_names_hint
 
 
 def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
@@ -29,10 +29,10 @@ def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
 
     QueryError: a criterion that there is not, a weight that is negative or not finite, or no weight but 0.
     """
-    names = [quantity.name for quantity in CRITERIA]
+    names = [quantity.name for quantity in RANKING_CRITERIA]
     for name, weight in given.items():
         if name not in names:
-            raise QueryError(f"no criterion {name!r}{nearest(name, names)}: weigh {', '.join(names)}")
+            raise QueryError(f"no criterion {name!r}{nearest_names_hint(name, names)}: weigh {', '.join(names)}")
         if not (math.isfinite(weight) and weight >= 0):
             raise QueryError(f"the weight {weight} of {name} is out of range: give 0 or more; 0 leaves it out")
     weights = {name: float(given.get(name, 1.0)) for name in names}
@@ -41,7 +41,7 @@ def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
     return weights
 
 
-def worth(criterion: Quantity, values: NDArray[np.floating[Any]]) -> Reals:
+def criterion_worth(criterion: Quantity, values: NDArray[np.floating[Any]]) -> Reals:
     """Worth of values x of a criterion, x / (x + half) where higher is better, half / (x + half) where lower is.
 
     0 for NaN, a missing value, as for the worst there can be; negative values count as 0. Strictly monotonic but for
@@ -64,14 +64,14 @@ def weighted_score(columns: Mapping[str, NDArray[np.floating[Any]]], weights: Ma
     """
     greatest = max(weights.values())  # divided first: sums of weights may overflow
     total, score = 0.0, np.zeros(())
-    for criterion in CRITERIA:
+    for criterion in RANKING_CRITERIA:
         if weight := weights[criterion.name] / greatest:
-            score = score + weight * worth(criterion, columns[criterion.name])
+            score = score + weight * criterion_worth(criterion, columns[criterion.name])
             total += weight
     return score / total
 
 
-def pareto_front(values: NDArray[np.floating[Any]], better: Sequence[Better]) -> NDArray[np.bool_]:
+def pareto_front(values: NDArray[np.floating[Any]], better: Sequence[BetterDirection]) -> NDArray[np.bool_]:
     """Whether each row is on the front: no other row is as good in all criteria and better in one.
 
     values : shape (n_rows, n_criteria); NaN where a value is missing, which is worse than any value there is.
@@ -87,7 +87,7 @@ def pareto_front(values: NDArray[np.floating[Any]], better: Sequence[Better]) ->
     return front
 
 
-def _levels(column: NDArray[np.floating[Any]], better: Better) -> NDArray[np.float64]:
+def _levels(column: NDArray[np.floating[Any]], better: BetterDirection) -> NDArray[np.float64]:
     """Numbers in the order of worth, the least for a missing value: moocore knows neither NaN nor infinity."""
     known = ~np.isnan(column)
     levels = np.zeros(len(column))
@@ -96,11 +96,11 @@ def _levels(column: NDArray[np.floating[Any]], better: Better) -> NDArray[np.flo
     return levels
 
 
-_NAMES = tuple(quantity.name for quantity in CRITERIA)
+_NAMES = tuple(quantity.name for quantity in RANKING_CRITERIA)
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankedDesigns:
     """The designs that a query selects, without those known not to deploy, best first.
 
     result : columns rank (equal scores share one), id, circuit, score, pareto (1 on the front), and the criteria that
@@ -113,13 +113,13 @@ class Ranked:
 
 def rank_designs(
     database: Database, query: str = "", weights: Mapping[str, float] | None = None, scene: str = DEFAULT_SCENE_NAME
-) -> Ranked:
+) -> RankedDesigns:
     """Rank the designs that a query selects in a scene by the criteria with a positive weight.
 
     weights : 1 for each criterion that is not named; QueryError as in `complete_weights` and `select`.
     """
     chosen = complete_weights(weights or {})
-    counted = [quantity for quantity in CRITERIA if chosen[quantity.name]]
+    counted = [quantity for quantity in RANKING_CRITERIA if chosen[quantity.name]]
     selected = select(database, query, columns=("deployable", "id", "circuit", *_NAMES), sort="id", scene=scene)
     rows = [row for row in selected.rows if row[0] != 0]
     values = np.array([row[3:] for row in rows], float).reshape(len(rows), len(_NAMES))  # None becomes NaN
@@ -138,10 +138,10 @@ def rank_designs(
         )
     ]
     names = ("rank", "id", "circuit", "score", "pareto", *(quantity.name for quantity in counted))
-    return Ranked(Result(names, tuple(ranked)), tuple(row[1] for row in selected.rows if row[0] == 0))
+    return RankedDesigns(Result(names, tuple(ranked)), tuple(row[1] for row in selected.rows if row[0] == 0))
 
 
-def save_ranks(database: Database, ranked: Ranked, scene: str = DEFAULT_SCENE_NAME) -> None:
+def save_ranks(database: Database, ranked: RankedDesigns, scene: str = DEFAULT_SCENE_NAME) -> None:
     """Store the scores in the column `score` of `designs`, in one transaction; NULL for designs that were left out."""
     known = {design: score for _, design, _, score, *_ in ranked.result.rows}
     save_scores(database, known | dict.fromkeys(ranked.left_out), scene)

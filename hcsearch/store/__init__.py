@@ -3,6 +3,6 @@
 The names below are looked up on first use, so that reading `hcsearch.store.columns` (for --help) costs no SQLAlchemy.
 """
 
-from hcsearch.system.lazy import importing
+from hcsearch.system.lazy import lazy_importer
 
-__getattr__ = importing(__name__)
+__getattr__ = lazy_importer(__name__)

@@ -10,18 +10,18 @@ from typing import Literal, NamedTuple
 from hcsearch.basics.vocabulary import (
     DESIGN_STATUSES,
     ENDINGS,
-    EVIDENCE,
     FOLDING_STATUSES,
     KEEPS,
     MOTION_ENDS,
+    STATUS_EVIDENCE,
     UNIT_PATHS,
     VERDICTS,
     WAYS,
 )
 from hcsearch.designs.grid import GRIDS
 
-Kind = Literal["integer", "boolean", "real", "text"]
-Better = Literal["higher", "lower", ""]
+ColumnKind = Literal["integer", "boolean", "real", "text"]
+BetterDirection = Literal["higher", "lower", ""]
 
 
 class Quantity(NamedTuple):
@@ -34,11 +34,11 @@ class Quantity(NamedTuple):
     """
 
     name: str
-    kind: Kind
+    kind: ColumnKind
     unit: str
     meaning: str
     words: tuple[str, ...] = ()
-    better: Better = ""
+    better: BetterDirection = ""
     half: float | None = None
     label: str = ""
 
@@ -84,7 +84,7 @@ _VERDICT = (
     ),
     Quantity(
         *("known", "text", "", "what stands behind the status: a deployment, a path, a search without one, a proof"),
-        words=EVIDENCE,
+        words=STATUS_EVIDENCE,
         label="evidence",
     ),
     Quantity(
@@ -124,7 +124,7 @@ _VERDICT = (
     ),
 )
 
-DESIGNS = (
+DESIGN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the design in this database"),
     Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex", _GRIDS),
     Quantity("n", "integer", "", "number of panels", label="panels"),
@@ -171,7 +171,7 @@ DESIGNS = (
     ),
 )
 
-FOLDINGS = (
+FOLDING_QUANTITIES = (
     Quantity("design_id", "integer", "", "id of the design"),
     Quantity("crease", "integer", "", "first flat crease; crease k joins panels k and k+1"),
     Quantity("opposite", "integer", "", "second flat crease, crease + n/2"),
@@ -203,7 +203,7 @@ _OF_FOLDING = (
     Quantity("crease", "integer", "", "first flat crease of the folding"),
 )
 
-MOTIONS = (
+MOTION_QUANTITIES = (
     *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene"),
     Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", WAYS),
@@ -223,7 +223,7 @@ MOTIONS = (
     Quantity("lock_margin", "real", "mm", "play up to which panels lock it; null of a proof without panels"),
 )
 
-DEPLOYMENTS = (
+DEPLOYMENT_QUANTITIES = (
     *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene that was simulated; `hcsearch deploy --scene` takes it"),
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
@@ -249,7 +249,7 @@ DEPLOYMENTS = (
     Quantity("as_crease", "integer", "", "crease of the congruent folding that was simulated; null where it was"),
 )
 
-RUNS = (
+RUN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the run"),
     Quantity("started", "text", "", "start, ISO 8601, UTC"),
     Quantity("finished", "text", "", "end; null when it was interrupted"),
@@ -273,7 +273,7 @@ RUNS = (
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
 )
 
-UNITS = (
+UNIT_QUANTITIES = (
     Quantity("id", "integer", "", "number of the unit in this database"),
     Quantity("grid", "text", "", "tiling of the element", _GRIDS),
     Quantity("n", "integer", "", "number of panels of the element's circuit"),
@@ -304,7 +304,7 @@ UNITS = (
     Quantity("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),
 )
 
-EVALUATIONS = (
+EVALUATION_QUANTITIES = (
     Quantity("subject", "text", "", "design or assembly, with its sizes"),
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of each hinge's spring, in their order"),
@@ -326,17 +326,17 @@ EVALUATIONS = (
     Quantity("looks", "integer", "", "pairs of panels that were compared"),
 )
 
-CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
+RANKING_CRITERIA = tuple(quantity for quantity in DESIGN_QUANTITIES if quantity.half is not None)
 """What `hcsearch rank` weighs."""
 
 VIEWS = {
-    "designs": DESIGNS,
-    "foldings": FOLDINGS,
-    "motions": MOTIONS,
-    "deployments": DEPLOYMENTS,
-    "runs": RUNS,
-    "units": UNITS,
-    "evaluations": EVALUATIONS,
+    "designs": DESIGN_QUANTITIES,
+    "foldings": FOLDING_QUANTITIES,
+    "motions": MOTION_QUANTITIES,
+    "deployments": DEPLOYMENT_QUANTITIES,
+    "runs": RUN_QUANTITIES,
+    "units": UNIT_QUANTITIES,
+    "evaluations": EVALUATION_QUANTITIES,
 }
 
 

@@ -199,7 +199,7 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 def view_table(view: str, scene: str = DEFAULT_SCENE_NAME) -> FromClause:
     """Return a view, in a scene, as something to select from; QueryError when there is none of that name."""
     if view not in VIEWS:
-        raise QueryError(f"no view {view!r}{nearest(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
+        raise QueryError(f"no view {view!r}{nearest_names_hint(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
     columns: list[ColumnClause[Any]] = [column(quantity.name) for quantity in VIEWS[view]]
     if scene == DEFAULT_SCENE_NAME or view not in SCENIC:
         return table(view, *columns)
@@ -211,7 +211,9 @@ def find_quantity(view: str, name: str) -> Quantity:
     """Return a column of a view; QueryError with the nearest names when there is none."""
     names = [quantity.name for quantity in VIEWS[view]]
     if name not in names:
-        raise QueryError(f"no column {name!r} in {view}{nearest(name, names)}: choose from {', '.join(names)}")
+        raise QueryError(
+            f"no column {name!r} in {view}{nearest_names_hint(name, names)}: choose from {', '.join(names)}"
+        )
     return VIEWS[view][names.index(name)]
 
 
@@ -302,7 +304,7 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
         if quantity.words and sign in ("=", "!=") and value not in quantity.words:
             words = ", ".join(quantity.words)
             raise QueryError(
-                f"{quantity.name} is never {value!r}{nearest(value, quantity.words)}: it is one of {words}"
+                f"{quantity.name} is never {value!r}{nearest_names_hint(value, quantity.words)}: it is one of {words}"
             )
         # Undecodable bytes of a command line arrive as lone surrogates, which no database stores.
         return value.encode(errors="replace").decode()
@@ -332,7 +334,7 @@ def _split_names(names: str | Sequence[str]) -> list[str]:
     return [part.strip() for part in parts if part.strip()]
 
 
-def nearest(name: str, names: Sequence[str]) -> str:
+def nearest_names_hint(name: str, names: Sequence[str]) -> str:
     """Write which names are near to one that there is not, for a refusal; empty where none is."""
     close = get_close_matches(name[:100], names, n=2)  # longer ones are near to nothing, and take long
     return f" (did you mean {' or '.join(close)}?)" if close else ""

@@ -14,7 +14,7 @@ from sqlalchemy.exc import ProgrammingError
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
-from hcsearch.store.failures import ChangedError, detail_of, explained
+from hcsearch.store.failures import FileChangedError, detail_of, explaining_failures
 from hcsearch.store.location import (
     LOCATION_EXAMPLES,
     FileIdentity,
@@ -24,7 +24,13 @@ from hcsearch.store.location import (
     is_filled,
     parse_location,
 )
-from hcsearch.store.migrate import check_revision, current_revision, foreign, refuse_foreign, upgrade_schema
+from hcsearch.store.migrate import (
+    check_revision,
+    current_revision,
+    foreign_database_error,
+    refuse_foreign_database,
+    upgrade_schema,
+)
 from hcsearch.store.schema import SCHEMA_REVISION
 
 LOCK_TIMEOUT = 60.0
@@ -63,15 +69,15 @@ class Database:
         if self.held is not None:
             yield self.held
             return
-        with self._in_place(), explained(self.location, self.path), self.engine.connect() as connection:
+        with self._in_place(), explaining_failures(self.location, self.path), self.engine.connect() as connection:
             try:
                 yield connection
             except BaseException as error:
                 if isinstance(error, Exception) and self._has_changed(connection):
-                    raise ChangedError(self.location) from error
+                    raise FileChangedError(self.location) from error
                 raise
             if self._has_changed(connection):
-                raise ChangedError(self.location)
+                raise FileChangedError(self.location)
 
     def _has_changed(self, connection: Connection) -> bool:
         return self.path is not None and sqlite.is_outdated(self.path, sqlite.opened_stamp(connection))
@@ -86,7 +92,7 @@ class Database:
         if self.readonly:
             raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
         engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE", hcsearch_durable=durable)
-        with self._in_place(), explained(self.location, self.path), engine.begin() as connection:
+        with self._in_place(), explaining_failures(self.location, self.path), engine.begin() as connection:
             yield connection
 
     @contextmanager
@@ -123,7 +129,7 @@ class Database:
         """Close all connections."""
         self.engine.dispose()
         if self.readonly and self.path is not None:
-            sqlite.tidy(self.path)
+            sqlite.remove_empty_log(self.path)
 
     def __enter__(self) -> Database:
         return self
@@ -132,7 +138,7 @@ class Database:
         self.close()
         # What is refused leaves nothing behind.
         if self.made and isinstance(error, HcsearchError) and self.path and file_identity(self.path) == self.identity:
-            sqlite.remove_unused(self.path)
+            sqlite.remove_empty_database(self.path)
 
 
 def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_TIMEOUT) -> Database:
@@ -148,8 +154,8 @@ def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_T
     if place.url is not None:
         return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
-    sqlite.check_version()
-    with explained(place.text, place.path):
+    sqlite.check_sqlite_version()
+    with explaining_failures(place.text, place.path):
         made = not is_filled(place)
         _prepare_file(place, create=create, timeout=timeout)
         identity = file_identity(place.path)
@@ -173,8 +179,8 @@ def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Dat
     if place.url is not None:
         return _open_server(place, create=False, readonly=True, timeout=timeout)
     assert place.path is not None
-    sqlite.check_version()
-    with explained(place.text, place.path):
+    sqlite.check_sqlite_version()
+    with explaining_failures(place.text, place.path):
         if not is_filled(place):
             raise _missing(place)
         check_revision(place.text, _revision(place, timeout) or "", upgradable=False)
@@ -210,7 +216,7 @@ def _revision(place: Location, timeout: float) -> str | None:
     if first_look.version is not None:
         return first_look.version
     if not first_look.empty:
-        raise foreign(place.text)
+        raise foreign_database_error(place.text)
     return None
 
 
@@ -243,7 +249,7 @@ def _open_server(place: Location, *, create: bool, readonly: bool, timeout: floa
         remedy = "install it with pip install 'hcsearch[postgresql]'"
         raise DatabaseError(f"database {place.text} needs the Python module psycopg: {remedy}") from error
     try:
-        with explained(place.text):
+        with explaining_failures(place.text):
             _try_server(engine, place)
             _prepare_server(engine, place, create=create, readonly=readonly)
     except BaseException:
@@ -267,7 +273,7 @@ def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: 
     with engine.connect() as connection:
         revision = current_revision(connection)
         if revision is None:
-            refuse_foreign(connection, place.text)
+            refuse_foreign_database(connection, place.text)
     if revision is None and not create:
         raise _missing(place)
     if revision is not None:

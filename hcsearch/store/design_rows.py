@@ -148,7 +148,7 @@ def _stage_columns(columns: ColumnLists) -> list[str]:
 
 def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first: int) -> list[int]:
     """Update the designs that were there before id `first`, and return the ids of all designs of the batch."""
-    id_of = ids_of(connection, designs.circuit)
+    id_of = ids_of_circuits(connection, designs.circuit)
     ids = [id_of[circuit] for circuit in designs.circuit]
     names = [name for name in columns if name not in ("grid", "n", "circuit")]
     changes = [
@@ -176,7 +176,7 @@ def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[in
         connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
 
 
-def ids_of(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
+def ids_of_circuits(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
     """The ids of the designs of some circuits that are stored."""
     rows = select_rows_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
     return {row.circuit: row.id for row in rows}

@@ -28,7 +28,9 @@ _TRIES = 5
 LOCKED_CODES = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 _WAIT = "is locked by another program: wait until that has finished, then try again"
-NO_LOCKS = "is on a disk that does not lock files, as some network disks: name one on a local disk, or use PostgreSQL"
+NO_LOCKS_MESSAGE = (
+    "is on a disk that does not lock files, as some network disks: name one on a local disk, or use PostgreSQL"
+)
 _FILE_CAUSES = {
     **dict.fromkeys(LOCKED_CODES, _WAIT),
     sqlite3.SQLITE_CORRUPT: "is damaged: restore a copy of it, or salvage its rows with `sqlite3 FILE .recover`",
@@ -63,7 +65,7 @@ _OF_VALUES = "is damaged ({detail}): restore a copy of it, or mend it with `sqli
 _UNREACHED = "cannot be used ({detail}): check that the server runs, has this database, and takes the user and password"
 
 
-class ChangedError(DatabaseError):
+class FileChangedError(DatabaseError):
     """A file that was written to while it was read without locks, so that what was read may be in pieces."""
 
     def __init__(self, location: str) -> None:
@@ -73,13 +75,13 @@ class ChangedError(DatabaseError):
         )
 
 
-def again(read: Callable[P, T]) -> Callable[P, T]:
+def retry_if_changed(read: Callable[P, T]) -> Callable[P, T]:
     """Let a function that only reads, and returns all at once, read again where the file changed meanwhile."""
 
     @wraps(read)
     def reading(*arguments: P.args, **options: P.kwargs) -> T:
         for _ in range(_TRIES):
-            with suppress(ChangedError):
+            with suppress(FileChangedError):
                 return read(*arguments, **options)
         return read(*arguments, **options)
 
@@ -112,7 +114,7 @@ def is_of_values(error: BaseException | None) -> bool:
 
 
 @contextmanager
-def explained(location: str, path: Path | None = None) -> Iterator[None]:
+def explaining_failures(location: str, path: Path | None = None) -> Iterator[None]:
     """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are.
 
     path : of a file. SQLite calls it locked, too, where its disk has no locks.
@@ -146,7 +148,7 @@ def _explain(
     if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
         cause = _LOST
     if primary_code(error) in LOCKED_CODES and path is not None and not locks_files(path.absolute().parent):
-        cause = NO_LOCKS
+        cause = NO_LOCKS_MESSAGE
     if cause is None:
         cause = "cannot be used ({detail}): restore a copy, or name another" + " file" * isinstance(
             error, sqlite3.Error

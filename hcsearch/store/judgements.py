@@ -18,8 +18,8 @@ from hcsearch.basics.vocabulary import Status, Way
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.scenes.looks import SceneVariant
 from hcsearch.store.database import Database
-from hcsearch.store.failures import again
-from hcsearch.store.rows import check_values, parts_of
+from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.rows import check_values, parts_of_ids
 from hcsearch.store.schema import deployment, design, motion, outcome, verdict
 
 MAX_PATH_BYTES = 8 << 20
@@ -56,7 +56,7 @@ class StoredPath(ByValue):
     needed_margin: float | None
 
 
-@again
+@retry_if_changed
 def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME) -> dict[int, int]:
     """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
 
@@ -66,14 +66,14 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SC
     best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
     joined = design.outerjoin(outcome, and_(outcome.c.design_id == design.c.id, outcome.c.scene == scene))
     with database.reading() as connection:
-        for part in parts_of(ids):
+        for part in parts_of_ids(ids):
             statement = sql_select(design.c.id, best).select_from(joined)
             statement = statement.where(design.c.id.in_(part), best.is_not(None))
             creases.update((row[0], row[1]) for row in connection.execute(statement))
     return creases
 
 
-@again
+@retry_if_changed
 def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT_SCENE_NAME) -> StoredVerdict | None:
     """The verdict on the folding of a design in a scene; None where no stage has judged it there."""
     same = [
@@ -114,12 +114,12 @@ def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCEN
     return paths
 
 
-@again
+@retry_if_changed
 def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], scene: str) -> list[Row[Any]]:
     """Columns of the motions of some designs in a scene that have a path, by design and crease."""
     rows: list[Row[Any]] = []
     with database.reading() as connection:
-        for part in parts_of(ids):
+        for part in parts_of_ids(ids):
             wanted = motion.c.design_id.in_(part), motion.c.scene == scene, motion.c.path.is_not(None)
             rows += connection.execute(columns.where(*wanted).order_by(motion.c.design_id, motion.c.crease))
     return rows

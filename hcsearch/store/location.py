@@ -15,7 +15,7 @@ from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from hcsearch.basics.errors import DatabaseError, printable
-from hcsearch.store.failures import NO_LOCKS
+from hcsearch.store.failures import NO_LOCKS_MESSAGE
 from hcsearch.system.machine import locks_files
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
@@ -172,7 +172,7 @@ def check_writable(location: Location) -> None:
             remedy = f"allow writing to {_shown(str(place))}, or name another file"
             raise DatabaseError(f"database {location.text} cannot be written: {remedy}")
     if not locks_files(folder):
-        raise DatabaseError(f"database {location.text} {NO_LOCKS}")
+        raise DatabaseError(f"database {location.text} {NO_LOCKS_MESSAGE}")
 
 
 def _path(location: Location) -> Path:

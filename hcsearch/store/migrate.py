@@ -51,7 +51,7 @@ def upgrade_schema(connection: Connection, location: str) -> None:
     """Bring the database behind a connection to the newest revision; the caller holds the write lock."""
     revision = current_revision(connection)
     if revision is None:
-        refuse_foreign(connection, location)
+        refuse_foreign_database(connection, location)
     if revision is not None:
         check_revision(location, revision, upgradable=True)
     if revision == SCHEMA_REVISION:
@@ -69,13 +69,13 @@ def upgrade_schema(connection: Connection, location: str) -> None:
             raise DatabaseError(f"database {location} cannot be upgraded, rows refer to missing ones: restore a copy")
 
 
-def refuse_foreign(connection: Connection, location: str) -> None:
+def refuse_foreign_database(connection: Connection, location: str) -> None:
     """Refuse a database without a revision of ours, unless it is empty."""
     if inspect(connection).get_table_names():
-        raise foreign(location)
+        raise foreign_database_error(location)
 
 
-def foreign(location: str) -> DatabaseError:
+def foreign_database_error(location: str) -> DatabaseError:
     """Return the refusal of a database that holds something else."""
     return DatabaseError(f"database {location} holds tables of another program: name another database")
 

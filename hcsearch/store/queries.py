@@ -17,15 +17,24 @@ from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, Sce
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import is_panel
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
-from hcsearch.store.columns import Kind
+from hcsearch.store.columns import ColumnKind
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
-from hcsearch.store.failures import again
-from hcsearch.store.rows import FETCH_CHUNK_ROWS, Result, Row, Rows, check_values, checked_rows, chunks_of, refusing
+from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.rows import (
+    FETCH_CHUNK_ROWS,
+    Result,
+    ResultRow,
+    Rows,
+    check_values,
+    checked_rows,
+    chunks_of,
+    raising_query_errors,
+)
 from hcsearch.store.schema import design
 from hcsearch.store.sqlite import PROGRESS_HANDLER_STEPS
 from hcsearch.store.verdicts import scene_names
-from hcsearch.store.views import SCENIC, sql_in
+from hcsearch.store.views import SCENIC, sql_in_scene
 
 # The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
 VIEW_KEYS = {
@@ -64,7 +73,7 @@ def stream(
     check_scene(database, scene, view)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)
     with database.reading() as connection:
-        with refusing():
+        with raising_query_errors():
             cursor = connection.execute(statement, execution_options=_CURSOR)
         # A cursor that is left open in the midst of its rows would keep the file in use.
         with closing(cursor):
@@ -73,8 +82,8 @@ def stream(
 
 
 def _checked(
-    database: Database, names: Sequence[str], kinds: Sequence[Kind | None], chunks: Iterator[Sequence[Row]]
-) -> Iterator[Sequence[Row]]:
+    database: Database, names: Sequence[str], kinds: Sequence[ColumnKind | None], chunks: Iterator[Sequence[ResultRow]]
+) -> Iterator[Sequence[ResultRow]]:
     for chunk in chunks:
         check_values(database.location, names, kinds, chunk)
         yield chunk
@@ -82,7 +91,7 @@ def _checked(
 
 @contextmanager
 def stream_sql(
-    database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT_SCENE_NAME
+    database: Database, sql: str, kinds: Sequence[ColumnKind] = (), scene: str = DEFAULT_SCENE_NAME
 ) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
@@ -94,9 +103,9 @@ def stream_sql(
         raise QueryError("SQL is run on read-only databases: open this one with open_readonly")
     if scene != DEFAULT_SCENE_NAME:
         check_scene(database, scene)
-        sql = sql_in(sql, scene)
+        sql = sql_in_scene(sql, scene)
     with database.reading() as connection:
-        with refusing(own=bool(kinds)):
+        with raising_query_errors(own=bool(kinds)):
             # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything. On a server it
             # becomes the query of a cursor, which can be nothing but one SELECT: COPY could write files there.
             cursor = connection.exec_driver_sql(sql, execution_options={**_CURSOR, "no_parameters": True})
@@ -108,7 +117,7 @@ def stream_sql(
             yield Rows(names, known, _checked(database, names, known, chunks_of(cursor, own=bool(kinds))))
 
 
-@again
+@retry_if_changed
 def select(
     database: Database,
     query: str = "",
@@ -128,8 +137,8 @@ def select(
         return rows.gathered()
 
 
-@again
-def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
+@retry_if_changed
+def select_sql(database: Database, sql: str, kinds: Sequence[ColumnKind] = ()) -> Result:
     """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
 
     database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are to be refused.
@@ -158,7 +167,7 @@ def check_scene(database: Database, scene: str, view: str = "designs") -> None:
     )
 
 
-@again
+@retry_if_changed
 def grids_in(database: Database, query: str = "") -> list[str]:
     """Return the grids that a query may give designs of: those of its conditions that a database has designs of.
 
@@ -189,7 +198,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
     return wanted + [source.c[name] for name in VIEW_KEYS[view]]
 
 
-@again
+@retry_if_changed
 def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) -> dict[str, Any]:
     """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
 
@@ -202,7 +211,7 @@ def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) 
     return rows.pop("designs")[0] | rows
 
 
-@again
+@retry_if_changed
 def find_circuit(database: Database, text: str) -> tuple[int, str]:
     """Return the id and the circuit of the design of an id or a circuit notation; QueryError where there is none."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
@@ -252,7 +261,7 @@ class SlowQueryError(QueryError):
 _STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
 
 
-@again
+@retry_if_changed
 def select_page(
     database: Database,
     query: str = "",
@@ -279,7 +288,7 @@ def select_page(
     names = tuple(quantity.name for quantity in quantities)
     kinds = [find_quantity(view, name).kind for name in identity] + [quantity.kind for quantity in quantities]
     with _limited(database, seconds) as connection:
-        with refusing():
+        with raising_query_errors():
             keys = [tuple(row) for row in connection.execute(found.offset(min(skip, 2**62)).limit(count))]
         if not keys:
             return Result(names, ())
@@ -290,7 +299,7 @@ def select_page(
     return Result(names, tuple(at[row] for row in keys if row in at))
 
 
-@again
+@retry_if_changed
 def count_rows(
     database: Database,
     query: str = "",
@@ -304,7 +313,7 @@ def count_rows(
     source = view_table(view, scene)
     one: ColumnElement[int] = literal_column("1")
     rows = sql_select(one).select_from(source).where(parse_query(query, view, scene)).limit(most)
-    with _limited(database, seconds) as connection, refusing():
+    with _limited(database, seconds) as connection, raising_query_errors():
         return int(connection.execute(sql_select(func.count()).select_from(rows.subquery())).scalar_one())
 
 

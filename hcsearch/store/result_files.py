@@ -18,13 +18,13 @@ from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import QueryError, printable
-from hcsearch.system.outputs import replacing
-from hcsearch.system.terminal import short
+from hcsearch.system.outputs import replacing_file
+from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     import pyarrow
 
-    from hcsearch.store.rows import Row, Rows
+    from hcsearch.store.rows import ResultRow, Rows
 
 
 FORMATS = ("table", "csv", "json", "markdown", "parquet")
@@ -67,7 +67,7 @@ def _csv(rows: Rows) -> Iterator[str]:
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(rows.columns)
     for chunk in rows.chunks:
-        writer.writerows([plain(value) for value in row] for row in chunk)
+        writer.writerows([plain_value(value) for value in row] for row in chunk)
         yield text.take()
     yield text.take()
 
@@ -77,7 +77,9 @@ def _json(rows: Rows) -> Iterator[str]:
     check_names(rows, "json")
     before = "["
     for chunk in rows.chunks:
-        lines = [json.dumps(dict(zip(rows.columns, map(plain, row), strict=True)), ensure_ascii=False) for row in chunk]
+        lines = [
+            json.dumps(dict(zip(rows.columns, map(plain_value, row), strict=True)), ensure_ascii=False) for row in chunk
+        ]
         yield before + ",\n ".join(lines)
         before = ",\n "
     yield "[]\n" if before == "[" else "]\n"
@@ -89,7 +91,7 @@ def check_names(rows: Rows, style: str) -> None:
         raise QueryError(f"two columns have the same name, which {style} cannot hold: rename one with AS")
 
 
-def plain(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
     """Put what SQL knows and the formats do not into words: bytes, and numbers that are infinite."""
     if isinstance(value, bytes):
         return value.hex()
@@ -121,7 +123,7 @@ def _is_number(value: Any) -> bool:
 def _cell(value: Any, style: str) -> str:
     if value is None:
         return "-"
-    text = short(value, 6) if isinstance(value, float) else str(plain(value))
+    text = short_number(value, 6) if isinstance(value, float) else str(plain_value(value))
     # A cell is one line that no terminal acts on, and a bar would end it in markdown.
     text = printable(" ".join(text.splitlines()))
     return text.replace("|", "\\|") if style == "pipe" else text
@@ -146,7 +148,7 @@ def save_rows(rows: Rows, style: str, path: Path) -> None:
 
     OutputError: the file cannot be written, or is a database. QueryError: the style cannot hold the result.
     """
-    with replacing(path) as part:
+    with replacing_file(path) as part:
         if style == "parquet":
             _write_parquet(rows, part)
         else:
@@ -183,18 +185,18 @@ def _column(values: Sequence[Any], kind: pyarrow.DataType) -> pyarrow.Array:
     if kind == pyarrow.float64():
         values = [None if value is None else float(value) for value in values]
     elif kind == pyarrow.string():
-        values = [None if value is None else str(plain(value)) for value in values]
+        values = [None if value is None else str(plain_value(value)) for value in values]
     return pyarrow.array(values, kind)
 
 
-def _groups(chunks: Iterator[Sequence[Row]]) -> Iterator[list[Row]]:
+def _groups(chunks: Iterator[Sequence[ResultRow]]) -> Iterator[list[ResultRow]]:
     rows = chain.from_iterable(chunks)
     while group := list(islice(rows, _GROUP)):
         yield group
 
 
 @contextmanager
-def _typed(rows: Rows, folder: Path) -> Iterator[tuple[list[str], Iterator[Sequence[Row]]]]:
+def _typed(rows: Rows, folder: Path) -> Iterator[tuple[list[str], Iterator[Sequence[ResultRow]]]]:
     """Give the types of the columns before the first row, from all rows where they are not known beforehand."""
     if None not in rows.kinds:
         yield [_KINDS[kind] for kind in rows.kinds if kind is not None], rows.chunks
@@ -215,7 +217,7 @@ def _type(value: Any) -> type:
     return str if type(value) is int and not -(2**63) <= value < 2**63 else type(value)
 
 
-def _spooled(spool: IO[bytes]) -> Iterator[Sequence[Row]]:
+def _spooled(spool: IO[bytes]) -> Iterator[Sequence[ResultRow]]:
     while True:
         try:
             yield pickle.load(spool)

@@ -15,10 +15,10 @@ from sqlalchemy import Column, Connection, CursorResult, Select, func, select
 from sqlalchemy.exc import DBAPIError
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.store.columns import Kind, view_names
+from hcsearch.store.columns import ColumnKind, view_names
 from hcsearch.store.failures import is_of_database, is_of_values, is_refusal
 
-Row = tuple[Any, ...]
+ResultRow = tuple[Any, ...]
 
 _NONE = type(None)
 _TYPES: dict[str, set[type]] = {
@@ -39,7 +39,7 @@ class Result:
     """Names of the columns, and rows of plain values (None for NULL)."""
 
     columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[ResultRow, ...]
 
     def records(self) -> list[dict[str, Any]]:
         """Return each row as its values by the names of their columns."""
@@ -58,24 +58,24 @@ class Rows:
     """
 
     columns: tuple[str, ...]
-    kinds: tuple[Kind | None, ...]
-    chunks: Iterator[Sequence[Row]]
+    kinds: tuple[ColumnKind | None, ...]
+    chunks: Iterator[Sequence[ResultRow]]
 
     def gathered(self) -> Result:
         """All rows at once."""
         return Result(self.columns, tuple(chain.from_iterable(self.chunks)))
 
 
-def parts_of(ids: Sequence[int]) -> Iterator[list[int]]:
+def parts_of_ids(ids: Sequence[int]) -> Iterator[list[int]]:
     """Ids of designs in parts, each for one statement."""
     for first in range(0, len(ids), IDS_PER_STATEMENT):
         yield list(ids[first : first + IDS_PER_STATEMENT])
 
 
-def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[Row]]:
-    """Fetch the rows of a cursor, and fail as `refusing` does where its statement fails on the way."""
+def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[ResultRow]]:
+    """Fetch the rows of a cursor, and fail as `raising_query_errors` does where its statement fails on the way."""
     while True:
-        with refusing(own=own):
+        with raising_query_errors(own=own):
             fetched = cursor.fetchmany(FETCH_CHUNK_ROWS)
         if not fetched:
             return
@@ -86,10 +86,10 @@ def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequen
 
 
 def checked_rows(
-    connection: Connection, location: str, statement: Select[Any], kinds: Sequence[Kind | None]
-) -> list[Row]:
-    """Run a SELECT of this program, and return its rows; the errors are those of `refusing` and `check_values`."""
-    with refusing():
+    connection: Connection, location: str, statement: Select[Any], kinds: Sequence[ColumnKind | None]
+) -> list[ResultRow]:
+    """Run a SELECT of this program, and return its rows; the errors are those of `raising_query_errors` and `check_values`."""
+    with raising_query_errors():
         cursor = connection.execute(statement)
     names = tuple(cursor.keys())
     rows = [row for chunk in chunks_of(cursor) for row in chunk]
@@ -98,7 +98,7 @@ def checked_rows(
 
 
 def check_values(
-    location: str, names: Sequence[str], kinds: Sequence[Kind | None], rows: Iterable[Sequence[Any]]
+    location: str, names: Sequence[str], kinds: Sequence[ColumnKind | None], rows: Iterable[Sequence[Any]]
 ) -> None:
     """Refuse rows with values that their columns cannot hold, which SQLite lets every program store: infinities, too.
 
@@ -127,7 +127,7 @@ def next_id(connection: Connection, location: str, column: Column[int], count: i
     return last + 1
 
 
-def _are(kind: Kind, values: Sequence[Any]) -> bool:
+def _are(kind: ColumnKind, values: Sequence[Any]) -> bool:
     """Whether values are of a kind, or NULL."""
     if not set(map(type, values)) <= _TYPES[kind]:
         return False
@@ -146,7 +146,7 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def refusing(*, own: bool = True) -> Iterator[None]:
+def raising_query_errors(*, own: bool = True) -> Iterator[None]:
     """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault.
 
     own : whether it is a statement of this program. One of a user may make bytes into text, or add up too much.

@@ -12,14 +12,14 @@ from sqlalchemy import ColumnElement, Connection, Integer, Text, and_, bindparam
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import Kind
+from hcsearch.store.columns import ColumnKind
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import insert_designs, insert_rows
-from hcsearch.store.failures import again
+from hcsearch.store.failures import retry_if_changed
 from hcsearch.store.rows import check_values, next_id
 from hcsearch.store.schema import FUNNEL_COLUMNS, batch, design, evaluation, run, score, unit
 
-_KINDS: dict[str, Kind] = {"prefix": "text", "passed": "integer", "n_fixed": "integer", "seconds": "real"}
+_KINDS: dict[str, ColumnKind] = {"prefix": "text", "passed": "integer", "n_fixed": "integer", "seconds": "real"}
 
 
 def start_run(
@@ -159,7 +159,7 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-_EVALUATION_KINDS: list[Kind] = [
+_EVALUATION_KINDS: list[ColumnKind] = [
     "text" if isinstance(column.type, Text) else "integer" if isinstance(column.type, Integer) else "real"
     for column in evaluation.columns
 ]
@@ -183,7 +183,7 @@ def save_scores(database: Database, scores: Mapping[int, float | None], scene: s
             connection.execute(gone, none)
 
 
-@again
+@retry_if_changed
 def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]]:
     """Return all evaluations of a subject, as columns of the table by name; DatabaseError for damaged values."""
     with database.reading() as connection:

@@ -28,14 +28,14 @@ PROGRESS_HANDLER_STEPS = 100_000  # of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
-class FirstLook:
+class FileInspection:
     """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
 
     version: str | None
     empty: bool
 
 
-def check_version() -> None:
+def check_sqlite_version() -> None:
     """DatabaseError where the SQLite of this Python is too old: it calls a good database damaged."""
     if sqlite3.sqlite_version_info < MIN_SQLITE_VERSION:
         needed = ".".join(map(str, MIN_SQLITE_VERSION[:2]))
@@ -45,7 +45,7 @@ def check_version() -> None:
         )
 
 
-def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
+def connect_file(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     """Open a file; mode is `ro`, `rw`, `rwc` or `ro&immutable=1`, timeout the wait for locks in seconds."""
     # Quoted as bytes, so that ?, #, % and names that are not UTF-8 stay part of the path.
     uri = f"file://{quote(os.fsencode(path.absolute()))}?mode={mode}"
@@ -63,7 +63,7 @@ _STAMP = "stamp"
 _TRIES = 5
 
 
-def stamp(path: Path) -> FileStamp:
+def file_stamp_of(path: Path) -> FileStamp:
     """The stamp of a file as it is now, of which this process holds no lock: closing a file gives up all of them."""
     with path.open("rb") as file:
         counter = file.read(28)[24:]
@@ -88,7 +88,7 @@ def sizes_and_times(path: Path) -> tuple[int, ...]:
 
 def is_outdated(path: Path, opened: FileStamp | None) -> bool:
     """Whether a file that was opened without locks, with this stamp, has been written to since; False for others."""
-    return opened is not None and opened != stamp(path)
+    return opened is not None and opened != file_stamp_of(path)
 
 
 def opened_stamp(connection: Connection) -> FileStamp | None:
@@ -97,7 +97,7 @@ def opened_stamp(connection: Connection) -> FileStamp | None:
     return opened
 
 
-def read_header(path: Path, timeout: float) -> FirstLook:
+def read_header(path: Path, timeout: float) -> FileInspection:
     """Look at a file without changing anything on disk, if it is not in use."""
     for _ in range(_TRIES):
         before = _status(path)
@@ -114,7 +114,7 @@ def read_header(path: Path, timeout: float) -> FirstLook:
     return seen
 
 
-def _looked(path: Path, timeout: float) -> FirstLook:
+def _looked(path: Path, timeout: float) -> FileInspection:
     # Where there is the memory of a log, its file may be in use, in this process too. Closing a file that was opened in
     # any other way than by SQLite, with its locks, would give up all locks that this process has on it: another one
     # could then take away the log of a writer that is at work.
@@ -125,7 +125,7 @@ def _looked(path: Path, timeout: float) -> FirstLook:
             return _look(path, "ro&immutable=1", timeout)
         if not _has_our_number(path):
             # Ours has its number before it has a log. A look into the log of another program would leave a -shm.
-            return FirstLook(None, empty=False)
+            return FileInspection(None, empty=False)
     try:
         return _look(path, "ro", timeout)
     except sqlite3.OperationalError as error:
@@ -147,8 +147,8 @@ def _has_our_number(path: Path) -> bool:
         return file.read(72)[68:] == APPLICATION_ID.to_bytes(4, "big")
 
 
-def _look(path: Path, mode: str, timeout: float) -> FirstLook:
-    connection = connect(path, mode, timeout)
+def _look(path: Path, mode: str, timeout: float) -> FileInspection:
+    connection = connect_file(path, mode, timeout)
     try:
         ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION_ID
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
@@ -156,7 +156,7 @@ def _look(path: Path, mode: str, timeout: float) -> FirstLook:
         if ours and VERSION_TABLE in tables:
             newest = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
             version = None if newest is None else str(newest)
-        return FirstLook(version, not tables)
+        return FileInspection(version, not tables)
     finally:
         connection.close()
 
@@ -165,7 +165,7 @@ def writing_engine(path: Path, timeout: float) -> Engine:
     """Return an engine for reading and writing an existing database of ours: write-ahead log, foreign keys checked."""
 
     def creator() -> sqlite3.Connection:
-        connection = connect(path, "rw", timeout)
+        connection = connect_file(path, "rw", timeout)
         _use_write_ahead_log(connection, timeout)
         connection.execute("PRAGMA foreign_keys=ON")
         connection.execute("PRAGMA wal_autocheckpoint=4000")  # pages; at 1000, bulk inserts wait for the disk
@@ -177,7 +177,7 @@ def writing_engine(path: Path, timeout: float) -> Engine:
 
 def upgrading_engine(path: Path, timeout: float) -> Engine:
     """Return an engine that may create the file; foreign keys are off, since altering a table may copy and drop it."""
-    return _engine(lambda: connect(path, "rwc", timeout), QueuePool)
+    return _engine(lambda: connect_file(path, "rwc", timeout), QueuePool)
 
 
 def reading_engine(path: Path, timeout: float) -> Engine:
@@ -189,8 +189,8 @@ def reading_engine(path: Path, timeout: float) -> Engine:
         # SQLite cannot make its shared memory, which holds its locks, where this user must not write. Others may write
         # there, so that the file is looked at around each statement.
         sealed = not os.access(path.absolute().parent, os.W_OK) and not log.exists()
-        opened = stamp(path) if sealed else None
-        connection = connect(path, "ro&immutable=1" if sealed else "ro", timeout)
+        opened = file_stamp_of(path) if sealed else None
+        connection = connect_file(path, "ro&immutable=1" if sealed else "ro", timeout)
         connection.execute("PRAGMA query_only=ON")
         connection.execute("PRAGMA trusted_schema=OFF")
         if opened is not None:
@@ -234,7 +234,7 @@ def read_transaction(connection: Connection) -> Iterator[None]:
         run("ROLLBACK")
 
 
-def tidy(path: Path) -> None:
+def remove_empty_log(path: Path) -> None:
     """Let SQLite remove the empty -wal and the -shm that a reader leaves, unless someone uses the file."""
     log = path.with_name(path.name + "-wal")
     with suppress(OSError, sqlite3.Error):
@@ -242,13 +242,13 @@ def tidy(path: Path) -> None:
         if log.stat().st_size > 0 or not os.access(path, os.W_OK):
             return
         # The last connection to close the file removes them, if it may write; SQLite knows by its locks which is last.
-        with closing(connect(path, "rw", timeout=0)) as connection:
+        with closing(connect_file(path, "rw", timeout=0)) as connection:
             connection.execute("SELECT name FROM sqlite_schema").fetchone()
 
 
-def remove_unused(path: Path) -> None:
+def remove_empty_database(path: Path) -> None:
     """Remove a database of ours that holds no rows, unless someone else uses it."""
-    with suppress(OSError, sqlite3.Error), closing(connect(path, "rw", timeout=0)) as connection:
+    with suppress(OSError, sqlite3.Error), closing(connect_file(path, "rw", timeout=0)) as connection:
         connection.execute("PRAGMA journal_mode=DELETE")  # refused while there are other connections
         connection.execute("BEGIN EXCLUSIVE")
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}

@@ -12,12 +12,12 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.basics.vocabulary import Status
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import VIEWS, Kind, column_names
+from hcsearch.store.columns import VIEWS, ColumnKind, column_names
 from hcsearch.store.conditions import parse_query, view_table
 from hcsearch.store.database import Database
-from hcsearch.store.failures import again
+from hcsearch.store.failures import retry_if_changed
 from hcsearch.store.queries import check_scene, order_of
-from hcsearch.store.rows import Result, checked_rows, parts_of
+from hcsearch.store.rows import Result, checked_rows, parts_of_ids
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
 """The column of a view with rows of all scenes that names the scene whose verdict a row serves."""
@@ -48,7 +48,7 @@ class Summary:
     tried: bool
 
 
-@again
+@retry_if_changed
 def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -> Summary:
     """Count the designs that a query selects, by what is known of them in a scene."""
     check_scene(database, scene)
@@ -57,7 +57,7 @@ def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -
     grid, n, foldings, twist = (designs.c[name] for name in ("grid", "n", "n_foldings", "min_twist"))
     of_each = sql_select(foldings, twist, func.count().label("designs")).where(wanted).group_by(foldings, twist)
     counts = _counts(designs.c).where(wanted)
-    kinds: list[Kind] = [*("integer",) * 8, "text"]
+    kinds: list[ColumnKind] = [*("integer",) * 8, "text"]
     ids = sql_select(designs.c.id).where(wanted)
     with database.reading() as connection:
         rows = partial(checked_rows, connection, database.location)
@@ -99,7 +99,7 @@ def _has_rows(connection: Connection, view: str, scene: str, ids: Select[Any]) -
     return connection.execute(rows.limit(1)).first() is not None
 
 
-@again
+@retry_if_changed
 def rows_of_designs(
     database: Database, view: str, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME
 ) -> list[dict[str, Any]]:
@@ -112,7 +112,7 @@ def rows_of_designs(
         statement = statement.where(source.c[_SCENE_COLUMN[view]] == scene)
     rows: list[tuple[Any, ...]] = []
     with database.reading() as connection:
-        for part in parts_of(ids):
+        for part in parts_of_ids(ids):
             of_part = statement.where(source.c.design_id.in_(part))
             rows += checked_rows(connection, database.location, of_part, kinds)
     return Result(column_names(view), tuple(rows)).records()

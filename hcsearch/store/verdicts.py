@@ -23,9 +23,9 @@ from hcsearch.designs.records import (
     play_of_batch,
 )
 from hcsearch.store.database import Database
-from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of, insert_rows
-from hcsearch.store.failures import again
-from hcsearch.store.rows import parts_of
+from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of_circuits, insert_rows
+from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.rows import parts_of_ids
 from hcsearch.store.runs import insert_results
 from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
 
@@ -45,7 +45,7 @@ def record_scene(database: Database, name: str, values: str) -> None:
             )
 
 
-@again
+@retry_if_changed
 def find_scene(database: Database, name: str) -> str | None:
     """The values of a stored scene as a TOML file; None where there is none of the name."""
     with database.reading() as connection:
@@ -53,7 +53,7 @@ def find_scene(database: Database, name: str) -> str | None:
     return values
 
 
-@again
+@retry_if_changed
 def scene_names(database: Database) -> list[str]:
     """The names of the scenes that were run on a database."""
     with database.reading() as connection:
@@ -105,7 +105,7 @@ def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> 
     statement = select(*columns).select_from(own).where(verdict.c.scene == scene)
     best: dict[int, tuple[int, str]] = {}
     least: dict[int, tuple[float, ...]] = {}
-    for part in parts_of(ids):
+    for part in parts_of_ids(ids):
         for number, crease, status, margin, dof in connection.execute(statement.where(verdict.c.design_id.in_(part))):
             place = (STATUSES.index(status), *(math.inf if v is None else float(v) for v in (margin, dof)), crease)
             if number not in best or place < least[number]:
@@ -134,11 +134,13 @@ def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int
     """Status in a scene, fixed copies and orbit size of some designs."""
     columns = outcome.c.design_id, outcome.c.status, design.c.n_fixed, design.c.array_symmetry, design.c.symmetry
     joined = select(*columns).join(design, design.c.id == outcome.c.design_id).where(outcome.c.scene == name)
-    rows = [row for part in parts_of(ids) for row in connection.execute(joined.where(outcome.c.design_id.in_(part)))]
+    rows = [
+        row for part in parts_of_ids(ids) for row in connection.execute(joined.where(outcome.c.design_id.in_(part)))
+    ]
     return {row[0]: (row[1], row[2], row[3] // row[4]) for row in rows}
 
 
-@again
+@retry_if_changed
 def undecided(database: Database, work: WorkKey, budget: int | None = None) -> list[Undecided]:
     """Foldings of the designs of a run that are undecided in its scene.
 
@@ -165,7 +167,7 @@ def undecided(database: Database, work: WorkKey, budget: int | None = None) -> l
 
 def _ids(connection: Connection, database: Database, circuits: Sequence[str]) -> list[int]:
     """The ids of stored designs."""
-    known = ids_of(connection, circuits)
+    known = ids_of_circuits(connection, circuits)
     if len(known) < len(circuits):
         raise DatabaseError(
             f"database {database.location} is damaged, it lacks {len(circuits) - len(known)} designs that were "

@@ -131,10 +131,10 @@ def select_view_in(view: str, scene: str) -> str:
     # Quoted, because `array` is a reserved word of PostgreSQL.
     columns = {quantity.name: f'{alias}."{quantity.name}"' for quantity in VIEWS[view]} | _EXPRESSIONS[view]
     lines = ",\n".join(f'    {expression} AS "{name}"' for name, expression in columns.items())
-    return f"SELECT\n{lines}\nFROM {source.replace(':scene', literal(scene))}"
+    return f"SELECT\n{lines}\nFROM {source.replace(':scene', sql_literal(scene))}"
 
 
-def sql_in(sql: str, scene: str) -> str:
+def sql_in_scene(sql: str, scene: str) -> str:
     """Return a SELECT of which the views show a scene: subqueries of their names stand before its own.
 
     What is no SELECT, such as EXPLAIN, is left as it is.
@@ -154,6 +154,6 @@ def asks_for(sql: str, *views: str) -> bool:
     return any(re.search(rf"\b{view}\b", sql, re.IGNORECASE) for view in views)
 
 
-def literal(text: str) -> str:
+def sql_literal(text: str) -> str:
     """Write a text as SQL."""
     return "'" + text.replace("'", "''") + "'"

@@ -11,7 +11,7 @@ import traceback
 from multiprocessing.connection import Connection
 
 
-def answer(requests: Connection) -> None:
+def answer_calls(requests: Connection) -> None:
     """Answer calls until there are no more; leave Ctrl-C to the process that started this one, and end with it.
 
     A call comes with its arguments; the answer is whether it was good, and its result or its exception.
@@ -38,7 +38,7 @@ def answer(requests: Connection) -> None:
         return  # nobody asks any more
 
 
-def place_of(error: BaseException) -> str:
+def raising_place_of(error: BaseException) -> str:
     """The line in which an exception was raised, with its module; that in a worker process if it came from there."""
     at_worker = getattr(error, "place", None)
     if isinstance(at_worker, str):
@@ -52,12 +52,12 @@ def place_of(error: BaseException) -> str:
 def _to_be_sent(error: Exception) -> Exception:
     """The exception with its place and its traceback, which are not pickled; a plain one where it cannot be pickled."""
     error.add_note(f"in a worker process:\n{traceback.format_exc()}")
-    error.__dict__["place"] = place_of(error)
+    error.__dict__["place"] = raising_place_of(error)
     try:
         if type(pickle.loads(pickle.dumps(error))) is type(error):
             return error
     except Exception:  # of what the exception holds, or of the way it is made
         pass
     plain = RuntimeError(f"{type(error).__name__}: {error}")
-    plain.__dict__.update({"place": place_of(error), "__notes__": error.__notes__})
+    plain.__dict__.update({"place": raising_place_of(error), "__notes__": error.__notes__})
     return plain

@@ -13,7 +13,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.reading import MAX_INPUT_BYTES, read_text
+from hcsearch.system.reading import MAX_INPUT_BYTES, read_text_file
 
 MIN_MEASURED_VALUE, MAX_MEASURED_VALUE = 1e-30, 1e30
 """Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
@@ -65,7 +65,7 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MAX_INP
     commas, for lines above the names of columns, and for lines with more values than there are columns.
     """
     try:
-        reader = csv.reader(io.StringIO(read_text(path, what, most=most), newline=""))
+        reader = csv.reader(io.StringIO(read_text_file(path, what, most=most), newline=""))
         lines = [(number, row) for number, row in enumerate(reader, 1) if any(map(str.strip, row))]
     except csv.Error as error:
         raise HcsearchError(f"{path} is no table: give a CSV file with a line of column names") from error

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.outputs import PICTURE_SUFFIXES, check_output, replacing
+from hcsearch.system.outputs import PICTURE_SUFFIXES, check_output, replacing_file
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -78,7 +78,7 @@ def figure_for(
     with style.context(["default", own]):
         figure = Figure(figsize=size, layout="constrained")
         yield figure
-        with replacing(path, PICTURE_SUFFIXES) as part:
+        with replacing_file(path, PICTURE_SUFFIXES) as part:
             figure.savefig(part, dpi=dpi)
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 
-INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
+INTERRUPT_MESSAGE = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
 INTERRUPT_EXIT_CODE = 128 + 2  # SIGINT, as shells say it
 
 
-def exit_interrupted(*_signal: object, said: str = INTERRUPTED) -> None:
+def exit_interrupted(*_signal: object, said: str = INTERRUPT_MESSAGE) -> None:
     """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
     try:  # noqa: SIM105 - contextlib takes longer to load
         os.write(2, f"{said}\n".encode())

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 _READ: dict[str, dict[str, dict[str, str]]] = {}
 
 
-def names_of(package: str) -> dict[str, dict[str, str]]:
+def names_in_stub(package: str) -> dict[str, dict[str, str]]:
     """Read the names of a package from its stub: the module of each, by groups."""
     if package not in _READ:
         import ast  # noqa: PLC0415 - as `typing` above
@@ -35,11 +35,11 @@ def names_of(package: str) -> dict[str, dict[str, str]]:
     return _READ[package]
 
 
-def importing(package: str) -> Callable[[str], object]:
+def lazy_importer(package: str) -> Callable[[str], object]:
     """Make the `__getattr__` of a package, which knows `__all__`, too."""
 
     def find(name: str) -> object:
-        modules = {own: module for group in names_of(package).values() for own, module in group.items()}
+        modules = {own: module for group in names_in_stub(package).values() for own, module in group.items()}
         if name == "__all__":
             return sorted(modules)
         if name not in modules:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-View = Callable[[object], str | None]
+HtmlView = Callable[[object], str | None]
 """Returns the HTML of the values that it knows, None of others."""
 
-_VIEWS: list[View] = []
+_VIEWS: list[HtmlView] = []
 
 
-def register_view(view: View) -> None:
+def register_view(view: HtmlView) -> None:
     """Ask a function for the HTML of values, too."""
     if view not in _VIEWS:
         _VIEWS.append(view)

@@ -15,7 +15,7 @@ from hcsearch.basics.errors import HcsearchError, OutputError
 if TYPE_CHECKING:
     import pandas as pd
 
-DEFAULT_FOLDER = "reports"
+DEFAULT_OUTPUT_FOLDER = "reports"
 """The only folder that is made for an output when it is missing, in the current folder."""
 
 TABLE_SUFFIXES = (".csv", ".npz", ".parquet")
@@ -64,7 +64,7 @@ def make_folder(path: str | Path) -> Path:
 
 
 @contextmanager
-def replacing(path: str | Path, endings: tuple[str, ...] = ()) -> Iterator[Path]:
+def replacing_file(path: str | Path, endings: tuple[str, ...] = ()) -> Iterator[Path]:
     """Give the name of a file to write, which takes the place of `path` when the block is done; else it is removed.
 
     Its ending is that of `path`, its mode that of the file which it replaces; through a link, the file itself is
@@ -85,14 +85,14 @@ def replacing(path: str | Path, endings: tuple[str, ...] = ()) -> Iterator[Path]
 
 
 def write_output(path: str | Path, text: str, endings: tuple[str, ...] = ()) -> None:
-    """Write a text as UTF-8 to a file, as `replacing` does; what is no text becomes a question mark."""
-    with replacing(path, endings) as part:
+    """Write a text as UTF-8 to a file, as `replacing_file` does; what is no text becomes a question mark."""
+    with replacing_file(path, endings) as part:
         part.write_bytes(text.encode(errors="replace"))
 
 
 def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] = TABLE_SUFFIXES) -> None:
     """Write a table to a file by its ending; Parquet needs the extra `parquet`."""
-    with replacing(path, endings) as part:
+    with replacing_file(path, endings) as part:
         if part.suffix == ".csv":
             table.to_csv(part, index=False)
         elif part.suffix == ".npz":
@@ -130,7 +130,7 @@ def _target(path: str | Path) -> Path:
 def _check_parent(target: Path, path: str | Path) -> None:
     folder = target.parent
     there = next(place for place in (folder, *folder.parents) if os.path.lexists(place))
-    default = Path(DEFAULT_FOLDER).absolute()
+    default = Path(DEFAULT_OUTPUT_FOLDER).absolute()
     if not there.is_dir() or (there != folder and default not in (folder, *folder.parents)):
         raise OutputError(f"there is no folder {Path(path).parent}: make it, or write to another")
     _check_access(there)

@@ -20,7 +20,7 @@ _STRING = re.compile(
 _LONG_KEY = re.compile(rf"(?:\.[^][{{}}=,.\n]*){{{_MOST_PARTS}}}")
 
 
-def read_text(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES) -> str:
+def read_text_file(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES) -> str:
     """Text of a UTF-8 file, without a byte order mark.
 
     what : what the file should hold, for the message, such as "the table". most : size in bytes that is still read.
@@ -49,8 +49,8 @@ def read_text(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES) -> 
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """Content of a TOML file; InputFileError as of `read_text`, and for what is no TOML."""
-    text = read_text(path)
+    """Content of a TOML file; InputFileError as of `read_text_file`, and for what is no TOML."""
+    text = read_text_file(path)
     try:
         return parse_toml(text)
     except ValueError as error:

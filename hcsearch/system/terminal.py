@@ -18,28 +18,28 @@ def write_notice(sentence: str) -> None:
             print(one_line(sentence), file=sys.stderr)
 
 
-def short(value: float, digits: int = 4) -> str:
+def short_number(value: float, digits: int = 4) -> str:
     """A number to so many digits; only numbers from `MAX_PLAIN_NUMBER` on, and very small ones, have powers of ten."""
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < MAX_PLAIN_NUMBER else text
 
 
-def duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A time for people, to two digits."""
     for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
         if seconds > 1.5 * size:
-            return f"{short(seconds / size, 2)} {unit}"
-    return f"{short(seconds, 2)} seconds"
+            return f"{short_number(seconds / size, 2)} {unit}"
+    return f"{short_number(seconds, 2)} seconds"
 
 
-def number(count: float) -> str:
+def number_text(count: float) -> str:
     """A number to two digits, written out."""
     return f"{float(f'{count:.2g}'):,.0f}"
 
 
-def size(count: float) -> str:
+def bytes_text(count: float) -> str:
     """Bytes, to two digits."""
     for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
         if count > scale:
-            return f"{short(count / scale, 2)} {unit}"
-    return f"{short(count / 1e3, 2)} kB"
+            return f"{short_number(count / scale, 2)} {unit}"
+    return f"{short_number(count / 1e3, 2)} kB"

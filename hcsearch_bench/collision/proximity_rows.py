@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.motion.collision.distances import Proximity, proximal_distances
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch_bench.collision.proofs import search, settle
 from hcsearch_bench.peers import coal_distances

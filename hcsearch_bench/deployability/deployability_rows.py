@@ -17,8 +17,8 @@ from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import SPREAD_SPRING_SETS, scene_variants
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.search.stages.mobility import mobility
-from hcsearch.search.stages.motion import motions
+from hcsearch.search.stages.mobility import mobility_of_batch
+from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch_bench.run.bench import Say
 from hcsearch_bench.subjects.foldings import packed, untwisted
@@ -101,8 +101,8 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
     tally: Counter[str] = Counter()
     best: list[_Best] = []
     for circuits, foldings in packed(untwisted(search, max(1, math.ceil(total / limit)))):
-        known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
-        moves = motions(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
+        known = mobility_of_batch(circuits, foldings, np.zeros(len(foldings), np.int16))
+        moves = motions_of_batch(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
         judged = deploy_foldings(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
         tally.update(_helped(judged, moves, known))
         tally["tight"] += int((moves.margin <= CERTIFIED_MARGINS[0]).sum())

@@ -112,7 +112,7 @@ def draw(results: DynamicsResults, folder: Path) -> None:
 
 def measure(*, quick: bool, repeats: int, say: Say) -> DynamicsResults:
     """Run the whole bench: minutes; `quick`: two subjects, few settings, a tenth of a deployment."""
-    from hcsearch.library.unit_search.elements import untwisted
+    from hcsearch.library.unit_search.elements import untwisted_foldings_of
     from hcsearch_bench.dynamics.case_rows import subject_rows
     from hcsearch_bench.dynamics.deployment_rows import deployment_rows, quick_row
     from hcsearch_bench.dynamics.evaluation_rows import evaluation_rows
@@ -135,7 +135,7 @@ def measure(*, quick: bool, repeats: int, say: Say) -> DynamicsResults:
     checked = []
     for grid, n in QUICK_CHECKED if quick else CHECKED:
         say(f"the quick check: {grid} n = {n}")
-        checked.append(quick_row(f"{grid} n = {n}", list(untwisted(grid, n))))
+        checked.append(quick_row(f"{grid} n = {n}", list(untwisted_foldings_of(grid, n))))
     return DynamicsResults(work, references, deployments, scale, checked)
 
 

@@ -78,7 +78,7 @@ class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
-        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric
+        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric_angles
         from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
         from hcsearch.library.assemblies.named_assembly import Parameters
         from hcsearch.shape.linkage import Linkage
@@ -86,7 +86,7 @@ class KnownUnit:
         self.parameters = Parameters(**parameters)  # type: ignore[arg-type]
         self.pattern = {"I": unit_i, "II": unit_ii}[unit](self.parameters)
         self.linkage = Linkage(self.pattern)
-        self._at = skew_symmetric
+        self._at = skew_symmetric_angles
         parts = joint_parts(self.pattern)
         assert parts is not None
         self.legs = parts == 1

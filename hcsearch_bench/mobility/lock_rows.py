@@ -18,7 +18,7 @@ from hcsearch.designs.twisting import twist_batch
 from hcsearch.motion.locks.end_locks import LockVerdict, lock_at
 from hcsearch.motion.locks.tightness import Tightness, tightness
 from hcsearch.search.enumeration import FoldedSearch
-from hcsearch.search.stages.mobility import mobility
+from hcsearch.search.stages.mobility import mobility_of_batch
 from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.run.bench import Say
 
@@ -148,14 +148,14 @@ def _stage_times(circuits: CircuitBatch, foldings: FoldingBatch, repeats: int) -
     for _ in range(repeats):
         for into, locks in zip(times, (True, False), strict=True):
             begun = time.perf_counter()
-            mobility(circuits, foldings, twists, locks=locks)
+            mobility_of_batch(circuits, foldings, twists, locks=locks)
             into.append(time.perf_counter() - begun)
     return median(times[0]), median(times[1])
 
 
 def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, list[TightRow]]:
     grid, n = circuits.grid, circuits.words.shape[1]
-    stage = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
+    stage = mobility_of_batch(circuits, foldings, np.zeros(len(foldings), np.int16))
     panel = default_panel(grid)
     locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(stage.locked).tolist()]
     ends = [_ends(folding, panel) for folding in locked]

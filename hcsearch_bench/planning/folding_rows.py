@@ -13,8 +13,8 @@ from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.search.stages.mobility import locked_with, locks_of, mobility
-from hcsearch.search.stages.motion import motions
+from hcsearch.search.stages.mobility import locked_in_every_way, locks_with_panel, mobility_of_batch
+from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.subjects.foldings import untwisted
 
@@ -134,14 +134,14 @@ def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene:
     """Settle foldings in a scene, each timed by itself."""
     before = Stopwatch()
     with before:
-        known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
-        locks = locks_of(circuits, foldings, (known.locked, known.locked_hinged), panel_of(scene, group.grid))
-    locked = locked_with(replace(known, locked=locks[0], locked_hinged=locks[1]), scene.flat_pairs)
+        known = mobility_of_batch(circuits, foldings, np.zeros(len(foldings), np.int16))
+        locks = locks_with_panel(circuits, foldings, (known.locked, known.locked_hinged), panel_of(scene, group.grid))
+    locked = locked_in_every_way(replace(known, locked=locks[0], locked_hinged=locks[1]), scene.flat_pairs)
     for i in range(len(foldings)):
         one = slice(i, i + 1)
         watch = Stopwatch()
         with watch:
-            moves = motions(
+            moves = motions_of_batch(
                 circuits,
                 FoldingBatch(foldings.row[one], foldings.crease[one]),
                 (locks[0][one], locks[1][one]),

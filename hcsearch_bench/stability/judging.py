@@ -103,7 +103,7 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
 
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
-    from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+    from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
     from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion, simulate_compiled
     from hcsearch.springs.dynamics.time_integration import simulate_system
 

@@ -12,7 +12,7 @@ from hcsearch.basics.array_values import Reals
 
 if TYPE_CHECKING:
     from hcsearch.shape.linkage import Linkage
-    from hcsearch.springs.deployment.compiling import CompiledScene
+    from hcsearch.springs.deployment.compiled_scene import CompiledScene
 
 
 SIDE = 0.050

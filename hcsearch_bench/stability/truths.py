@@ -18,7 +18,7 @@ from hcsearch.basics.errors import HcsearchError
 if TYPE_CHECKING:
     from hcsearch.basics.vocabulary import Formulation
     from hcsearch.scenes import Scene
-    from hcsearch.springs.deployment.compiling import CompiledScene
+    from hcsearch.springs.deployment.compiled_scene import CompiledScene
     from hcsearch.springs.deployment.simulated_deployment import Deployment
     from hcsearch.springs.dynamics.time_integration import Motion
     from hcsearch_bench.stability.strips import StabilitySubject
@@ -225,7 +225,7 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 @cache
 def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
-    from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+    from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
     from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
     from hcsearch.springs.dynamics.time_integration import simulate_system
 

@@ -15,7 +15,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.dynamics.system import System
 

@@ -12,7 +12,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import divisible
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.search.enumeration import PolygonSearch, Search, search_all
-from hcsearch.search.pipeline import Crew, Funnel, Plan, count_designs, run_dry
+from hcsearch.search.pipeline import Funnel, Plan, WorkerPool, count_designs, run_dry
 from hcsearch_bench.run.bench import Say
 
 T = TypeVar("T")
@@ -164,4 +164,4 @@ def _run(search: Search, keep: str, progress: Progress) -> Funnel:
 
 def _count(search: Search, keep: str, progress: Progress) -> int:
     """The number of designs to keep, without listing them."""
-    return count_designs(search, keep, Crew(), progress).classes
+    return count_designs(search, keep, WorkerPool(), progress).classes

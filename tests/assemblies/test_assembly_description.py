@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, Parameters
-from hcsearch.library.assemblies.description import compare, describe_assembly, stated_parameters
-from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
+from hcsearch.library.assemblies.description import compare_facts, describe_assembly, stated_parameters
+from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric_angles
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]
@@ -103,7 +103,7 @@ def test_an_undecided_rank_has_no_value_but_a_reason():
     unit = ASSEMBLIES["unit-ii"]
 
     def between(parameters):
-        return skew_symmetric(unit.build(parameters), parameters.alpha, math.pi - 1e-11)
+        return skew_symmetric_angles(unit.build(parameters), parameters.alpha, math.pi - 1e-11)
 
     facts = describe_assembly(replace(unit, between=between), unit.defaults)
     assert facts["dof"] is None
@@ -121,10 +121,10 @@ def test_no_rank_is_decided_where_rounding_hides_how_thick_panels_are(values):
 
 def test_comparison():
     facts = {"a": 1, "b": [1.0, 2.0, 3.0], "c": "7:1", "d": 0.0}
-    rows = compare({"a": 1, "b": (1.00001, 2.0), "c": "7:2", "d": 0.0}, facts)
+    rows = compare_facts({"a": 1, "b": (1.00001, 2.0), "c": "7:2", "d": 0.0}, facts)
     assert [row["agree"] for row in rows.values()] == [True, True, False, True]
-    assert not compare({"b": (1.0, 2.1)}, facts)["b"]["agree"]
-    assert not compare({"b": (1.0, 2.0, 3.0, 4.0)}, facts)["b"]["agree"]
+    assert not compare_facts({"b": (1.0, 2.1)}, facts)["b"]["agree"]
+    assert not compare_facts({"b": (1.0, 2.0, 3.0, 4.0)}, facts)["b"]["agree"]
 
 
 def test_parameters_as_stated():

@@ -16,18 +16,18 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies import Parameters
 from hcsearch.library.assemblies.eight_r import (
     SLIT_FACETS,
+    assembly_hindrance,
     eight_r,
     equal_side,
-    hindrance,
     joint_parts,
     measured_slit,
     second_angle,
-    skew_symmetric,
+    skew_symmetric_angles,
     slit_distance,
     ten_triangles,
 )
 from hcsearch.library.assemblies.eight_r_units import unit_i
-from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.packages import flat_overlap, folded_package
 from hcsearch.motion.kinematics.dh import dh_loop
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.search.enumeration import PolygonSearch
@@ -80,7 +80,7 @@ def test_denavit_hartenberg_parameters(values, first):
     pattern = eight_r(values)
     linkage = Linkage(pattern)
     signs = [-sign for sign in golden["dtheta_by_dphi"]]
-    loop = dh_loop(linkage, linkage.loops[0], skew_symmetric(pattern, values.alpha, first), signs)
+    loop = dh_loop(linkage, linkage.loops[0], skew_symmetric_angles(pattern, values.alpha, first), signs)
     side = equal_side(values.alpha, values.base)
     assert loop.lengths == pytest.approx(values.thickness * np.array(golden["lengths"]), abs=1e-12)
     assert loop.twists == pytest.approx(np.array(golden["twists"]) @ [values.alpha, math.pi])
@@ -93,7 +93,7 @@ def test_denavit_hartenberg_parameters(values, first):
 @given(parameters, st.floats(0, math.pi))
 def test_closed_all_along_the_skew_symmetric_path(values, first):
     pattern = eight_r(values)
-    angles = skew_symmetric(pattern, values.alpha, first)
+    angles = skew_symmetric_angles(pattern, values.alpha, first)
     assert np.abs(Linkage(pattern).closure(angles)[0]).max() < 1e-10
 
 
@@ -103,7 +103,7 @@ def test_two_degrees_of_freedom(values, first):
     pattern = eight_r(values)
     assert len(pattern.panels) == len(pattern.hinges) == 8
     assert pattern.kutzbach == 2
-    assert rank_at(Linkage(pattern), skew_symmetric(pattern, values.alpha, first)).nullity == 2
+    assert rank_at(Linkage(pattern), skew_symmetric_angles(pattern, values.alpha, first)).nullity == 2
 
 
 def test_nullities_of_the_end_states():
@@ -115,7 +115,7 @@ def test_nullities_of_the_end_states():
 @given(parameters, st.floats(0, math.pi))
 def test_slit_distance(values, first):
     pattern = eight_r(values)
-    angles = skew_symmetric(pattern, values.alpha, first)
+    angles = skew_symmetric_angles(pattern, values.alpha, first)
     stated = slit_distance(values.alpha, values.thickness, first)
     assert measured_slit(pattern, angles) == pytest.approx(stated, abs=1e-12)
 
@@ -125,7 +125,7 @@ def test_sides_of_the_slit_stay_parallel(values, first):
     pattern = eight_r(values)
     linkage = Linkage(pattern)
     third, seventh = (
-        linkage.poses(skew_symmetric(pattern, values.alpha, first))[pattern.panel_of[k]] for k in SLIT_FACETS
+        linkage.poses(skew_symmetric_angles(pattern, values.alpha, first))[pattern.panel_of[k]] for k in SLIT_FACETS
     )
     for axis in ((0, 0, 1), (0, 1, 0)):  # the panels' faces, and their walls at the slit
         assert np.abs(np.cross(third[:, :3] @ axis, seventh[:, :3] @ axis)).max() < 1e-9
@@ -140,9 +140,9 @@ def test_the_slit_opens_above_45_degrees_and_interferes_below(alpha, first):
 
 
 def test_hindrance():
-    assert hindrance(Parameters(alpha=math.radians(45))) is None
-    assert hindrance(Parameters(alpha=math.radians(89))) is None
-    assert "give one from 45 up" in hindrance(Parameters(alpha=math.radians(44.9)))
+    assert assembly_hindrance(Parameters(alpha=math.radians(45))) is None
+    assert assembly_hindrance(Parameters(alpha=math.radians(89))) is None
+    assert "give one from 45 up" in assembly_hindrance(Parameters(alpha=math.radians(44.9)))
 
 
 def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
@@ -161,7 +161,7 @@ def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
 @given(parameters)
 @settings(max_examples=20)
 def test_package_of_five_layers_on_two_triangles(values):
-    folded = package(eight_r(values))
+    folded = folded_package(eight_r(values))
     assert (folded.whole_ratio, folded.n_layers, folded.stepped) == ("5:1", 5, False)
     assert folded.void_volume == folded.overlap_volume == 0
 
@@ -188,7 +188,7 @@ def test_parts_of_joints():
     begun_at_a_leg = replace(pattern, loops=(loop, loop[1:] + loop[:1]))
     assert joint_parts(begun_at_a_leg) is None
     with pytest.raises(PatternError, match="fold alike"):
-        skew_symmetric(begun_at_a_leg, 1.0, 1.0)
+        skew_symmetric_angles(begun_at_a_leg, 1.0, 1.0)
 
 
 def test_only_isosceles_triangles_close_around_the_slit():

@@ -12,8 +12,14 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.library.assemblies import modules as m
-from hcsearch.library.assemblies.modules import doubled, folded_to, joined, mirrored, sheet
-from hcsearch.library.assemblies.packages import package
+from hcsearch.library.assemblies.modules import (
+    doubled_pattern,
+    mirrored_pattern,
+    module_fold_angles,
+    pattern_joined_along,
+    square_sheet,
+)
+from hcsearch.library.assemblies.packages import folded_package
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.paths.branches import find_branches
@@ -34,7 +40,7 @@ def squares(area):
 
 def overlap(pattern):
     """Squares of panel that lie in each other's place when folded."""
-    return round(package(pattern).overlap_volume / (SIDE**2 * THICK), 6)
+    return round(folded_package(pattern).overlap_volume / (SIDE**2 * THICK), 6)
 
 
 def residual(pattern, angles):
@@ -43,12 +49,12 @@ def residual(pattern, angles):
 
 def dof(pattern, grid=1.1):
     """Degrees of freedom at a state of the motion; None where equation 6.4 does not close it."""
-    angles = folded_to(pattern, grid)
+    angles = module_fold_angles(pattern, grid)
     return rank_at(Linkage(pattern), angles).nullity if residual(pattern, angles) <= CLOSED_LOOP_RESIDUAL else None
 
 
 def footprint(pattern):
-    return round(squares(package(pattern).footprint_area), 6)
+    return round(squares(folded_package(pattern).footprint_area), 6)
 
 
 # what the thesis says
@@ -58,7 +64,7 @@ def footprint(pattern):
 def test_published_facts(name):
     facts = GOLDEN[name] | DEPARTURES.get(name, {})
     pattern = ASSEMBLIES[name].build(SIZE)
-    folded = package(pattern)
+    folded = folded_package(pattern)
     assert dof(pattern) == facts["dof"] == 1
     assert folded.void_volume == folded.overlap_volume == 0
     if "footprint" in facts:
@@ -71,7 +77,7 @@ def test_published_facts(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_packages_are_cuboids_but_for_module_iii(name):
-    folded = package(ASSEMBLIES[name].build(SIZE))
+    folded = folded_package(ASSEMBLIES[name].build(SIZE))
     assert folded.stepped == ("iii" in name)
     assert ("iii" in name) or len(folded.heights) == 1
 
@@ -86,8 +92,8 @@ def test_modules_keep_closed_with_one_dof_for_any_size(name, data):
     linkage = Linkage(pattern)
     assert dof(pattern, data.draw(st.floats(0.3, math.pi - 0.2))) == 1
     for grid, end in ((0.0, linkage.flat), (math.pi, linkage.folded)):
-        assert folded_to(pattern, grid) == pytest.approx(end)
-        assert residual(pattern, folded_to(pattern, grid)) <= CLOSED_LOOP_RESIDUAL
+        assert module_fold_angles(pattern, grid) == pytest.approx(end)
+        assert residual(pattern, module_fold_angles(pattern, grid)) <= CLOSED_LOOP_RESIDUAL
     assert dof(pattern, math.pi / 2) == rank_at(linkage, ASSEMBLIES[name].between(parameters)).nullity
 
 
@@ -117,7 +123,7 @@ def test_one_motion_within_the_stops_opens_the_folded_stack(name):
     pattern = ASSEMBLIES[name].build(SIZE)
     linkage = Linkage(pattern)
     (only,) = find_branches(linkage, linkage.folded, stops=True).finite
-    opening = folded_to(pattern, math.pi - 1e-6) - linkage.folded
+    opening = module_fold_angles(pattern, math.pi - 1e-6) - linkage.folded
     assert only.direction == pytest.approx(opening / np.linalg.norm(opening), abs=1e-5)
 
 
@@ -126,8 +132,8 @@ def test_one_motion_within_the_stops_opens_the_folded_stack(name):
 
 def test_dihedral_angles_of_a_vertex():
     # (6.4): phi_1 = phi_4 on the diagonals, tan(phi_2 / 2) = cos(pi / 4) tan(phi_1 / 2) on the grid
-    vertex = sheet(("./", "/."), SIDE, THICK)
-    phi = math.pi - folded_to(vertex, 2.0)
+    vertex = square_sheet(("./", "/."), SIDE, THICK)
+    phi = math.pi - module_fold_angles(vertex, 2.0)
     diagonal = [hinge.face == "top" for hinge in vertex.hinges]
     assert sum(diagonal) == 2
     assert set(np.round(phi[diagonal], 12)) == {round(2 * math.atan(math.sqrt(2) * math.tan((math.pi - 2.0) / 2)), 12)}
@@ -179,7 +185,7 @@ def facet_areas(pattern):
 
 
 def test_uncut_corners_of_module_i_would_lie_in_each_others_place():
-    uncut = sheet((".//", "///", "//."), SIDE, THICK)
+    uncut = square_sheet((".//", "///", "//."), SIDE, THICK)
     assert overlap(uncut) == 1.0
     assert dof(uncut) == 1
 
@@ -206,7 +212,7 @@ def test_module_i_folds_flat_along_each_of_its_aligned_creases():
 def drawn(letters):
     """A sheet from letters by square."""
     columns, rows = ([place[k] for place in letters] for k in (0, 1))
-    return sheet(
+    return square_sheet(
         [
             "".join(letters.get((i, j), " ") for i in range(min(columns), max(columns) + 1))
             for j in range(max(rows), min(rows) - 1, -1)
@@ -245,12 +251,12 @@ def blocks(places):
     for i, j in places:
         block = m.module_i(SIZE)
         step = 3 * SIDE
-        block = mirrored(block, "x", 0.5 * step) if i % 2 else block
-        block = mirrored(block, "y", 0.5 * step) if j % 2 else block
+        block = mirrored_pattern(block, "x", 0.5 * step) if i % 2 else block
+        block = mirrored_pattern(block, "y", 0.5 * step) if j % 2 else block
         placed.append(block.moved(shift=(step * i, step * j)))
     pattern = overlay(placed)
     for axis, k in product(("x", "y"), range(-6, 7)):
-        pattern = joined(pattern, axis, 3 * SIDE * k)
+        pattern = pattern_joined_along(pattern, axis, 3 * SIDE * k)
     return pattern
 
 
@@ -287,9 +293,9 @@ def test_ring_of_four_modules_i_has_a_void_and_must_be_hinged_on_the_diagonals_f
     centre = (3 * SIDE, 3 * SIDE)
     assert not any(polygon_contains(facet, centre) for facet in ring.facets)
     assert squares(ring.area) == pytest.approx(32)  # of 36: the void has two squares, the outer corners as much
-    half = doubled(m.module_i(SIZE), "x", 3 * SIDE)
-    assert dof(doubled(half, "y", 3 * SIDE)) is None  # merged along both mirrors
-    other = doubled(half, "y", 3 * SIDE, MOUNTAIN_CREASE)
+    half = doubled_pattern(m.module_i(SIZE), "x", 3 * SIDE)
+    assert dof(doubled_pattern(half, "y", 3 * SIDE)) is None  # merged along both mirrors
+    other = doubled_pattern(half, "y", 3 * SIDE, MOUNTAIN_CREASE)
     assert overlap(other) > 0
     assert dof(other) is None  # it would have to open beyond flat
 
@@ -321,11 +327,11 @@ def test_module_ii_has_ten_bodies_around_its_slit():
 
 
 def test_module_ii_must_be_hinged_on_the_face_of_the_diagonals():
-    half = doubled(sheet(("\\.", ".\\"), SIDE, THICK).inverted(), "x", 2 * SIDE)
-    right, wrong = (doubled(half, "y", 0.0, crease) for crease in (MOUNTAIN_CREASE, VALLEY_CREASE))
+    half = doubled_pattern(square_sheet(("\\.", ".\\"), SIDE, THICK).inverted(), "x", 2 * SIDE)
+    right, wrong = (doubled_pattern(half, "y", 0.0, crease) for crease in (MOUNTAIN_CREASE, VALLEY_CREASE))
     assert (overlap(right), dof(right)) == (0, 1)
     assert overlap(wrong) > 0
-    angles = folded_to(right, 1.1)
+    angles = module_fold_angles(right, 1.1)
     hinges = [k for k, hinge in enumerate(right.hinges) if abs(hinge.start[1]) + abs(hinge.end[1]) < 1e-9]
     angles[hinges] *= -1  # on the other face the same motion turns these hinges the other way
     assert residual(wrong, angles) <= CLOSED_LOOP_RESIDUAL
@@ -340,7 +346,7 @@ def on_axis(ends):
 
 
 def turned(pattern, hinges, angle):
-    angles = folded_to(pattern, 1.1)
+    angles = module_fold_angles(pattern, 1.1)
     angles[hinges] = angle
     return angles
 
@@ -396,7 +402,7 @@ def test_of_two_creases_each_way_in_16_squares_only_module_iii_moves():
     moving = []
     for columns, rows in product(combinations(range(1, 4), 2), repeat=2):
         letters = diagonals(columns, rows, 4, 4)
-        if dof(sheet(letters, SIDE, THICK, (columns, rows))) is not None:
+        if dof(square_sheet(letters, SIDE, THICK, (columns, rows))) is not None:
             moving.append((columns, rows, letters))
     assert moving == [((1, 3), (1, 3), ["././", "/./.", "././", "/./."])]
 
@@ -420,13 +426,13 @@ def test_folded_vertices_of_module_iii_that_share_no_diagonal_coincide_eight_pan
     assert [count for count, _ in (a, b, c, d)] == [6] * 4
     assert a[1] == d[1]
     assert len(a[1] | b[1] | c[1]) == 3
-    columns = package(pattern).columns
+    columns = folded_package(pattern).columns
     assert {n: sum(squares(c.area) for c in columns if c.panels == n) for n in (4, 8)} == pytest.approx({4: 2, 8: 1})
 
 
 def test_another_outline_of_module_iii_does_fold_16_squares_onto_four():
     pattern = m.module_iii_4_1(SIZE)
-    folded = package(pattern)
+    folded = folded_package(pattern)
     assert (squares(pattern.area), footprint(pattern)) == (pytest.approx(16), 4)
     assert folded.whole_ratio == GOLDEN["module-iii"]["deployment_ratio"]
     assert folded.heights == (1, 4, 6, 8)
@@ -450,7 +456,7 @@ def test_modules_iii_can_be_added_along_one_direction(size, expected):
 
 
 def test_pair_of_modules_iii_is_stepped():
-    folded = package(m.modules_iii(SIZE))
+    folded = folded_package(m.modules_iii(SIZE))
     assert folded.stepped
     assert folded.heights == (4, 8)
     assert folded.whole_ratio == "6:1"
@@ -458,4 +464,4 @@ def test_pair_of_modules_iii_is_stepped():
 
 def test_angles_are_refused_without_diagonals():
     with pytest.raises(PatternError, match="no array of modules"):
-        folded_to(sheet(("..",), SIDE, THICK), 1.0)
+        module_fold_angles(square_sheet(("..",), SIDE, THICK), 1.0)

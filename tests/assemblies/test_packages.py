@@ -12,7 +12,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.library.assemblies import Parameters
 from hcsearch.library.assemblies.eight_r import ten_triangles
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
-from hcsearch.library.assemblies.packages import Column, Package, flat_overlap, package
+from hcsearch.library.assemblies.packages import LayerColumn, Package, flat_overlap, folded_package
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern
 from tests.strategies import circuits
@@ -43,7 +43,7 @@ def test_two_stacks_are_full(circuit, hinged, thickness):
     width = 0.04 if circuit.grid.name == "rectangle" else 0.05
     for folding in foldings(circuit):
         pattern = folding.pattern((0.05, width, thickness), flat_pairs="hinged" if hinged else "rigid")
-        folded = package(pattern)
+        folded = folded_package(pattern)
         n = circuit.n
         assert folded.whole_ratio == f"{n // 2}:1"
         assert [(column.layers, column.panels) for column in folded.columns] == [(tuple(range(n // 2)), n // 2)]
@@ -56,7 +56,7 @@ def test_two_stacks_are_full(circuit, hinged, thickness):
 @pytest.mark.parametrize("build", [unit_i, unit_ii, ten_triangles])
 def test_columns_as_a_naive_twin_finds_them(build):
     pattern = build(Parameters(alpha=math.radians(63)))
-    folded = package(pattern)
+    folded = folded_package(pattern)
     linkage = Linkage(pattern)
     corners = np.concatenate([solid[0, :, :2] for solid in linkage.solids(linkage.folded)])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -73,7 +73,7 @@ def test_columns_as_a_naive_twin_finds_them(build):
 @given(st.floats(0.01, 0.5), st.floats(-3, 3), st.booleans())
 def test_a_package_does_not_depend_on_where_the_pattern_lies(thickness, turn, over):
     pattern = unit_ii(Parameters(thickness=thickness))
-    folded, moved = package(pattern), package(pattern.moved(turn, (1.0, 2.0), over=over))
+    folded, moved = folded_package(pattern), folded_package(pattern.moved(turn, (1.0, 2.0), over=over))
     assert folded.whole_ratio == moved.whole_ratio
     assert folded.heights == moved.heights
     assert folded.footprint_area == pytest.approx(moved.footprint_area)
@@ -82,14 +82,14 @@ def test_a_package_does_not_depend_on_where_the_pattern_lies(thickness, turn, ov
 def test_volume_is_kept_where_nothing_is_empty_or_shared():
     for build in (unit_i, unit_ii):
         pattern = build(Parameters())
-        folded = package(pattern)
+        folded = folded_package(pattern)
         filled = sum(column.panels * column.area for column in folded.columns) * pattern.thickness
         assert filled == pytest.approx(pattern.area * pattern.thickness)
 
 
 def test_a_stair():
     flat = Crease("top", closes=False)
-    folded = package(strip([VALLEY_CREASE, flat]))
+    folded = folded_package(strip([VALLEY_CREASE, flat]))
     # the first panel lies on the second, and the third beside them
     assert sorted((column.panels, round(column.area, 9)) for column in folded.columns) == [(1, 1.0), (2, 1.0)]
     assert folded.stepped
@@ -99,9 +99,9 @@ def test_a_stair():
 
 def test_voids_and_overlaps():
     # three panels rolled up: the last one would lie where the second is, on the first
-    rolled = package(strip([VALLEY_CREASE, VALLEY_CREASE]))
+    rolled = folded_package(strip([VALLEY_CREASE, VALLEY_CREASE]))
     assert rolled.overlap_volume == pytest.approx(0.1)
-    column = Column((0, 1, 1, 4), 2.0)
+    column = LayerColumn((0, 1, 1, 4), 2.0)
     assert (column.panels, column.gaps, column.overlaps) == (4, 2, 1)
     made = Package(8.0, 0.1, (column,))
     assert made.void_volume == pytest.approx(0.4)
@@ -110,11 +110,11 @@ def test_voids_and_overlaps():
 
 
 def test_a_ratio_that_is_none_of_whole_numbers():
-    assert Package(math.pi, 0.1, (Column((0,), 1.0),)).whole_ratio is None
+    assert Package(math.pi, 0.1, (LayerColumn((0,), 1.0),)).whole_ratio is None
 
 
 def test_a_rigid_sheet_is_its_own_package():
-    folded = package(strip([RIGID_CREASE, RIGID_CREASE]))
+    folded = folded_package(strip([RIGID_CREASE, RIGID_CREASE]))
     assert (folded.whole_ratio, folded.n_layers, folded.heights, folded.stepped) == ("1:1", 1, (1,), False)
 
 
@@ -128,7 +128,7 @@ def test_no_folded_state():
         (0, 3): MOUNTAIN_CREASE,
     }  # the last hinge line lies too low
     with pytest.raises(PatternError, match="no folded state"):
-        package(Pattern.from_polygons(squares, ring, 0.1))
+        folded_package(Pattern.from_polygons(squares, ring, 0.1))
 
 
 def test_overlap_in_the_flat_state():

@@ -13,8 +13,16 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
-from hcsearch.library.assemblies.packages import package
-from hcsearch.library.assemblies.squares import CIRCUIT, CREASE, LOOP_PANELS, array_6r, element_6r, stepwise, thesis_4x4
+from hcsearch.library.assemblies.packages import folded_package
+from hcsearch.library.assemblies.squares import (
+    LOOP_PANELS,
+    THESIS_4X4_CIRCUIT,
+    THESIS_4X4_CREASE,
+    array_6r,
+    element_6r,
+    stepwise_angles,
+    thesis_4x4,
+)
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.numerical_rank import decide_rank, rank_at
 from hcsearch.search.enumeration import ArraySearch
@@ -87,7 +95,7 @@ def test_only_one_folding_of_the_4x4_array_has_a_branch_of_two_panels():
                     ends = [panel for panel, degree in joints(pattern).degree if degree == 1]
                     kinds.setdefault(len(ends), []).append(folding.notation)
     # one circuit for each way round of a cell; two loose panels of the other circuit are no branch of two
-    assert sorted(kinds[1]) == ["rectangle:0122233300012210:6", f"{CIRCUIT}:{CREASE}"]
+    assert sorted(kinds[1]) == ["rectangle:0122233300012210:6", f"{THESIS_4X4_CIRCUIT}:{THESIS_4X4_CREASE}"]
     assert len(kinds[2]) == 2
 
 
@@ -97,8 +105,8 @@ def test_the_held_panel_is_opposite_the_branch_and_in_an_outer_layer():
     heights = [solid[..., 2].min() for solid in linkage.solids(linkage.folded)]
     assert heights[0] == pytest.approx(min(heights))
     assert nx.shortest_path_length(joints(pattern), 0, 5) == len(LOOP_PANELS) // 2
-    assert package(pattern).heights == (8,)
-    assert package(pattern).void_volume == package(pattern).overlap_volume == 0
+    assert folded_package(pattern).heights == (8,)
+    assert folded_package(pattern).void_volume == folded_package(pattern).overlap_volume == 0
 
 
 def rank_of_cut_hinge(linkage, angles, cut):
@@ -127,7 +135,7 @@ def test_nullity_of_the_4x4_array_and_rank_of_its_cut_hinge():
 @given(lengths, lengths, st.floats(1e-4, 0.2))
 def test_4x4_array_folds_for_any_size(side, width, thickness):
     pattern = thesis_4x4(Parameters(side=side, width=width, thickness=thickness))
-    folded = package(pattern)
+    folded = folded_package(pattern)
     assert folded.heights == (8,)
     assert folded.whole_ratio == "8:1"
     assert [rank_at(Linkage(pattern), state).nullity for state in (Linkage(pattern).flat, Linkage(pattern).folded)] == [
@@ -151,17 +159,17 @@ def test_6r_element_has_the_published_panels():
 @given(lengths, lengths, st.floats(1e-3, 0.2), st.floats(0.05, math.pi - 0.05))
 def test_6r_element_moves_in_two_stages_with_one_dof_each(side, width, thickness, angle):
     element = element_6r(Parameters(side=side, width=width, thickness=thickness))
-    assert dof(element, stepwise(element, [angle], [0.0])) == 1
-    assert dof(element, stepwise(element, [math.pi], [angle])) == 1  # (6.1)
+    assert dof(element, stepwise_angles(element, [angle], [0.0])) == 1
+    assert dof(element, stepwise_angles(element, [math.pi], [angle])) == 1  # (6.1)
 
 
 def test_6r_element_bifurcates_flat_and_between_its_stages():
     element = element_6r(SQUARES)
-    flat, middle, folded = (stepwise(element, [h], [v]) for h, v in ((0, 0), (math.pi, 0), (math.pi, math.pi)))
+    flat, middle, folded = (stepwise_angles(element, [h], [v]) for h, v in ((0, 0), (math.pi, 0), (math.pi, math.pi)))
     assert [dof(element, state) for state in (flat, middle, folded)] == [2, 3, 2]
     # flat, the other branch folds the element in half along a_1 and a_4; so does a third one between the stages,
     # where these two coincide, but there P2 and P5 stand in its way
-    line, across = stepwise(element, [0], [1]), stepwise(element, [math.pi], [0])
+    line, across = stepwise_angles(element, [0], [1]), stepwise_angles(element, [math.pi], [0])
     line[[1, 4]] = 0.0
     across[[0, 3]] = 1.0, -1.0
     assert dof(element, line) == dof(element, across) == 1
@@ -176,7 +184,7 @@ def test_array_of_four_6r_elements_has_the_published_area_and_ratio():
     cells = [len(panel) for panel in pattern.panels]
     assert (cells.count(1), cells.count(2)) == (facts["squares"], facts["rectangles"])
     assert pattern.area / SQUARES.side**2 == pytest.approx(facts["area"])
-    folded = package(pattern)
+    folded = folded_package(pattern)
     assert folded.footprint_area / SQUARES.side**2 == pytest.approx(facts["footprint"])
     assert folded.whole_ratio == facts["deployment_ratio"]
     assert folded.void_volume == folded.overlap_volume == 0
@@ -194,12 +202,12 @@ def test_dof_of_arrays_are_their_rows_at_first_and_their_columns_then(columns, r
     pattern = array_6r(replace(SQUARES, size=(columns, rows)))
     rng = np.random.default_rng(columns + 10 * rows)
     first, second = rng.uniform(0.3, 2.8, rows).tolist(), rng.uniform(0.3, 2.8, columns).tolist()
-    assert dof(pattern, stepwise(pattern, first, [0.0] * columns)) == rows
-    assert dof(pattern, stepwise(pattern, [math.pi] * rows, second)) == columns
+    assert dof(pattern, stepwise_angles(pattern, first, [0.0] * columns)) == rows
+    assert dof(pattern, stepwise_angles(pattern, [math.pi] * rows, second)) == columns
     # a lone row can fold along each vertical line as well; then the state between the stages is the singular one
-    assert dof(pattern, stepwise(pattern, [0.0] * rows, [0.0] * columns)) == (1 + columns if rows == 1 else rows)
-    assert dof(pattern, stepwise(pattern, [math.pi] * rows, [0.0] * columns)) == rows + 2 * columns
-    folded = package(pattern)
+    assert dof(pattern, stepwise_angles(pattern, [0.0] * rows, [0.0] * columns)) == (1 + columns if rows == 1 else rows)
+    assert dof(pattern, stepwise_angles(pattern, [math.pi] * rows, [0.0] * columns)) == rows + 2 * columns
+    folded = folded_package(pattern)
     assert pattern.area / SQUARES.side**2 == pytest.approx(3 * columns * rows + 3 * columns + 2 * rows)
     assert folded.footprint_area / SQUARES.side**2 == pytest.approx(columns + rows)
     assert folded.void_volume == folded.overlap_volume == 0
@@ -221,4 +229,4 @@ def test_arrays_of_6r_elements_fold_for_any_size(side, width, thickness):
     parameters = Parameters(side=side, width=width, thickness=thickness, size=(3, 2))
     pattern = array_6r(parameters)
     assert dof(pattern, ASSEMBLIES["array-6r"].between(parameters)) == 3
-    assert package(pattern).whole_ratio == "31:5"
+    assert folded_package(pattern).whole_ratio == "31:5"

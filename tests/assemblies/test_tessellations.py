@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
-from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric
+from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric_angles
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
 from hcsearch.library.assemblies.overlays import neighbouring_facets
-from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.packages import flat_overlap, folded_package
 from hcsearch.library.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
-from hcsearch.library.assemblies.tessellations import ways
+from hcsearch.library.assemblies.tessellations import possible_layings
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import overlay
@@ -36,7 +36,7 @@ parameters = st.builds(
 def layings():
     """All ways to lay two units together, with equilateral triangles."""
     pairs = (("I", "I"), ("II", "II"), ("II", "I"))
-    return {pair: list(ways(UNITS[pair[0]], UNITS[pair[1]], EQUILATERAL.alpha)) for pair in pairs}
+    return {pair: list(possible_layings(UNITS[pair[0]], UNITS[pair[1]], EQUILATERAL.alpha)) for pair in pairs}
 
 
 def built(name):
@@ -69,7 +69,7 @@ def test_published_numbers(assembly):
     sizes = [len(panel) for panel in pattern.panels]
     if "panels_by_facets" in stated:
         assert {str(size): sizes.count(size) for size in set(sizes)} == stated["panels_by_facets"]
-    assert package(pattern).whole_ratio == stated.get("deployment_ratio", package(pattern).whole_ratio)
+    assert folded_package(pattern).whole_ratio == stated.get("deployment_ratio", folded_package(pattern).whole_ratio)
     linkage = Linkage(pattern)
     assert rank_at(linkage, assembly.between(EQUILATERAL)).nullity == 1 == stated["dof"]
 
@@ -84,12 +84,12 @@ def test_every_base_angle_will_do(assembly, values, first):
     assert flat_overlap(pattern) == 0
     linkage = Linkage(pattern)
     assert len(pattern.loops) == linkage.n_rows // 6  # the elements are all loops there are
-    angles = skew_symmetric(pattern, values.alpha, first)
+    angles = skew_symmetric_angles(pattern, values.alpha, first)
     assert np.abs(linkage.closure(angles)[0]).max() < 1e-9
     assert rank_at(linkage, angles).nullity == 1
-    folded = package(pattern)
-    assert folded.whole_ratio == package(equilateral).whole_ratio
-    assert folded.heights == package(equilateral).heights
+    folded = folded_package(pattern)
+    assert folded.whole_ratio == folded_package(equilateral).whole_ratio
+    assert folded.heights == folded_package(equilateral).heights
     assert folded.void_volume == folded.overlap_volume == 0
 
 
@@ -129,8 +129,8 @@ def test_a_unit_ii_between_two_units_i(layings):
     both = overlay([way.union for way in most])
     pattern = built("fig-5.12")
     assert congruent(both, pattern)
-    assert package(pattern).whole_ratio == "8:1"
-    assert package(pattern).heights == (5, 9)  # those of a unit
+    assert folded_package(pattern).whole_ratio == "8:1"
+    assert folded_package(pattern).heights == (5, 9)  # those of a unit
 
 
 def test_an_inverted_unit_is_a_turned_one():

@@ -9,19 +9,19 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import Parameters
-from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric
+from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric_angles
 from hcsearch.library.assemblies.eight_r_units import (
     UNIT_I_JOINTS,
     UNIT_II_JOINTS,
     UNIT_III_JOINTS,
-    assemble,
-    matches,
+    assemble_unit,
+    read_crease_matches,
     unit_i,
     unit_ii,
     unit_iii,
 )
-from hcsearch.library.assemblies.overlays import join, joinings, placements
-from hcsearch.library.assemblies.packages import flat_overlap, package
+from hcsearch.library.assemblies.overlays import join_patterns, joinings, placements
+from hcsearch.library.assemblies.packages import flat_overlap, folded_package
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
 from hcsearch.motion.kinematics.numerical_rank import decide_rank, rank_at
 from hcsearch.shape.linkage import Linkage
@@ -59,7 +59,7 @@ def test_panels_and_joints(unit, values):
 @given(parameters)
 @settings(max_examples=15)
 def test_folded_on_two_triangles_and_a_parallelogram(unit, values):
-    folded = package(unit(values))
+    folded = folded_package(unit(values))
     assert folded.whole_ratio == "7:1"
     assert folded.heights == (5, 9)
     assert folded.stepped
@@ -72,7 +72,7 @@ def test_folded_on_two_triangles_and_a_parallelogram(unit, values):
 @settings(max_examples=25)
 def test_closed_all_along_the_skew_symmetric_path(unit, values, first):
     pattern = unit(values)
-    angles = skew_symmetric(pattern, values.alpha, first)
+    angles = skew_symmetric_angles(pattern, values.alpha, first)
     assert np.abs(Linkage(pattern).closure(angles)[0]).max() < 1e-9
 
 
@@ -82,12 +82,14 @@ def test_closed_all_along_the_skew_symmetric_path(unit, values, first):
 def test_one_degree_of_freedom_and_which(unit, values, first):
     pattern = unit(values)
     linkage = Linkage(pattern)
-    angles = skew_symmetric(pattern, values.alpha, first)
+    angles = skew_symmetric_angles(pattern, values.alpha, first)
     _, jacobian = linkage.closure(angles)
     assert rank_at(linkage, angles).rank == 23
     # the one motion is that of eq. 5.24: a small step along it agrees with the null space
     motion = np.linalg.svd(jacobian)[2][-1]
-    step = skew_symmetric(pattern, values.alpha, first + 1e-6) - skew_symmetric(pattern, values.alpha, first - 1e-6)
+    step = skew_symmetric_angles(pattern, values.alpha, first + 1e-6) - skew_symmetric_angles(
+        pattern, values.alpha, first - 1e-6
+    )
     assert abs(motion @ step) == pytest.approx(np.linalg.norm(step), rel=1e-6)
 
 
@@ -112,7 +114,7 @@ def test_singular_values_of_the_appendix():
 @settings(max_examples=15)
 def test_both_forms_of_the_jacobian_have_one_rank(unit, values, first):
     linkage = Linkage(unit(values))
-    angles = skew_symmetric(linkage.pattern, values.alpha, first)
+    angles = skew_symmetric_angles(linkage.pattern, values.alpha, first)
     jacobian = dh_closure_jacobian(linkage, angles)
     jacobian[3::4] /= linkage.pattern.size
     rank = decide_rank(np.linalg.svd(jacobian, compute_uv=False), linkage.n_hinges)
@@ -139,15 +141,15 @@ def test_with_the_other_labels_the_elements_do_not_fit(steps, degrees):
         return "=".join(f"{joint[0]}{int(joint[1]) % 8 + 1}" for joint in equation.split("="))
 
     others = [" ".join(map(relabelled, step.split())) for step in steps]
-    assert assemble(element, steps).kutzbach == 0
+    assert assemble_unit(element, steps).kutzbach == 0
     with pytest.raises(PatternError, match="0 ways"):
-        assemble(element, others)
+        assemble_unit(element, others)
 
 
 def test_b_is_turned_over_and_c_is_not():
     element = eight_r(Parameters())
     for joints, over in (("b1=a7 b2=a8", True), ("d7=a1 d8=a2", True), ("f6=a8 f7=a7 f8=a6", False)):
-        (placement,) = placements(element, element, matches(element, "a", element, joints[0], joints))
+        (placement,) = placements(element, element, read_crease_matches(element, "a", element, joints[0], joints))
         assert placement.reflects is over
 
 
@@ -164,21 +166,23 @@ def test_elements_may_lie_anywhere(values, turn, over):
     element = eight_r(values)
     moved = element.moved(turn, (0.3, -0.2), over=over)
     assert congruent(element, moved)
-    assert congruent(assemble(moved, UNIT_I_JOINTS), unit_i(values))
+    assert congruent(assemble_unit(moved, UNIT_I_JOINTS), unit_i(values))
 
 
 def test_joining_needs_creases_that_leave_one_way():
     element = eight_r(Parameters())
     with pytest.raises(PatternError, match="leave one"):
-        join(element, element, matches(element, "a", element, "b", "b1=a2"))  # a base on a leg
-    assert joinings(element, element, matches(element, "a", element, "b", "b1=a1 b2=a2")) == []  # adds nothing
+        join_patterns(element, element, read_crease_matches(element, "a", element, "b", "b1=a2"))  # a base on a leg
+    assert (
+        joinings(element, element, read_crease_matches(element, "a", element, "b", "b1=a1 b2=a2")) == []
+    )  # adds nothing
 
 
 @pytest.mark.parametrize("text", ["b9=a1", "b0=a1", "c1=a1", "b1", "bx=a1", "b1=a"])
 def test_joints_that_do_not_exist(text):
     element = eight_r(Parameters())
     with pytest.raises(PatternError, match="names no joints"):
-        matches(element, "a", element, "b", text)
+        read_crease_matches(element, "a", element, "b", text)
 
 
 def test_second_angle():
@@ -212,5 +216,7 @@ def test_panels_stay_clear_of_each_other_from_45_degrees_up(unit):
     for degrees, clear in ((40, False), (44, False), (45, True), (60, True), (80, True)):
         values = Parameters(alpha=math.radians(degrees))
         pattern = unit(values)
-        depths = [deepest(pattern, skew_symmetric(pattern, values.alpha, first)) for first in (0.2, 0.8, 1.6, 2.4, 3.0)]
+        depths = [
+            deepest(pattern, skew_symmetric_angles(pattern, values.alpha, first)) for first in (0.2, 0.8, 1.6, 2.4, 3.0)
+        ]
         assert (max(depths) < 1e-9) == clear, degrees

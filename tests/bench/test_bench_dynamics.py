@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted_foldings_of
 from hcsearch.scenes.laws import linear_law
 from hcsearch.springs.deployment.agreement import Arrival
 from hcsearch.springs.dynamics.time_integration import simulate_system
@@ -280,7 +280,7 @@ def test_the_gap_of_cut_hinges_is_that_of_their_ends():
 
 
 def test_the_quick_check_counts_outcomes():
-    designs = list(untwisted("hex", 6))
+    designs = list(untwisted_foldings_of("hex", 6))
     row = quick_row("hex n = 6", designs)
     assert row.foldings == len(designs) == 1
     assert row.median_ms == row.worst_ms >= row.simulation_ms > 0.0

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 
 from hcsearch.basics.errors import ClusterError
-from hcsearch.search.pipeline import Crew
+from hcsearch.search.pipeline import WorkerPool
 from hcsearch.search.pipeline.workers import greets_as_dask, host_and_port
 
 
@@ -80,5 +80,5 @@ def test_addresses_are_split(address, expected):
 )
 def test_what_is_no_address_is_one_line(address):
     with pytest.raises(ClusterError, match="is not the address of a scheduler: write it as tcp://HOST:8786") as caught:
-        Crew(scheduler=address)
+        WorkerPool(scheduler=address)
     assert str(caught.value).isprintable()

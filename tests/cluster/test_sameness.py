@@ -9,8 +9,15 @@ import pytest
 
 import hcsearch
 from hcsearch.basics.errors import ClusterError
-from hcsearch.search.pipeline import Crew, sameness
-from hcsearch.search.pipeline.sameness import Refusal, difference, packed_task, program, sources_digest, work_on
+from hcsearch.search.pipeline import WorkerPool, sameness
+from hcsearch.search.pipeline.sameness import (
+    ProgramRefusal,
+    packed_task,
+    program_difference,
+    run_packed_task,
+    running_program,
+    sources_digest,
+)
 
 SCRIPT = """
 from pathlib import Path
@@ -55,36 +62,38 @@ def test_sources_are_known_by_what_is_in_them(copy, monkeypatch):
     assert len({own, renamed, sources_digest()}) == 3
 
 
-@pytest.mark.parametrize("name", sorted(program()))
+@pytest.mark.parametrize("name", sorted(running_program()))
 def test_whatever_results_hang_on_is_compared_before_a_task_is_read(name):
-    expected = program() | {name: "another"}
-    assert work_on(expected, b"nothing that could be read") == Refusal(program())
-    assert difference(expected) == (
-        "other sources of hcsearch 0.1.0" if name == "sources" else f"{name} another instead of {program()[name]}"
+    expected = running_program() | {name: "another"}
+    assert run_packed_task(expected, b"nothing that could be read") == ProgramRefusal(running_program())
+    assert program_difference(expected) == (
+        "other sources of hcsearch 0.1.0"
+        if name == "sources"
+        else f"{name} another instead of {running_program()[name]}"
     )
 
 
 def test_the_same_program_works(monkeypatch):
-    assert difference(program()) == ""
-    assert work_on(program(), packed_task(len, ["a", "bb"])) == [1, 2]
+    assert program_difference(running_program()) == ""
+    assert run_packed_task(running_program(), packed_task(len, ["a", "bb"])) == [1, 2]
     with pytest.raises(TypeError):
-        work_on(program(), packed_task(len, [1]))
+        run_packed_task(running_program(), packed_task(len, [1]))
 
 
 def test_what_older_programs_do_not_say_is_a_difference():
-    assert difference({"hcsearch": program()["hcsearch"]}).startswith("numpy None instead of")
+    assert program_difference({"hcsearch": running_program()["hcsearch"]}).startswith("numpy None instead of")
 
 
 def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
-    assert not sameness.is_mixed()
+    assert not sameness.are_sources_mixed()
     monkeypatch.setattr(sameness, "sources_digest", lambda: "changed")
-    assert not sameness.is_mixed()  # nothing more was loaded since: all is as it was
+    assert not sameness.are_sources_mixed()  # nothing more was loaded since: all is as it was
     monkeypatch.setitem(sys.modules, "hcsearch.loaded_now", sys)
-    assert sameness.is_mixed()
-    assert work_on(program(), packed_task(len, ["a"])) == Refusal(None)
-    assert work_on(program(), packed_task(len, [1])) == Refusal(None)
+    assert sameness.are_sources_mixed()
+    assert run_packed_task(running_program(), packed_task(len, ["a"])) == ProgramRefusal(None)
+    assert run_packed_task(running_program(), packed_task(len, [1])) == ProgramRefusal(None)
     with pytest.raises(ClusterError, match="were changed while it ran"):
-        list(Crew(1).work(len, ["a", "bb"]))
+        list(WorkerPool(1).work(len, ["a", "bb"]))
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

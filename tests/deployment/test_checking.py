@@ -6,7 +6,7 @@ import pytest
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled, simulate_deployment
 from tests.linkages import linkage_named

@@ -10,7 +10,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene_file import scene_named
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.linkages import linkage_named

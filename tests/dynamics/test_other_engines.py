@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hcsearch.scenes import SCENES
-from hcsearch.springs.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.dynamics.time_integration import simulate_system
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from tests.linkages import linkage_named

@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import foldings
-from hcsearch.export.cutting_sheets import Sheet, sheet_of
+from hcsearch.export.cutting_sheets import CuttingSheet, cutting_sheet_of
 from hcsearch.export.export_files import exported_case
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import EXPORT_FORMATS, WrittenFiles
-from hcsearch.export.settings import Settings
+from hcsearch.export.settings import ExportSettings
 from tests.strategies import circuits
 
 DESIGN = "hex:0234435011:1"
@@ -27,13 +27,13 @@ def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat
     return exported_case(case, EXPORT_FORMATS[wanted], by, state)
 
 
-def written(value: Exported, wanted: str = "fold", settings: Settings = Settings()) -> WrittenFiles:  # noqa: B008 - frozen
+def written(value: Exported, wanted: str = "fold", settings: ExportSettings = ExportSettings()) -> WrittenFiles:  # noqa: B008 - frozen
     return EXPORT_FORMATS[wanted].write(value, settings)
 
 
-def sheet_for(value: Exported, settings: Settings) -> Sheet:
+def sheet_for(value: Exported, settings: ExportSettings) -> CuttingSheet:
     names = EXPORT_FORMATS["svg"].takes
-    return sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
+    return cutting_sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
 
 
 @st.composite

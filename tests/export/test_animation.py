@@ -12,7 +12,7 @@ from hcsearch.basics.errors import OutputError
 from hcsearch.cases.replay_sources import replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.export.animation import FRAME_COUNT, FRAME_WIDTH, animation_of, painters_order
-from hcsearch.export.formats import format_of
+from hcsearch.export.formats import export_format_of
 from tests.export.cases import case, replay
 
 GALLERY = Path(__file__).parents[2] / "reports" / "gallery"
@@ -93,10 +93,10 @@ def test_the_picture_has_all_frames_and_asks_for_nothing():
 
 
 def test_the_animation_is_chosen_by_its_name_alone(tmp_path):
-    assert format_of("a.svg").name == "svg"
-    assert format_of("a.svg", "animation").name == "animation"
+    assert export_format_of("a.svg").name == "svg"
+    assert export_format_of("a.svg", "animation").name == "animation"
     with pytest.raises(OutputError, match="no name for a file"):
-        format_of("a.gif", "animation")
+        export_format_of("a.gif", "animation")
     (path,) = save("square:01222300:1", tmp_path / "a.svg", format="animation")
     assert "infinite alternate" in path.read_text()
 

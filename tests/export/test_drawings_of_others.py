@@ -14,7 +14,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.search.own_patterns.drawn_lines import in_plane, place_text, split_lines
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
-from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
 from hcsearch.shape.mesh import without_spurs, without_straight_corners
 from tests.export.test_fold_reading import drawn, letters_of
 from tests.strategies import circuits
@@ -41,13 +41,13 @@ def base(**changes):
 
 
 def read(data):
-    design = recognise(parse_fold(json.dumps(data), "mine.fold"))
+    design = recognise_design(parse_fold(json.dumps(data), "mine.fold"))
     return design.circuit.notation, design.creases
 
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_files_of_other_programs_show_the_design_that_a_person_sees(name):
-    design = recognise(read_fold(str(DRAWINGS / f"{name}.fold")))
+    design = recognise_design(read_fold(str(DRAWINGS / f"{name}.fold")))
     assert (design.circuit.notation, design.creases) == EXPECTED[name]
 
 
@@ -132,7 +132,7 @@ def test_a_drawing_that_is_changed_a_little_shows_the_same_folding(change, circu
     turn = 0.0 if rectangle else data.draw(st.floats(-4.0, 4.0))
     plain = drawn(circuit, letters_of(folding), turn=turn, scale=side, size=(1.25, 1.0) if rectangle else (1.0, 1.0))
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
-    design = recognise(parse_fold(json.dumps(change(lines_of(plain), rng, side))))
+    design = recognise_design(parse_fold(json.dumps(change(lines_of(plain), rng, side))))
     words = [circuit]
     if rectangle and change is tilted:  # which side is the length is seen along the axes alone
         words.append(Circuit(circuit.grid, tuple((d + 1) % 4 for d in circuit.word)).canonical())
@@ -151,7 +151,7 @@ def test_long_rows_that_are_rounded_are_read(grid, columns, side, turn):
     circuit = Circuit.from_notation(f"{grid}:{word}")
     data = drawn(circuit, "U" * circuit.n, turn=turn, scale=side)
     data["vertices_coords"] = [[round(x, 1) for x in point] for point in data["vertices_coords"]]
-    design = recognise(parse_fold(json.dumps(data)))
+    design = recognise_design(parse_fold(json.dumps(data)))
     assert design.circuit == circuit.canonical()
     assert design.length == pytest.approx(side, rel=1e-3)
 
@@ -161,7 +161,7 @@ def test_lines_across_the_whole_sheet_are_split_where_they_cross(columns):
     lines = [([[0, y], [columns, y]], "B") for y in (0, 2)] + [([[x, 0], [x, 2]], "B") for x in (0, columns)]
     lines += [([[x, 0], [x, 2]], "U") for x in range(1, columns)]
     lines += [([[0, 1], [1, 1]], "U"), ([[1, 1], [columns - 1, 1]], "C"), ([[columns - 1, 1], [columns, 1]], "U")]
-    design = recognise(parse_fold(json.dumps(as_lines(lines))))
+    design = recognise_design(parse_fold(json.dumps(as_lines(lines))))
     assert design.circuit.array.canonical().n == 2 * columns
     assert design.length == pytest.approx(1.0)
 
@@ -246,7 +246,7 @@ def test_units_are_understood_by_their_names(unit, metres):
 def test_a_unit_that_is_none_is_named():
     drawing = parse_fold(json.dumps(base(frame_unit="parsec")))
     assert drawing.unit is None
-    assert sized(recognise(drawing), drawing) is None
+    assert drawn_panel_size(recognise_design(drawing), drawing) is None
     assert drawing.remarks == (
         "frame_unit 'parsec' is no unit of length: sizes are not taken from the file; write "
         "in, ft, pt, m, cm, mm, um, nm",

@@ -16,12 +16,12 @@ from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS
-from hcsearch.export.formats import EXPORT_FORMATS, Format, format_of
-from hcsearch.export.settings import Settings, read_state
+from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, export_format_of
+from hcsearch.export.settings import ExportSettings, read_export_state
 from hcsearch.scenes import SCENES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.own_patterns.fold_reading import read_fold
-from hcsearch.search.own_patterns.recognition import recognise
+from hcsearch.search.own_patterns.recognition import recognise_design
 from hcsearch.search.own_patterns.single_circuits import check_circuit
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_design, open_database
@@ -75,7 +75,7 @@ def test_each_ending_of_a_format_stands_for_the_same_file(run, form):
 def test_each_format_has_a_writer_and_settings_that_there_are(form):
     assert callable(form.writer)
     assert all(ending.startswith(".") for ending in form.endings)
-    assert form.takes <= set(Settings.__dataclass_fields__)
+    assert form.takes <= set(ExportSettings.__dataclass_fields__)
 
 
 def test_a_design_of_a_database_stands_for_its_best_folding(run):
@@ -140,7 +140,7 @@ def test_python_writes_what_the_command_writes(run, tmp_path):
 def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, crease, canonical):
     folding = Folding(Circuit.from_notation("hex:2345501320"), crease)
     (path,) = save(folding, tmp_path / "a.fold")
-    assert [str(own) for own in recognise(read_fold(str(path))).foldings] == [canonical]
+    assert [str(own) for own in recognise_design(read_fold(str(path))).foldings] == [canonical]
 
 
 @pytest.mark.parametrize(
@@ -167,12 +167,12 @@ def test_python_refuses_what_the_command_refuses(tmp_path, monkeypatch, name, ch
 
 
 def test_a_whole_number_is_a_share_of_the_motion():
-    assert [Settings(state=share).state for share in (0, 1)] == [0.0, 1.0]
+    assert [ExportSettings(state=share).state for share in (0, 1)] == [0.0, 1.0]
 
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
     files = {".urdf": "<robot/>", ".closure.json": b"{}"}
-    monkeypatch.setitem(EXPORT_FORMATS, "urdf", Format("urdf", (".urdf",), "a robot", lambda value: files))
+    monkeypatch.setitem(EXPORT_FORMATS, "urdf", ExportFormat("urdf", (".urdf",), "a robot", lambda value: files))
     paths = save(DESIGN, tmp_path / "a.urdf")
     assert [path.name for path in paths] == ["a.urdf", "a.closure.json"]
     assert paths[1].read_bytes() == b"{}"
@@ -183,15 +183,15 @@ def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeyp
 
 
 def test_states_are_ends_or_shares_of_the_motion():
-    assert [read_state(text) for text in ("flat", "folded", "0", "0.25")] == ["flat", "folded", 0.0, 0.25]
+    assert [read_export_state(text) for text in ("flat", "folded", "0", "0.25")] == ["flat", "folded", 0.0, 0.25]
     value = exported(MOVING, "csv")
     assert value.angles(0.0) == pytest.approx(value.motion.angles[0])
     assert value.angles(1.0) == pytest.approx(value.motion.angles[-1])
     for text in ("1.5", "nan", "-1", ""):
         with pytest.raises(HcsearchError, match="is no state"):
-            read_state(text)
+            read_export_state(text)
     with pytest.raises(OutputError, match="there is no format 'obj'"):
-        format_of("a.obj", "obj")
+        export_format_of("a.obj", "obj")
 
 
 def test_check_takes_a_file_through_every_stage(run):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hcsearch.export.settings import Settings
+from hcsearch.export.settings import ExportSettings
 from tests.export.exports import DESIGN, MOVING, RING, exported, sheet_for, written
 from tests.report.browser import chromium, complaints
 
@@ -97,7 +97,9 @@ def check_orders(value, reading, data):
     assert solved == set(ours)
 
 
-@pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str)
+@pytest.mark.parametrize(
+    "settings", [ExportSettings(), ExportSettings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str
+)
 @pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
 def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     import ezdxf
@@ -118,7 +120,7 @@ def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     assert all(outline.is_valid for outline in outlines)
 
 
-@pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels")], ids=str)
+@pytest.mark.parametrize("settings", [ExportSettings(), ExportSettings(sheet="panels")], ids=str)
 @pytest.mark.parametrize(("name", "panel"), [(DESIGN, None), (DESIGN, "1000x20"), (RING, "6x0.5"), ("unit-ii", None)])
 def test_a_dxf_opens_with_the_whole_drawing_in_view(name, panel, settings):
     import ezdxf
@@ -166,7 +168,9 @@ document.body.append(place);
 """
 
 
-@pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str)
+@pytest.mark.parametrize(
+    "settings", [ExportSettings(), ExportSettings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str
+)
 @pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
 def test_chromium_draws_every_line_of_a_sheet_in_millimetres(name, settings, tmp_path):
     value = exported(name)

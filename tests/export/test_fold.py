@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.export import fold
-from hcsearch.export.fold import mesh_of
+from hcsearch.export.fold import cut_mesh_of
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
 from tests.export.exports import DESIGN, MOVING, exported, folded, written
@@ -41,7 +41,7 @@ def test_assemblies_read_back_as_they_were(name):
 @settings(max_examples=40)
 def test_slits_are_pairs_of_borders_with_ends_of_their_own(value):
     pattern = value.linkage.pattern
-    mesh = mesh_of(pattern)
+    mesh = cut_mesh_of(pattern)
     assert len(set(map(frozenset, mesh.edges))) == len(mesh.edges)
     beside = Counter(frozenset(side) for face in mesh.faces for side in zip(face, (*face[1:], face[0]), strict=True))
     creases = len(pattern.creases)
@@ -84,7 +84,7 @@ def test_panels_side_by_side_whose_ends_differ_in_the_last_bit_are_not_one_above
 @given(folded())
 @settings(max_examples=40)
 def test_the_folded_frame_keeps_each_face_and_lays_stacks_onto_each_other(value):
-    pattern, mesh = value.linkage.pattern, mesh_of(value.linkage.pattern)
+    pattern, mesh = value.linkage.pattern, cut_mesh_of(value.linkage.pattern)
     frame = fold.folded_frame(mesh, value.linkage)
     flat, folded_ = 1e3 * np.array(mesh.points), np.array(frame["vertices_coords"])
     for face in mesh.faces:
@@ -105,7 +105,7 @@ def _distances(points):
 
 def test_a_slit_that_ends_inside_at_both_ends_has_a_point_in_the_middle_of_each_side():
     pattern = exported("unit-ii").linkage.pattern
-    mesh = mesh_of(pattern)
+    mesh = cut_mesh_of(pattern)
     corners = sum(map(len, pattern.facets))
     assert sum(map(len, mesh.faces)) == corners + 2 * 4
     slits = [pattern.segment(pair) for pair in pattern.edges if pair not in pattern.creases]

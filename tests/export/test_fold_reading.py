@@ -12,7 +12,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
-from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
 from tests.export.exports import DESIGN, exported, folded, written
 from tests.strategies import circuits, congruences
 
@@ -69,7 +69,7 @@ def drawings(draw):
 @settings(max_examples=80)
 def test_a_drawing_in_any_position_is_recognised_with_its_folding(case):
     circuit, folding, data = case
-    design = recognise(parse_fold(json.dumps(data)))
+    design = recognise_design(parse_fold(json.dumps(data)))
     assert design.circuit == circuit
     assert design.assigned
     # the same folding, up to the symmetries of the circuit
@@ -85,18 +85,18 @@ def test_a_drawing_in_any_position_is_recognised_with_its_folding(case):
 @settings(max_examples=40)
 def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(value):
     drawing = parse_fold(written(value))
-    design = recognise(drawing)
+    design = recognise_design(drawing)
     assert design.circuit == value.circuit
     assert [value.folding] == list(design.foldings)
     panel = "50x40x6" if value.circuit.grid.name == "rectangle" else "50x50x6"
-    assert sized(design, drawing) == panel
+    assert drawn_panel_size(design, drawing) == panel
 
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_drawing_may_stand_upright_as_programs_with_y_upwards_write_it(axis):
     data = json.loads(written(exported(DESIGN)))
     data["vertices_coords"] = [[*p[:axis], 3.0, *p[axis:]] for p in data["vertices_coords"]]
-    assert [folding.notation for folding in recognise(parse_fold(json.dumps(data))).foldings] == [DESIGN]
+    assert [folding.notation for folding in recognise_design(parse_fold(json.dumps(data))).foldings] == [DESIGN]
     data["vertices_coords"][0][axis] += 1.0
     with pytest.raises(HcsearchError, match="it is folded"):
         parse_fold(json.dumps(data))
@@ -104,20 +104,20 @@ def test_a_drawing_may_stand_upright_as_programs_with_y_upwards_write_it(axis):
 
 def test_unassigned_creases_allow_every_folding():
     circuit = Circuit.from_notation("hex:0234435011")
-    design = recognise(parse_fold(json.dumps(drawn(circuit, "U" * 10))))
+    design = recognise_design(parse_fold(json.dumps(drawn(circuit, "U" * 10))))
     assert (design.assigned, design.creases) == (False, (1, 3, 4))
     data = drawn(circuit, "U" * 10)
     del data["edges_assignment"]
     with pytest.raises(HcsearchError, match=r"panel 1 at \(.*\) has 5 creases, to panels 0, 2, 3, 4, 5"):
-        recognise(parse_fold(json.dumps(data)))
+        recognise_design(parse_fold(json.dumps(data)))
 
 
 def test_fold_angles_stand_in_for_assignments():
     data = json.loads(written(exported(DESIGN)))
     del data["edges_assignment"]
-    assert [folding.notation for folding in recognise(parse_fold(json.dumps(data))).foldings] == [DESIGN]
+    assert [folding.notation for folding in recognise_design(parse_fold(json.dumps(data))).foldings] == [DESIGN]
     del data["edges_foldAngle"], data["edges_vertices"]
-    assert recognise(parse_fold(json.dumps(data))).creases == (1, 3, 4)
+    assert recognise_design(parse_fold(json.dumps(data))).creases == (1, 3, 4)
 
 
 def test_edges_within_a_panel_and_points_on_edges_are_no_panels_of_their_own():
@@ -196,7 +196,7 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
 )
 def test_what_is_no_design_is_said_in_one_line(text, message):
     with pytest.raises(HcsearchError, match=message) as error:
-        recognise(parse_fold(text, "mine.fold"))
+        recognise_design(parse_fold(text, "mine.fold"))
     assert "\n" not in str(error.value)
 
 
@@ -209,7 +209,7 @@ def test_two_closed_walks_are_no_circuit():
         "edges_assignment": one["edges_assignment"] + two["edges_assignment"],
     }
     with pytest.raises(HcsearchError, match="more than one closed walk: one runs through 6 of 12 panels"):
-        recognise(parse_fold(json.dumps(both)))
+        recognise_design(parse_fold(json.dumps(both)))
 
 
 def test_panels_off_the_grid_are_no_tiling():
@@ -217,9 +217,9 @@ def test_panels_off_the_grid_are_no_tiling():
     coords = data["vertices_coords"]
     bent = [[x + 0.2 * y * y, y] for x, y in coords]
     with pytest.raises(HcsearchError, match="is no cell of the"):
-        recognise(parse_fold(json.dumps({**data, "vertices_coords": bent})))
+        recognise_design(parse_fold(json.dumps({**data, "vertices_coords": bent})))
     rough = [[x + 1e-4 * (k % 3 - 1), y] for k, (x, y) in enumerate(coords)]
-    assert recognise(parse_fold(json.dumps({**data, "vertices_coords": rough}))).circuit == SQUARES.canonical()
+    assert recognise_design(parse_fold(json.dumps({**data, "vertices_coords": rough}))).circuit == SQUARES.canonical()
 
 
 def test_files_that_are_not_there_are_said(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hcsearch.export.glb import glb_of
-from hcsearch.export.panel_solids import placed, solid_of
+from hcsearch.export.panel_solids import panel_solid_of, placed_vertices
 from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
 from hcsearch.springs.dynamics.panels import panel_bodies
@@ -72,8 +72,8 @@ def test_trimesh_reads_the_first_state_of_glb_with_the_panels_in_place(name):
             )
         ]
         vertices = np.concatenate(corners)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # y is upwards there
-        solid = solid_of(linkage.pattern, panel)
-        expected = placed(poses[panel], solid.vertices)
+        solid = panel_solid_of(linkage.pattern, panel)
+        expected = placed_vertices(poses[panel], solid.vertices)
         apart = np.linalg.norm(vertices[:, None] - expected, axis=2)
         assert max(apart.min(axis=1).max(), apart.min(axis=0)[solid.wall[:, 0]].max()) < 1e-6
 
@@ -121,7 +121,7 @@ def test_open_cascade_reads_step_as_valid_solids_named_and_placed_by_panel(name,
         valid, own, centre = parts[f"panel {label}"]
         assert valid
         assert 1e-9 * own == pytest.approx(volume, rel=1e-9)
-        expected = placed(poses[panel], panel_bodies(linkage, 1.0)[panel].centre[None])[0]
+        expected = placed_vertices(poses[panel], panel_bodies(linkage, 1.0)[panel].centre[None])[0]
         assert 1e-3 * np.array(centre) == pytest.approx(expected, abs=1e-9)
 
 

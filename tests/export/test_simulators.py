@@ -10,9 +10,9 @@ import pytest
 
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning
 from hcsearch.designs.folding import Folding
-from hcsearch.export.cut_trees import cut_tree, line_of
+from hcsearch.export.cut_trees import cut_tree, linear_law_of
 from hcsearch.export.mjcf import mjcf_of
-from hcsearch.export.settings import Settings
+from hcsearch.export.settings import ExportSettings
 from hcsearch.export.urdf import urdf_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.laws import law_named
@@ -118,7 +118,7 @@ def test_laws_that_are_no_lines_are_refused_with_a_linear_one():
 @pytest.mark.parametrize("text", ["linear:0.1", "linear:0.1+0.02", "3*linear:0.1-0.5", "free", "table:0.1@-1,0.3@1"])
 def test_lines_of_laws_give_their_moments(text):
     law = law_named(text)
-    stiffness, moment = line_of(law, "hinge_0")
+    stiffness, moment = linear_law_of(law, "hinge_0")
     for angle in (-0.5, 0.0, 0.7):
         assert moment + stiffness * angle == pytest.approx(law.straight.moment(angle))
 
@@ -177,7 +177,7 @@ def test_panels_no_thicker_than_two_margins_are_refused_by_mjcf_as_by_deploy(pan
             rf"^a margin of \S+ mm .*: give more than 0 and less than {most} mm as margin_mm .*, or thicker panels$"
         )
         with pytest.raises(HcsearchError, match=message):
-            written(thin, "mjcf", Settings(contact=contact))
+            written(thin, "mjcf", ExportSettings(contact=contact))
 
 
 def test_meshes_of_thin_panels_are_not_inside_out():

@@ -15,7 +15,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import GLB_ANIMATION_SECONDS, glb_of
-from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels
+from hcsearch.export.panel_solids import all_panel_solids, panel_solid_of, placed_vertices, wanted_panels
 from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
 from hcsearch.shape.linkage import Linkage
@@ -44,7 +44,7 @@ def check_closed(solid):
 def test_solids_of_foldings_are_closed_and_have_the_volume_of_their_facets(circuit):
     for folding in foldings(circuit)[:1]:
         linkage = folding.linkage()
-        for solid, volume in zip(solids_of(linkage), volumes(linkage), strict=True):
+        for solid, volume in zip(all_panel_solids(linkage), volumes(linkage), strict=True):
             check_closed(solid)
             assert volume_of(solid.vertices[solid.triangles]) == pytest.approx(volume, rel=1e-9)
 
@@ -52,7 +52,7 @@ def test_solids_of_foldings_are_closed_and_have_the_volume_of_their_facets(circu
 @pytest.mark.parametrize("name", NAMES)
 def test_solids_of_assemblies_and_of_merged_panels_are_closed(name):
     for linkage in (case(name)[0], merged()[0]):
-        for solid, volume in zip(solids_of(linkage), volumes(linkage), strict=True):
+        for solid, volume in zip(all_panel_solids(linkage), volumes(linkage), strict=True):
             check_closed(solid)
             assert volume_of(solid.vertices[solid.triangles]) == pytest.approx(volume, rel=1e-9)
             assert len(solid.outlines) == 1
@@ -71,7 +71,7 @@ def ring():
 
 
 def test_a_panel_with_a_hole_has_two_outlines_and_a_wall_that_carries_its_hinge():
-    solid = solid_of(ring(), 0)
+    solid = panel_solid_of(ring(), 0)
     check_closed(solid)
     assert [len(walk) for walk in solid.outlines] == [12, 4]
     assert volume_of(solid.vertices[solid.triangles]) == pytest.approx(2.0)
@@ -83,14 +83,14 @@ def test_a_panel_with_a_hole_has_two_outlines_and_a_wall_that_carries_its_hinge(
 
 def test_slits_inside_a_panel_are_closed():
     pattern = replace(ring(), creases={(k, k + 1): RIGID_CREASE for k in range(7)})
-    assert solid_of(pattern, 0).wall.tolist() == solid_of(ring(), 0).wall.tolist()
+    assert panel_solid_of(pattern, 0).wall.tolist() == panel_solid_of(ring(), 0).wall.tolist()
 
 
 def test_a_panel_that_touches_itself_in_a_corner_is_refused():
     cells = ((0, 0), (-1, 0), (-1, 1), (-1, 2), (0, 2), (1, 2), (1, 1))
     pattern = Pattern.from_polygons(tuple(map(square, cells)), {(k, k + 1): RIGID_CREASE for k in range(6)}, 0.1)
     with pytest.raises(HcsearchError, match="panel 0 touches itself in a corner"):
-        solid_of(pattern, 0)
+        panel_solid_of(pattern, 0)
 
 
 def triangles_in(content):
@@ -133,7 +133,7 @@ def test_3mf_places_an_object_for_each_panel_by_its_pose(name):
         )
         assert 1e-9 * volume_of(corners[triangles]) == pytest.approx(volumes(linkage)[panel], rel=1e-9)
         numbers = np.array(item.get("transform").split(), float).reshape(4, 3)
-        expected = 1e3 * placed(poses[panel], solid_of(linkage.pattern, panel).vertices)
+        expected = 1e3 * placed_vertices(poses[panel], panel_solid_of(linkage.pattern, panel).vertices)
         assert corners @ numbers[:3] + numbers[3] == pytest.approx(expected, abs=1e-9)
 
 
@@ -155,8 +155,8 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
         corners_of = scene.vertices(time)
         assert set(corners_of) == {f"panel {panel}" for panel in labels.panels}
         for panel, label in enumerate(labels.panels):
-            solid = solid_of(linkage.pattern, panel)
-            expected = placed(poses[panel], solid.vertices)
+            solid = panel_solid_of(linkage.pattern, panel)
+            expected = placed_vertices(poses[panel], solid.vertices)
             apart = np.linalg.norm(corners_of[f"panel {label}"][:, None] - expected, axis=2)
             assert apart.min(axis=1).max() < SINGLE
             assert apart.min(axis=0)[solid.wall[:, 0]].max() < SINGLE

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import hcsearch
-from hcsearch.system.interrupts import INTERRUPTED as WORDS
+from hcsearch.system.interrupts import INTERRUPT_MESSAGE
 from tests.faults.fault_tools import INTERRUPTED, MANY, MOST, Running, assert_one_line, look, progress, seeded, wait_for
 
 
@@ -79,7 +79,7 @@ def test_ctrl_c_at_the_start_is_no_traceback(tmp_path, tally, times):
             code, out, err = running.end(signal.SIGINT)
         assert out == ""
         if code == INTERRUPTED:
-            assert err.removeprefix("\n") in ("", f"{WORDS}\n")
+            assert err.removeprefix("\n") in ("", f"{INTERRUPT_MESSAGE}\n")
         elif code == 2:
             assert "there is no hcsearch database" in err
         else:

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
-from hcsearch.search.own_patterns.recognition import recognise, sized
+from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
 from tests.export.exports import DESIGN, RING, exported, written
 from tests.fuzz.mutations import judge, mutated
 
@@ -16,9 +16,9 @@ VALUES += list("MVFUBCJ")
 
 def read(text):
     drawing = parse_fold(text)
-    found = recognise(drawing)
+    found = recognise_design(drawing)
     assert pattern_of(drawing, 1e-3).area > 0.0
-    return sized(found, drawing)
+    return drawn_panel_size(found, drawing)
 
 
 def changed(chance, value):

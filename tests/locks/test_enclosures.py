@@ -39,7 +39,7 @@ from hcsearch.kernels.enclosure.refutation import (
     start_refutation,
 )
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, random_walk
-from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted_foldings_of
 from hcsearch.motion.collision.panel_prisms import margin_of
 from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks import enclosures, floods
@@ -426,7 +426,7 @@ def test_a_chain_without_a_loop_is_never_locked():
 )
 def test_what_is_locked_at_an_end_is_enclosed(thickness, missed):
     left, count = set(), 0
-    for folding in untwisted("hex", 10):
+    for folding in untwisted_foldings_of("hex", 10):
         linkage = Linkage(folding.pattern((0.05, 0.05, thickness)))
         if any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat)):
             enclosure, count = enclose_ends(linkage, 200_000), count + 1

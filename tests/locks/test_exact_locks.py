@@ -14,17 +14,17 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.unit_search.elements import untwisted
+from hcsearch.library.unit_search.elements import untwisted_foldings_of
 from hcsearch.motion.kinematics.local import bilinear_products
 from hcsearch.motion.locks import end_locks, exact_checks
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.lattice import lattice_frame_of, whole_end
-from hcsearch.search.stages.mobility import locked_with, mobility
+from hcsearch.search.stages.mobility import locked_in_every_way, mobility_of_batch
 from hcsearch.shape.linkage import Linkage
 from tests.locks.test_layers import clamp, contact_rows
 
 SIZE = (0.05, 0.05, 0.006)
-TILINGS = [f for grid, n in (("hex", 10), ("square", 12), ("triangle", 14)) for f in untwisted(grid, n)]
+TILINGS = [f for grid, n in (("hex", 10), ("square", 12), ("triangle", 14)) for f in untwisted_foldings_of(grid, n)]
 TEN = [folding for folding in TILINGS if folding.circuit.grid.name == "hex"]
 
 
@@ -248,9 +248,9 @@ def test_locks_with_rigid_and_with_hinged_flat_pairs_are_two_statements():
     creases = np.array([folding.crease for folding in TEN], np.int16)
     circuits = CircuitBatch("hex", words, np.ones(len(TEN), np.int16))
     batch = FoldingBatch(np.arange(len(TEN), dtype=np.int32), creases)
-    freedoms = mobility(circuits, batch, np.zeros(len(TEN), np.int16))
+    freedoms = mobility_of_batch(circuits, batch, np.zeros(len(TEN), np.int16))
     hinged = [any(lock_at(*end).locked for end in both_ends(folding, flat_pairs="hinged")) for folding in TEN]
     assert freedoms.locked_hinged.tolist() == hinged
     assert (freedoms.locked.sum(), freedoms.locked_hinged.sum()) == (14, 2)
-    assert locked_with(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
-    assert locked_with(freedoms, ("hinged",)).tolist() == locked_with(freedoms, WAYS).tolist() == hinged
+    assert locked_in_every_way(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
+    assert locked_in_every_way(freedoms, ("hinged",)).tolist() == locked_in_every_way(freedoms, WAYS).tolist() == hinged

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import least_squares, linprog
 
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.assemblies.packages import flat_overlap, package
-from hcsearch.library.unit_search.elements import elements
-from hcsearch.library.unit_search.unit_proofs import locked
+from hcsearch.library.assemblies.packages import flat_overlap, folded_package
+from hcsearch.library.unit_search.elements import elements_of_designs
+from hcsearch.library.unit_search.unit_proofs import has_locked_end
 from hcsearch.motion.locks.end_locks import (
     WRENCH_MARGIN,
     LayerContact,
@@ -53,7 +53,7 @@ def drawn(text, creases, thickness=0.1):
     numbered = {tuple(sorted((number[p], number[q]))): crease for (p, q), crease in joined.items()}
     pattern = Pattern.from_polygons(facets, numbered, thickness)
     assert flat_overlap(pattern) == 0
-    assert package(pattern).overlap_volume < 1e-9
+    assert folded_package(pattern).overlap_volume < 1e-9
     return Linkage(pattern)
 
 
@@ -138,7 +138,7 @@ def test_stops_imply_the_contacts_of_two_stacks(grid, n, expected):
     """Statement 26, with every contact, and with each row altered by what loops make zero."""
     rng = np.random.default_rng(6)
     orders = set()
-    for element in list(elements(grid, n))[::2]:
+    for element in list(elements_of_designs(grid, n))[::2]:
         linkage = element.linkage
         if not linkage.loops:
             continue
@@ -165,7 +165,7 @@ def test_what_moves_is_not_locked_by_contacts(name):
     assert len(touching) > 12
     touching += rng.normal(size=(len(touching), linkage.n_rows)) @ loops(linkage)
     assert not lock_at(linkage, linkage.folded, touching).locked
-    assert not locked(linkage)
+    assert not has_locked_end(linkage)
 
 
 def test_contacts_lock_what_stops_do_not():
@@ -183,12 +183,12 @@ def test_contacts_lock_what_stops_do_not():
         assert "push" in lock.reason
         assert "push" not in stops.reason
         assert (lock.wrench @ loops(linkage) - lock.forces @ rows).min() > WRENCH_MARGIN
-        assert locked(linkage)
+        assert has_locked_end(linkage)
     assert np.abs(lock.wrench).max() == 1.0  # in the ring loops and layers hold together
     lock = lock_at(clamp(DOWN), clamp(DOWN).folded, contact_rows(clamp(DOWN)))
     assert not lock.locked
     assert lock.motion == pytest.approx([0.0, 1.0])
-    assert not locked(clamp(DOWN))
+    assert not has_locked_end(clamp(DOWN))
 
 
 def test_what_stops_leave_the_ring_goes_through_its_panels():
@@ -219,7 +219,7 @@ def test_any_conditions_are_kept_and_what_is_proved_holds():
     """Conditions at random on foldings that stops leave open: proofs by each order, and motions that keep all."""
     rng = np.random.default_rng(9)
     seen = Counter()
-    for element in elements("hex", 10):
+    for element in elements_of_designs("hex", 10):
         linkage = element.linkage
         if lock_at(linkage, linkage.folded).locked:
             continue

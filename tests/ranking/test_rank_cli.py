@@ -12,10 +12,10 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.store.columns import CRITERIA
+from hcsearch.store.columns import RANKING_CRITERIA
 from tests import forking, next_schema
 
-NAMES = [quantity.name for quantity in CRITERIA]
+NAMES = [quantity.name for quantity in RANKING_CRITERIA]
 
 
 def call(path, *words):
@@ -167,7 +167,7 @@ def test_a_file_that_cannot_be_written_is_ranked_but_takes_no_scores(path, monke
 
 def test_help_tells_unit_and_direction_of_each_criterion():
     text = CliRunner().invoke(hcsearch, ["rank", "--help"]).output
-    for quantity in CRITERIA:
+    for quantity in RANKING_CRITERIA:
         line = next(line for line in text.splitlines() if line.split()[:1] == [quantity.name])
         assert f"{quantity.better} is better" in line
         assert line.endswith(quantity.unit)

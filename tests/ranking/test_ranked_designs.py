@@ -12,12 +12,12 @@ from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.ranking import rank_designs, save_ranks
 from hcsearch.store import open_database, open_readonly, schema, select
-from hcsearch.store.columns import CRITERIA
-from hcsearch.web.report.data import fetch
+from hcsearch.store.columns import RANKING_CRITERIA
+from hcsearch.web.report.data import fetch_report_data
 
-NAMES = [quantity.name for quantity in CRITERIA]
-BETTER = [quantity.better for quantity in CRITERIA]
-HALVES = [quantity.half for quantity in CRITERIA]
+NAMES = [quantity.name for quantity in RANKING_CRITERIA]
+BETTER = [quantity.better for quantity in RANKING_CRITERIA]
+HALVES = [quantity.half for quantity in RANKING_CRITERIA]
 
 
 def as_dicts(ranked):
@@ -201,4 +201,4 @@ def test_stored_scores_lead_queries_and_the_report(path):
     order = [row[1] for row in ranked.result.rows]
     with open_readonly(str(path)) as reader:
         assert [row[0] for row in select(reader, columns="id", sort="-score", limit=len(order)).rows] == order
-        assert [design["id"] for design in fetch(reader, "untwisted", len(order)).designs] == order
+        assert [design["id"] for design in fetch_report_data(reader, "untwisted", len(order)).designs] == order

@@ -10,11 +10,11 @@ from naive_ranks import dominates, score
 
 from hcsearch.basics.errors import QueryError
 from hcsearch.search.ranking import complete_weights, weighted_score
-from hcsearch.store.columns import CRITERIA, DESIGNS, VIEWS
+from hcsearch.store.columns import DESIGN_QUANTITIES, RANKING_CRITERIA, VIEWS
 
-NAMES = [quantity.name for quantity in CRITERIA]
-BETTER = [quantity.better for quantity in CRITERIA]
-HALVES = [quantity.half for quantity in CRITERIA]
+NAMES = [quantity.name for quantity in RANKING_CRITERIA]
+BETTER = [quantity.better for quantity in RANKING_CRITERIA]
+HALVES = [quantity.half for quantity in RANKING_CRITERIA]
 
 VALUES = st.one_of(st.none(), st.integers(0, 3), st.floats(-1.0, 30.0))
 EXTREMES = st.one_of(VALUES, st.floats(allow_nan=False))
@@ -31,7 +31,7 @@ def scores(rows, weights):
 
 
 def test_criteria_are_those_that_designs_are_ranked_by():
-    assert {(quantity.name, quantity.unit, quantity.better) for quantity in CRITERIA} == {
+    assert {(quantity.name, quantity.unit, quantity.better) for quantity in RANKING_CRITERIA} == {
         ("deployment_ratio", "", "higher"),
         ("dof", "", "lower"),
         ("symmetry", "", "higher"),
@@ -40,15 +40,17 @@ def test_criteria_are_those_that_designs_are_ranked_by():
         ("deploy_time", "s", "lower"),
         ("hinges", "", "lower"),
     }
-    assert all(quantity.kind in ("integer", "real") and quantity.half > 0 for quantity in CRITERIA)
-    assert [quantity for quantity in DESIGNS if quantity.better and quantity not in CRITERIA] == [
-        quantity for quantity in DESIGNS if quantity.name in ("dof_merged", "critical_margin", "least_gap", "score")
+    assert all(quantity.kind in ("integer", "real") and quantity.half > 0 for quantity in RANKING_CRITERIA)
+    assert [quantity for quantity in DESIGN_QUANTITIES if quantity.better and quantity not in RANKING_CRITERIA] == [
+        quantity
+        for quantity in DESIGN_QUANTITIES
+        if quantity.name in ("dof_merged", "critical_margin", "least_gap", "score")
     ]
 
 
 def test_a_criterion_has_one_unit_and_one_direction_in_all_views():
     listed = {(q.name, q.unit, q.better) for view in VIEWS.values() for q in view if q.name in NAMES}
-    assert listed == {(quantity.name, quantity.unit, quantity.better) for quantity in CRITERIA}
+    assert listed == {(quantity.name, quantity.unit, quantity.better) for quantity in RANKING_CRITERIA}
 
 
 @given(rows_of(VALUES), WEIGHTS)

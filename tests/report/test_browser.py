@@ -11,7 +11,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
-from hcsearch.web.report.data import ReportData, fetch
+from hcsearch.web.report.data import ReportData, fetch_report_data
 from hcsearch.web.report.page_files import render_report
 from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import joined_script
@@ -231,7 +231,7 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
     ]
     queries = list(dict.fromkeys(queries))
     with open_readonly(str(database_file)) as database:
-        given = {"data": page_data(fetch(database, "", limit=None, sort="id")), "queries": queries}
+        given = {"data": page_data(fetch_report_data(database, "", limit=None, sort="id")), "queries": queries}
         expected = []
         for query in queries:
             try:

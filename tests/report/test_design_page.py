@@ -12,7 +12,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.records import Trial
 from hcsearch.store import open_database, open_readonly, select
-from hcsearch.web.report.design_data import design_data
+from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.page_files import render_design, write_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, data_of
@@ -23,7 +23,7 @@ FOLDING = Folding.from_notation("hex:0234550132:4")
 @pytest.fixture(scope="module")
 def computed():
     """A folding that no database holds: its motions are planned and simulated."""
-    return design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0)
+    return fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0)
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def stored(database_file, tmp_path):
 def page_of(path: str, number: int, name: str, scene: str = "default"):
     circuit = Circuit.from_notation(name)
     with open_readonly(path) as database:
-        return design_data(circuit, foldings(circuit), path, database, number, scene)
+        return fetch_design_data(circuit, foldings(circuit), path, database, number, scene)
 
 
 def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):

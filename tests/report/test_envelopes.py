@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.web.report.design_data import envelope_at, room_of
+from hcsearch.web.report.design_data import envelope_at, folding_room_of
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
 FOLDINGS = [f for grid, ns in SIZES.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]
@@ -15,7 +15,7 @@ FOLDINGS = [f for grid, ns in SIZES.items() for n in ns for c in enumerate_circu
 
 @given(st.sampled_from(FOLDINGS))
 def test_two_stacks_stand_on_two_cells(folding):
-    room = room_of(folding, SCENES["default"])
+    room = folding_room_of(folding, SCENES["default"])
     side, across = 50.0, 50.0 * math.sqrt(3)
     # a pair of cells that share an edge, in the smallest rectangle around it
     pair = {
@@ -36,9 +36,9 @@ def test_two_stacks_stand_on_two_cells(folding):
 def test_mass_is_density_times_volume():
     folding = Folding.from_notation("hex:0234550132:4")
     area = 10 * 1.5 * math.sqrt(3) * 0.05**2
-    assert room_of(folding, SCENES["default"]).mass == pytest.approx(547 * area * 0.006)
-    assert room_of(folding, Scene(areal_mass=2.0)).mass == pytest.approx(2.0 * area)
-    assert room_of(folding, Scene(panel=(0.1, 0.1, 0.003))).mass == pytest.approx(547 * 4 * area * 0.003)
+    assert folding_room_of(folding, SCENES["default"]).mass == pytest.approx(547 * area * 0.006)
+    assert folding_room_of(folding, Scene(areal_mass=2.0)).mass == pytest.approx(2.0 * area)
+    assert folding_room_of(folding, Scene(panel=(0.1, 0.1, 0.003))).mass == pytest.approx(547 * 4 * area * 0.003)
 
 
 @given(st.sampled_from(FOLDINGS))

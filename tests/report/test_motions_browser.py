@@ -6,7 +6,7 @@ import pytest
 
 from hcsearch.designs.folding import Folding
 from hcsearch.web.player import payload_of
-from hcsearch.web.report.design_data import design_data
+from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.page_files import render_design, render_report
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
@@ -61,7 +61,7 @@ def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_
 
 @pytest.mark.parametrize("width", [1300, 390])
 def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, tmp_path, width):
-    text = render_design(design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
+    text = render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
     path = show(tab, text, tmp_path, width)
     for k in (0, 1):
         tab.value(f"document.querySelector('[data-motion=\"{k}\"]').scrollIntoView()")
@@ -74,7 +74,7 @@ def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, tmp_pa
 
 
 def test_motions_that_were_never_seen_are_printed(tab, tmp_path):
-    text = render_design(design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
+    text = render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
     show(tab, text, tmp_path)
     tab.value("dispatchEvent(new Event('beforeprint'))")
     stills = "p.firstElementChild.shadowRoot.querySelectorAll('.stills canvas').length"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.system.figures import curve_look
-from hcsearch.web.report.plots import PLOT_HEIGHT, PLOT_WIDTH, Curve, Mark, plot
+from hcsearch.web.report.plots import PLOT_HEIGHT, PLOT_WIDTH, PlotCurve, PlotMark, draw_plot
 
 numbers = st.floats(-1e6, 1e6).map(lambda x: round(x, 6))
 
@@ -30,7 +30,7 @@ def test_curves_differ_in_colour_and_in_dashes():
 def test_greater_values_lie_higher_and_everything_lies_in_the_frame(values, linear_to):
     values.sort()
     x, y = zip(*values, strict=True)
-    svg = plot([Curve("one", x, y)], "title", "time, s", "gap, mm", linear_to=linear_to)
+    svg = draw_plot([PlotCurve("one", x, y)], "title", "time, s", "gap, mm", linear_to=linear_to)
     ET.fromstring(svg)
     (drawn,) = points(svg)
     assert len(drawn) == len(values)
@@ -41,13 +41,13 @@ def test_greater_values_lie_higher_and_everything_lies_in_the_frame(values, line
 
 
 def test_a_value_that_is_not_known_breaks_the_line():
-    svg = plot([Curve("gap", [0, 1, 2, 3, 4], [1, 2, None, None, 3])], "", "", "")
+    svg = draw_plot([PlotCurve("gap", [0, 1, 2, 3, 4], [1, 2, None, None, 3])], "", "", "")
     assert [len(piece) for piece in points(svg)] == [2, 1]
 
 
 @pytest.mark.parametrize("low", [-7.5, -0.02, 0.0])
 def test_the_logarithmic_scale_has_ticks_at_powers_of_ten(low):
-    svg = plot([Curve("gap", [0, 1], [low, 50])], "", "", "gap", linear_to=0.01)
+    svg = draw_plot([PlotCurve("gap", [0, 1], [low, 50])], "", "", "gap", linear_to=0.01)
     texts = [text.text for text in ET.fromstring(svg).iter("text")]
     assert {"0", "0.01", "0.1", "1", "10", "100"} <= set(texts)
     assert ("-10" in texts, "-0.1" in texts) == (low == -7.5, low < 0.0)
@@ -55,7 +55,9 @@ def test_the_logarithmic_scale_has_ticks_at_powers_of_ten(low):
 
 def test_texts_are_escaped_and_marks_are_where_they_happen():
     hostile = "<script>&\"'"
-    svg = plot([Curve(hostile, [0, 10], [0, 1])], hostile, hostile, hostile, marks=[Mark(5, hostile, bad=True)])
+    svg = draw_plot(
+        [PlotCurve(hostile, [0, 10], [0, 1])], hostile, hostile, hostile, marks=[PlotMark(5, hostile, bad=True)]
+    )
     root = ET.fromstring(svg)
     assert not [child for child in root.iter() if child.tag == "script"]
     assert [text.text for text in root.iter("text")].count(hostile) == 3

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import FunnelStage, ReportData
 from hcsearch.web.report.page_files import census_table, render_report
-from hcsearch.web.report.reasons import why
+from hcsearch.web.report.reasons import status_reason
 from hcsearch.web.report.script_data import pack_column
 from tests.report.pages import Page, column, data_of, unpacked
 
@@ -77,7 +77,7 @@ def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, t
         }
         for scene in tried
     ]
-    assert text in why({"status": status, "twist": twist}, motion, rows)
+    assert text in status_reason({"status": status, "twist": twist}, motion, rows)
 
 
 @given(st.lists(st.one_of(st.none(), st.integers(-3, 3), st.sampled_from(["deploys", "", "<x>"]))))

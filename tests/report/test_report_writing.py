@@ -10,9 +10,9 @@ from hcsearch.scenes import Scene
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, select
-from hcsearch.web.report.data import fetch
+from hcsearch.web.report.data import fetch_report_data
 from hcsearch.web.report.page_files import write_report
-from hcsearch.web.report.templating import scene_option
+from hcsearch.web.report.templating import scene_option_text
 from tests.judging import judge
 
 
@@ -27,7 +27,7 @@ def counts(data):
 
 
 def test_the_funnel_counts_what_the_query_selects(database):
-    assert counts(fetch(database, "grid=hex n=8", limit=None)) == {
+    assert counts(fetch_report_data(database, "grid=hex n=8", limit=None)) == {
         "fixed circuits": 123,
         "arrays": 14,
         "non-isomorphic circuits": 16,
@@ -36,31 +36,31 @@ def test_the_funnel_counts_what_the_query_selects(database):
         "movable": None,
         "deployable by springs": None,
     }
-    untwisted = fetch(database, "grid=hex n=8 untwisted", limit=None)
+    untwisted = fetch_report_data(database, "grid=hex n=8 untwisted", limit=None)
     assert [stage.count for stage in untwisted.funnel][1:] == [1, 1, 1, 1, None, None]
 
 
 def test_stages_that_have_not_run_are_not_known(database):
-    data = fetch(database, "grid=hex n=10", limit=5)
+    data = fetch_report_data(database, "grid=hex n=10", limit=5)
     assert list(counts(data).values())[2:] == [120, None, None, None, None]
     assert data.census == [(None, None, 120)]
     assert (len(data.designs), data.total) == (5, 120)
 
 
 def test_twisted_designs_alone_are_known_not_to_deploy(database):
-    funnel = counts(fetch(database, "grid=hex n=8 untwisted=0", limit=None))
+    funnel = counts(fetch_report_data(database, "grid=hex n=8 untwisted=0", limit=None))
     assert (funnel["movable"], funnel["deployable by springs"]) == (0, 0)
 
 
 def test_the_best_designs_come_first_with_their_foldings(database):
-    data = fetch(database, "grid=hex n=8", limit=3)
+    data = fetch_report_data(database, "grid=hex n=8", limit=3)
     assert [(d["untwisted"], d["two_stack"]) for d in data.designs] == [(1, 1), (0, 1), (0, 0)]
     assert sorted(data.foldings) == sorted(d["id"] for d in data.designs if d["two_stack"])
     assert all(len(data.foldings[d["id"]]) == d["n_foldings"] for d in data.designs[:2])
 
 
 def test_the_page_says_what_was_searched_and_what_was_left_out(database):
-    data = fetch(database, "grid=rectangle", limit=None)
+    data = fetch_report_data(database, "grid=rectangle", limit=None)
     meta = dict(data.meta)
     assert (meta["grid"], meta["n"], meta["array"], meta["kept"]) == (
         "rectangle",
@@ -71,11 +71,11 @@ def test_the_page_says_what_was_searched_and_what_was_left_out(database):
     assert data.title == "Designs of array rectangle:f.f.f.f"
     assert data.size == (60, 30)
     assert "kept only untwisted designs" in data.notes[0]
-    assert not fetch(database, "grid=hex n=8", limit=None).notes
+    assert not fetch_report_data(database, "grid=hex n=8", limit=None).notes
 
 
 def test_a_report_of_no_designs_is_refused(database, tmp_path):
-    data = fetch(database, "n=99", limit=None)
+    data = fetch_report_data(database, "n=99", limit=None)
     assert set(counts(data).values()) == {0}
     with pytest.raises(QueryError, match="no design satisfies 'n=99': see `hcsearch query`"):
         write_report(database, "n=99", tmp_path / "new" / "none.html")
@@ -101,7 +101,10 @@ def scenes(database_file, tmp_path):
 
 
 def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
-    reports = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "driven", "flat")}
+    reports = {
+        scene: fetch_report_data(scenes, "grid=hex n=8", limit=1, scene=scene)
+        for scene in ("default", "driven", "flat")
+    }
     shown = {
         scene: [data.designs[0][name] for name in ("status", "deploy_time", "needed_margin")]
         + [counts(data)[name] for name in ("movable", "deployable by springs")]
@@ -115,9 +118,9 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in reports.values()]
     assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"movable"}, {"undecided"}]
     assert [dict(data.meta)["scene"] for data in reports.values()] == ["default", "driven", "flat"]
-    assert fetch(scenes, "deployable", limit=None).total == 1
-    assert fetch(scenes, "deployable", limit=None, scene="driven").total == 1
-    assert fetch(scenes, "deployable", limit=None, scene="flat").total == 0
+    assert fetch_report_data(scenes, "deployable", limit=None).total == 1
+    assert fetch_report_data(scenes, "deployable", limit=None, scene="driven").total == 1
+    assert fetch_report_data(scenes, "deployable", limit=None, scene="flat").total == 0
     for scene, timed, moves in (("default", True, True), ("driven", False, True), ("flat", False, False)):
         page = write_report(scenes, "grid=hex n=8", tmp_path / "page.html", scene=scene).read_text(encoding="utf-8")
         assert ('"deploy_time":[1.25,null' in page, '"needed_margin":[0.01,null' in page) == (timed, moves)
@@ -127,33 +130,36 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
 
 
 def test_panels_are_drawn_as_large_as_in_the_scene(scenes):
-    sizes = [fetch(scenes, "grid=rectangle", limit=None, scene=scene).size for scene in ("flat", "long", "default")]
+    sizes = [
+        fetch_report_data(scenes, "grid=rectangle", limit=None, scene=scene).size
+        for scene in ("flat", "long", "default")
+    ]
     assert sizes == [(60, 30), (80, 20), None]  # `default` was not run, and the others do not agree
 
 
 def test_numbers_of_a_scene_without_results_are_not_known(scenes):
-    data = fetch(scenes, "grid=hex n=8", limit=None, scene="long")
+    data = fetch_report_data(scenes, "grid=hex n=8", limit=None, scene="long")
     assert list(counts(data).values())[-3:] == [1, None, None]
     assert data.notes[0].startswith(
         "No motion was looked for in the scene long: --scene names one with results (default,"
     )
-    assert not fetch(scenes, "grid=hex n=8", limit=None).notes
+    assert not fetch_report_data(scenes, "grid=hex n=8", limit=None).notes
 
 
 def test_commands_name_the_scene_and_the_file_that_holds_it(database, database_file, monkeypatch):
-    where = fetch(database, "grid=hex n=8", limit=1).where
+    where = fetch_report_data(database, "grid=hex n=8", limit=1).where
     assert where == f" --db {database_file}"
-    assert scene_option("solar, hinged", where) == f" --scene 'solar, hinged' --db {database_file}"
-    assert scene_option("default", where) == ""
+    assert scene_option_text("solar, hinged", where) == f" --scene 'solar, hinged' --db {database_file}"
+    assert scene_option_text("default", where) == ""
     monkeypatch.setenv("HCSEARCH_DB", str(database_file))
-    assert fetch(database, "grid=hex n=8", limit=1).where == ""
+    assert fetch_report_data(database, "grid=hex n=8", limit=1).where == ""
 
 
 def test_values_of_a_query_are_data(database):
-    data = fetch(database, "circuit>x'OR'1'='1", limit=None)
+    data = fetch_report_data(database, "circuit>x'OR'1'='1", limit=None)
     assert data.total == 0
     with pytest.raises(QueryError, match="nosuch"):
-        fetch(database, "nosuch=1", limit=None)
+        fetch_report_data(database, "nosuch=1", limit=None)
 
 
 def test_a_report_is_written(database, tmp_path):
@@ -195,4 +201,4 @@ def test_a_database_is_never_overwritten(database, database_file):
 
 
 def test_data_is_plain(database):
-    assert asdict(fetch(database, "grid=hex n=8", limit=1))["total"] == 16
+    assert asdict(fetch_report_data(database, "grid=hex n=8", limit=1))["total"] == 16

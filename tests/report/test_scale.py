@@ -9,7 +9,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly
-from hcsearch.web.report.data import fetch
+from hcsearch.web.report.data import fetch_report_data
 from hcsearch.web.report.page_files import render_report
 from tests.judging import judge
 from tests.report.browser import driven
@@ -39,7 +39,7 @@ def page(tmp_path_factory):
     with open_database(str(path), create=True) as database:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 14), "twist"), database)
     with open_readonly(str(path)) as database:
-        plain = fetch(database, "untwisted", limit=None)
+        plain = fetch_report_data(database, "untwisted", limit=None)
     choose, judged = random.Random(14), []
     for design in plain.designs:
         for row in plain.foldings[design["id"]]:
@@ -51,7 +51,7 @@ def page(tmp_path_factory):
     with open_database(str(path), create=False) as database:
         judge(database, judged)
     with open_readonly(str(path)) as database:
-        text = render_report(fetch(database, "", limit=None))
+        text = render_report(fetch_report_data(database, "", limit=None))
     page = path.with_name("page.html")
     page.write_text(text, encoding="utf-8")
     return page

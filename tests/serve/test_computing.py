@@ -5,7 +5,7 @@ import time
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.web.serve.jobs import BusyError, Computing, Kept
+from hcsearch.web.serve.jobs import BusyError, ComputingPool, ResultCache
 
 
 def refused() -> None:
@@ -18,7 +18,7 @@ def dies() -> None:
 
 @pytest.fixture
 def computing():
-    made = Computing(processes=1, seconds=20.0)
+    made = ComputingPool(processes=1, seconds=20.0)
     yield made
     made.close()
 
@@ -38,7 +38,7 @@ def test_a_process_that_dies_is_replaced(computing):
 
 
 def test_what_takes_too_long_is_ended_and_what_finds_no_room_is_refused_at_once():
-    computing = Computing(processes=1)
+    computing = ComputingPool(processes=1)
     computing("warm", int, "7")
     computing._seconds = 3.0  # from here on, as a process takes long to start on a busy machine
     late: list[str] = []
@@ -68,7 +68,7 @@ def test_what_takes_too_long_is_ended_and_what_finds_no_room_is_refused_at_once(
 
 
 def test_the_latest_results_are_kept():
-    kept = Kept(2)
+    kept = ResultCache(2)
     for key in "abc":
         kept[key] = key.upper()
     with pytest.raises(KeyError):

@@ -24,10 +24,10 @@ def application(environ, start_response):
 def serving(**patience):
     from waitress.wasyncore import close_all
 
-    from hcsearch.web.serve.server import Patience, Server
+    from hcsearch.web.serve.server import ConnectionLimits, Server
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        server = Server(application, listening, Patience(**patience), {"threads": 4})
+        server = Server(application, listening, ConnectionLimits(**patience), {"threads": 4})
 
         def run():
             with suppress(OSError, ValueError):  # as it is closed while it waits

@@ -206,10 +206,10 @@ def test_a_file_of_rows_ends_at_a_damaged_one_and_gives_its_room_back(database_f
 
 
 def test_the_terminal_says_in_one_line_why_an_answer_was_cut_off(caplog):
-    from hcsearch.web.serve.server import in_one_line
+    from hcsearch.web.serve.server import shorten_log_record
 
     logger = logging.getLogger("waitress")
-    logger.addFilter(in_one_line)
+    logger.addFilter(shorten_log_record)
     try:
         for error in (DatabaseError("database x is damaged"), ZeroDivisionError("a fault")):
             try:
@@ -219,7 +219,7 @@ def test_the_terminal_says_in_one_line_why_an_answer_was_cut_off(caplog):
             except DatabaseError:
                 logger.exception("Exception while serving /designs.csv")
     finally:
-        logger.removeFilter(in_one_line)
+        logger.removeFilter(shorten_log_record)
     cut, fault = caplog.records
     assert (cut.getMessage(), cut.exc_info) == (
         "hcsearch: Exception while serving /designs.csv: database x is damaged",

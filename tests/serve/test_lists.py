@@ -203,16 +203,16 @@ def test_streams_are_limited_and_given_back(asking):
 
 
 def rows():
-    from hcsearch.web.serve.requests import Asked
+    from hcsearch.web.serve.requests import ListRequest
 
-    return Asked("designs"), "csv"
+    return ListRequest("designs"), "csv"
 
 
 def test_a_fault_is_reported_in_the_terminal_and_not_on_the_page(asking, monkeypatch, capsys):
     def fails(*_: object) -> None:
         raise RuntimeError("<b>secret</b>")
 
-    monkeypatch.setattr("hcsearch.web.serve.application.read_asked", fails)
+    monkeypatch.setattr("hcsearch.web.serve.application.read_list_request", fails)
     answer = asking("/designs")
     assert (answer.status, "secret" in answer.text) == (500, False)
     assert "RuntimeError: <b>secret</b>" in capsys.readouterr().err

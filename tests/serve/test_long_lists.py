@@ -95,8 +95,8 @@ def test_a_long_list_without_room_is_answered_with_when_to_ask_again(asking, mon
         return lambda *given: slow(given[-1]) if given[-1] < 1 else ask(*given)
 
     expected = asking(address)
-    monkeypatch.setattr(listing, "page_of", taking_long(listing.page_of))
-    monkeypatch.setattr("hcsearch.web.serve.application.few_rows", taking_long(downloads.few_rows))
+    monkeypatch.setattr(listing, "list_page_of", taking_long(listing.list_page_of))
+    monkeypatch.setattr("hcsearch.web.serve.application.text_of_few_rows", taking_long(downloads.text_of_few_rows))
     monkeypatch.setattr(asking.application, "_long_lists", LongLists(most=0, waiting=0))
     answer = asking(address)
     assert (answer.status, int(answer.headers["Retry-After"])) == (503, 5)

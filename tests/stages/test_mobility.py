@@ -35,7 +35,7 @@ def run(search):
 def stages(batch):
     folded = fold(batch)
     twists = twist_batch(batch, folded)
-    return batch, folded, twists, mobility.mobility(batch, folded, twists)
+    return batch, folded, twists, mobility.mobility_of_batch(batch, folded, twists)
 
 
 @pytest.mark.parametrize(("grid", "n"), [("hex", 8), ("hex", 10), ("square", 12), ("triangle", 14), ("rectangle", 10)])
@@ -66,9 +66,9 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
         locked = any(lock_at(hinged, angles).locked for angles in (hinged.folded, hinged.flat))
         assert freedoms.locked_hinged[i] == (freedoms.locked[i] and locked)
     assert not (freedoms.locked_hinged & ~freedoms.locked).any()
-    assert mobility.locked_with(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
+    assert mobility.locked_in_every_way(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
     for flat_pairs in (("hinged",), WAYS):
-        assert mobility.locked_with(freedoms, flat_pairs).tolist() == freedoms.locked_hinged.tolist()
+        assert mobility.locked_in_every_way(freedoms, flat_pairs).tolist() == freedoms.locked_hinged.tolist()
 
 
 @pytest.mark.parametrize(("grid", "n"), [("hex", 10), ("square", 12)])
@@ -76,10 +76,12 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
 def test_locks_with_other_panels(grid, n, thickness):
     batch, folded, _, freedoms = run(PolygonSearch(GRIDS[grid], n))
     locks = freedoms.locked, freedoms.locked_hinged
-    assert mobility.locks_of(batch, folded, locks, default_panel(grid)) == locks
+    assert mobility.locks_with_panel(batch, folded, locks, default_panel(grid)) == locks
     other = (*default_panel(grid)[:2], thickness)
     orders = []
-    for hinged, (before, own) in enumerate(zip(locks, mobility.locks_of(batch, folded, locks, other), strict=True)):
+    for hinged, (before, own) in enumerate(
+        zip(locks, mobility.locks_with_panel(batch, folded, locks, other), strict=True)
+    ):
         assert not (own & ~before).any()
         for i in np.flatnonzero(before).tolist():
             folding = folding_at(batch, folded, i)

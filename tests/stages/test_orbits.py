@@ -20,7 +20,7 @@ from hcsearch.search.pipeline.shards import candidates_of
 from hcsearch.search.stages.order import STAGES
 from hcsearch.search.stages.stage import run_stages
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of

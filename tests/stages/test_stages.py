@@ -9,7 +9,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline.shards import run_shard
-from hcsearch.search.stages.circuits import listed
+from hcsearch.search.stages.circuits import list_shard_circuits
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage, run_stages
 
@@ -42,7 +42,7 @@ def test_what_is_dropped_on_the_way_changes_nothing_for_the_rest(keep):
     search = PolygonSearch(GRIDS["hex"], 10)
     (prefix,) = search.prefixes
     stages = stages_until("mobility")
-    every, whole = run_stages(listed(search, prefix), stages, SCENE)
+    every, whole = run_stages(list_shard_circuits(search, prefix), stages, SCENE)
     kept, results = run_shard(search, prefix, stages, keep)
     assert [(one.stage, one.passed, one.n_fixed) for one in results] == [
         (one.stage, one.passed, one.n_fixed) for one in whole

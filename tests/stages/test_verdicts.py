@@ -31,13 +31,20 @@ from hcsearch.scenes.looks import (
 from hcsearch.scenes.scene_file import read_scene_text, scene_in
 from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS
 from hcsearch.search.enumeration import PolygonSearch
-from hcsearch.search.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
+from hcsearch.search.pipeline.judging import (
+    PIECE_CORE_SECONDS,
+    CandidatePiece,
+    Judge,
+    candidate_pieces,
+    judging_seconds,
+    unfinished_shards,
+)
 from hcsearch.search.pipeline.shards import candidates_of, design_rows, run_shard
-from hcsearch.search.stages.motion import motions
+from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch.search.stages.order import STAGES, stages_until
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.agreement import agreement_of_checks, confirm_deployment
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
@@ -59,7 +66,7 @@ def tens():
     """The untwisted foldings of ten hexagons, their motions, and their deployments."""
     own = candidates_of(shard_of("hex", 10)[1])
     locks = own.mobility.locked, own.mobility.locked_hinged
-    motion = motions(own.circuits, own.foldings, locks, DEFAULT, threads=2)
+    motion = motions_of_batch(own.circuits, own.foldings, locks, DEFAULT, threads=2)
     return own, motion, deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
 
 
@@ -196,7 +203,7 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
         known = [other for other in own if other is not None]
         assert word == (min(known, key=STATUSES.index) if known else None)
     own = candidates_of(shard)
-    (piece,) = pieces("shard", own)
+    (piece,) = candidate_pieces("shard", own)
     verdict = Judge(DEFAULT, IN_A_SCENE)(piece)
     judged = verdict.verdicts
     assert judged.folding_crease.tolist() == own.foldings.crease.tolist()
@@ -218,7 +225,7 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
 
 def test_until_motion_nothing_is_simulated():
     own = candidates_of(shard_of("hex", 8)[1])
-    (piece,) = pieces("shard", own)
+    (piece,) = candidate_pieces("shard", own)
     whole, brief = Judge(DEFAULT, IN_A_SCENE)(piece), Judge(DEFAULT, IN_A_SCENE[:1])(piece)
     assert brief.verdicts.deployment is None
     assert [result.stage for result in brief.results] == ["motion"]
@@ -275,7 +282,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
     ways = [None if path is None else "rigid" for path in paths]
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
-    monkeypatch.setattr("hcsearch.search.stages.motion.motions", lambda *_, **_options: motion)
+    monkeypatch.setattr("hcsearch.search.stages.motion.motions_of_batch", lambda *_, **_options: motion)
     monkeypatch.setattr(
         "hcsearch.springs.deployment.deployment_verdicts.deploy_foldings",
         lambda *_: DeploymentBatch(time, time, time, time, ()),
@@ -285,7 +292,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     none = np.zeros(len(dof), int)
     mobility = MobilityBatch(0, dof, none, none, none, none, none, locked, hinged)
     own = StagedDesigns(circuits, np.arange(1, 6), FoldingBatch(rows, creases), None, mobility)
-    verdict = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(Piece("p#0/1", own))
+    verdict = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(CandidatePiece("p#0/1", own))
     judged = verdict.verdicts
     assert [f"{word} {crease}" for word, crease in zip(judged.status, judged.best_crease, strict=True)] == expected
     assert_best_first(own, judged)
@@ -296,7 +303,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
 def test_pieces_are_small_whole_and_the_same_each_time():
     _, shard = shard_of("hex", 10)
     own = candidates_of(shard)
-    parts = list(pieces("shard", own))
+    parts = list(candidate_pieces("shard", own))
     assert [piece.key for piece in parts] == [f"shard#{k}/{len(parts)}" for k in range(len(parts))]
     assert len(parts) > 1
     assert sum(len(piece.candidates.foldings) for piece in parts) == len(own.foldings)
@@ -304,12 +311,14 @@ def test_pieces_are_small_whole_and_the_same_each_time():
     assert (words == own.circuits.words).all()
     for piece in parts:
         small = piece.candidates
-        assert seconds_of(len(small.foldings), 10) <= PIECE_SECONDS or len(small.circuits) == 1
+        assert judging_seconds(len(small.foldings), 10) <= PIECE_CORE_SECONDS or len(small.circuits) == 1
         assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
-    assert unfinished(["shard", "other"], [piece.key for piece in parts]) == ["other"]
-    assert unfinished(["shard"], [piece.key for piece in parts[1:]]) == ["shard"]
-    assert unfinished(["shard"], [*(piece.key for piece in parts[1:]), "shard", "shard#/", "shard#a/b"]) == ["shard"]
-    (empty,) = pieces("none", own.take(np.zeros(len(own), bool)))
+    assert unfinished_shards(["shard", "other"], [piece.key for piece in parts]) == ["other"]
+    assert unfinished_shards(["shard"], [piece.key for piece in parts[1:]]) == ["shard"]
+    assert unfinished_shards(["shard"], [*(piece.key for piece in parts[1:]), "shard", "shard#/", "shard#a/b"]) == [
+        "shard"
+    ]
+    (empty,) = candidate_pieces("none", own.take(np.zeros(len(own), bool)))
     assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
     results = Judge(DEFAULT, IN_A_SCENE)(empty).results
     assert [(result.stage, result.passed, result.n_fixed) for result in results] == [

@@ -9,7 +9,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database
-from hcsearch.store.columns import DESIGNS, VIEWS
+from hcsearch.store.columns import DESIGN_QUANTITIES, VIEWS
 from hcsearch.store.generated import datasette_json
 from tests.judging import judge
 
@@ -47,7 +47,7 @@ def test_datasette_opens_a_database_unaided(tmp_path):
     assert found["folding"] == [{"other_table": "design", "column": "design_id", "other_column": "id"}]
     assert {key["other_table"] for table in ("outcome", "verdict", "motion") for key in found[table]} == {"scene"}
     assert len(views[0].json()) == 16
-    assert set(views[0].json()[0]) == {quantity.name for quantity in DESIGNS}
+    assert set(views[0].json()[0]) == {quantity.name for quantity in DESIGN_QUANTITIES}
     page, listed = asyncio.run(asked(units, "/hcsearch/designs", "/hcsearch/designs.json"))
     assert "degrees of freedom at a generic state" in page.text
     assert listed.json()["units"]["needed_margin"] == "mm"

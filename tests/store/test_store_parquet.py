@@ -11,7 +11,7 @@ from store_samples import as_rows, begin, circuits, record
 
 from hcsearch.basics.errors import QueryError
 from hcsearch.store import Result, open_database, open_readonly, result_files, save_rows, select, stream, stream_sql
-from hcsearch.store.columns import DESIGNS
+from hcsearch.store.columns import DESIGN_QUANTITIES
 
 pytestmark = pytest.mark.extra
 
@@ -112,7 +112,7 @@ def test_a_query_and_sql_give_the_same_file(reader, tmp_path):
     both = [pyarrow.parquet.read_table(tmp_path / name) for name in ("a.parquet", "b.parquet")]
     assert [tuple(row.values()) for row in both[0].to_pylist()] == list(select(reader).rows)
     assert both[0].to_pylist() == both[1].to_pylist()
-    assert both[0].schema.names == [quantity.name for quantity in DESIGNS]
+    assert both[0].schema.names == [quantity.name for quantity in DESIGN_QUANTITIES]
     # The first chunks have no foldings: NULL there, integers after them.
     assert str(both[1].schema.field("n_foldings").type) == "int64"
 

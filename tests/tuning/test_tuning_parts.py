@@ -15,7 +15,7 @@ from hcsearch.scenes import SCENES, Scene
 from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_named
 from hcsearch.scenes.setup import setup_of_scene, with_stiffnesses
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.compiling import compile_scene
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.quick_check import check_deployments, checked_panels_of
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges, with_springs

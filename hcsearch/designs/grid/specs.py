@@ -7,7 +7,7 @@ import re
 from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
 from hcsearch.designs.grid.arrays import Array, check_size
 from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
-from hcsearch.system.reading import read_text
+from hcsearch.system.reading import read_text_file
 
 
 def parse_array(grid: Grid | str, spec: str) -> Array:
@@ -128,7 +128,7 @@ _SHAPES = (
 
 def _read_cells(grid: Grid, path: str) -> list[Cell]:
     """Cells of a text file, one a line; empty lines and lines that begin with # are passed over."""
-    lines = read_text(path, "the cells in").splitlines()
+    lines = read_text_file(path, "the cells in").splitlines()
     wanted = 3 if grid.is_triangle else 2
     cells: list[Cell] = []
     for number, line in enumerate(lines, 1):

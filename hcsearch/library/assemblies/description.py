@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric, slit_distance
+from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric_angles, slit_distance
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.library.assemblies.packages import Package, flat_overlap, package
+from hcsearch.library.assemblies.packages import Package, flat_overlap, folded_package
 from hcsearch.motion.kinematics.dh import dh_closure_jacobian
 from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
 from hcsearch.shape.linkage import Linkage
@@ -57,7 +57,7 @@ def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFac
     facts["undecided"] = undecided
     facts |= _feasibility(assembly, parameters, pattern, facts)
     facts["notes"] = list(assembly.notes)
-    facts["published"] = compare(_stated(assembly, parameters), facts)
+    facts["published"] = compare_facts(_stated(assembly, parameters), facts)
     return facts
 
 
@@ -123,7 +123,7 @@ def _folded(pattern: Pattern, undecided: dict[str, str]) -> AssemblyFacts:
         "overlap_volume_mm3",
     )
     try:
-        folded: Package = package(pattern)
+        folded: Package = folded_package(pattern)
     except PatternError as error:
         undecided |= dict.fromkeys(names, str(error))
         return {"flat_area_mm2": pattern.area * 1e6, **dict.fromkeys(names)}
@@ -148,7 +148,7 @@ def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> A
     slit = []
     for degrees in _SLIT_STATES:
         first = math.radians(degrees)
-        angles = skew_symmetric(linkage.pattern, parameters.alpha, first)
+        angles = skew_symmetric_angles(linkage.pattern, parameters.alpha, first)
         stated = slit_distance(parameters.alpha, parameters.thickness, first)
         measured = measured_slit(linkage.pattern, angles)
         slit.append({"phi_1_deg": degrees, "stated_mm": stated * 1e3, "measured_mm": measured * 1e3})
@@ -183,7 +183,7 @@ def _same(one: object, two: object) -> bool:
     return one == two
 
 
-def compare(stated: Mapping[str, object], facts: AssemblyFacts) -> AssemblyFacts:
+def compare_facts(stated: Mapping[str, object], facts: AssemblyFacts) -> AssemblyFacts:
     """Published facts beside computed ones, and whether they agree (None: undecided); of lists as far as published."""
     return {
         name: {

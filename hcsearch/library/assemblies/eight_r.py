@@ -82,7 +82,7 @@ def second_angle(alpha: float, first: float) -> float:
     return 2 * math.atan2(math.sin(first / 2), math.cos(alpha) * math.cos(first / 2))
 
 
-def skew_symmetric(pattern: Pattern, alpha: float, first: float) -> Reals:
+def skew_symmetric_angles(pattern: Pattern, alpha: float, first: float) -> Reals:
     """Fold angles on the skew-symmetric path (5.24) of a pattern whose loops are 8R elements, shape (n_hinges,).
 
     first : dihedral angle phi_1 (rad): of joints 1, 3, 5, 7 in every element; 0 folded, pi flat.
@@ -129,7 +129,7 @@ def measured_slit(element: Pattern, angles: Reals) -> float:
     return float((seventh[0, 0] - third[0, 1]) @ outward / np.linalg.norm(outward))
 
 
-def hindrance(parameters: Parameters) -> str | None:
+def assembly_hindrance(parameters: Parameters) -> str | None:
     """Why an assembly of 8R elements cannot move without panels cutting through each other, or None (thesis 5.3.1)."""
     if parameters.alpha >= math.pi / 4 - 1e-12:
         return None
@@ -139,9 +139,9 @@ def hindrance(parameters: Parameters) -> str | None:
     )
 
 
-def half_way(build: Callable[[Parameters], Pattern]) -> Callable[[Parameters], Reals]:
+def half_way_angles(build: Callable[[Parameters], Pattern]) -> Callable[[Parameters], Reals]:
     """Fold angles of a pattern of 8R elements half-way along the skew-symmetric path (5.24), for any parameters."""
-    return lambda parameters: skew_symmetric(build(parameters), parameters.alpha, math.pi / 2)
+    return lambda parameters: skew_symmetric_angles(build(parameters), parameters.alpha, math.pi / 2)
 
 
 _USES = ("alpha", "base", "thickness")
@@ -151,8 +151,8 @@ def assembly_of_elements(
     name: str, title: str, source: str, build: Callable[[Parameters], Pattern], **facts: Any
 ) -> Assembly:
     """An assembly of 8R elements, with its state half-way and what hinders it; facts : other fields of `Assembly`."""
-    between = half_way(build)
-    return Assembly(name, title, source, _USES, build, between, hindrance, elements=True, **facts)
+    between = half_way_angles(build)
+    return Assembly(name, title, source, _USES, build, between, assembly_hindrance, elements=True, **facts)
 
 
 ASSEMBLIES = (
@@ -162,7 +162,7 @@ ASSEMBLIES = (
         "section 5.1.1, Fig. 5.1(a)",
         _USES,
         ten_triangles,
-        hindrance=hindrance,
+        hindrance=assembly_hindrance,
         published={"panels": 10, "hinges": 10, "kutzbach": 4},
     ),
     assembly_of_elements(

@@ -8,7 +8,7 @@ from dataclasses import replace
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.eight_r import assembly_of_elements, eight_r
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.library.assemblies.overlays import CreaseMatch, join
+from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns
 from hcsearch.shape.pattern import Pattern
 
 UNIT_I_JOINTS = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
@@ -23,20 +23,20 @@ UNIT_III_JOINTS = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
 
 def unit_i(parameters: Parameters) -> Pattern:
     """Unit I (thesis Fig. 5.4). Loops are the elements A, B, C, D, each from joint 1 to 8; B and D lie turned over."""
-    return assemble(eight_r(parameters), UNIT_I_JOINTS)
+    return assemble_unit(eight_r(parameters), UNIT_I_JOINTS)
 
 
 def unit_ii(parameters: Parameters) -> Pattern:
     """Unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
-    return assemble(eight_r(parameters), UNIT_II_JOINTS)
+    return assemble_unit(eight_r(parameters), UNIT_II_JOINTS)
 
 
 def unit_iii(parameters: Parameters) -> Pattern:
     """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
-    return assemble(eight_r(parameters), UNIT_III_JOINTS)
+    return assemble_unit(eight_r(parameters), UNIT_III_JOINTS)
 
 
-def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
+def assemble_unit(element: Pattern, steps: Sequence[str]) -> Pattern:
     """Lay copies of an element onto a first one, `a`, so that joints coincide.
 
     steps : for each further copy the joints that merge, as in `b1=a7 b2=a8`: its own joint first. Loops of the
@@ -45,13 +45,13 @@ def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
     pattern, names = element, "a"
     for step in steps:
         letter = step[0]
-        pattern = join(pattern, element, matches(pattern, names, element, letter, step))
+        pattern = join_patterns(pattern, element, read_crease_matches(pattern, names, element, letter, step))
         names += letter
     loops = tuple(pattern.loops[names.index(letter)] for letter in sorted(names))
     return replace(pattern, loops=loops)
 
 
-def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[CreaseMatch]:
+def read_crease_matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[CreaseMatch]:
     """Creases to coincide, read from a text such as `b1=a7 b2=a8`: joints of the moving pattern, then of the still one.
 
     names, letters : one letter for each loop of the still and of the moving pattern.

@@ -41,7 +41,7 @@ CELL_FACETS: dict[str, tuple[Facet, ...]] = {
 upper right or the lower left half left of it, the lower right or the upper left half alone, none."""
 
 
-def sheet(rows: Sequence[str], side: float, thickness: float, lines: CreaseLines | None = None) -> Pattern:
+def square_sheet(rows: Sequence[str], side: float, thickness: float, lines: CreaseLines | None = None) -> Pattern:
     """A sheet of squares, its lower left corner at the origin; mountains on the grid, valleys on the diagonals.
 
     rows : letters of `CELL_FACETS`, the top row first.
@@ -65,18 +65,18 @@ def sheet(rows: Sequence[str], side: float, thickness: float, lines: CreaseLines
     return pattern.with_creases(creases)
 
 
-def mirrored(pattern: Pattern, axis: FoldAxis, at: float) -> Pattern:
+def mirrored_pattern(pattern: Pattern, axis: FoldAxis, at: float) -> Pattern:
     """The pattern reflected in the line x = at or y = at (metres); every hinge keeps its face."""
     turn, shift = (math.pi, (2 * at, 0.0)) if axis == "x" else (0.0, (0.0, 2 * at))
     return pattern.moved(turn, shift, over=True).inverted()
 
 
-def doubled(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
-    """A pattern and its mirror image in the line x = at or y = at (metres), joined along that line as in `joined`."""
-    return joined(overlay([pattern, mirrored(pattern, axis, at)]), axis, at, hinge)
+def doubled_pattern(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
+    """A pattern with its mirror image in the line x = at or y = at (m), joined as in `pattern_joined_along`."""
+    return pattern_joined_along(overlay([pattern, mirrored_pattern(pattern, axis, at)]), axis, at, hinge)
 
 
-def joined(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
+def pattern_joined_along(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
     """The pattern with its slits on the line x = at or y = at (metres) closed.
 
     hinge : what joins squares there, while everything else stays slit; without it all panels that meet are merged, as
@@ -95,7 +95,7 @@ def joined(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = N
     return pattern.with_creases(creases)
 
 
-def folded_to(pattern: Pattern, grid: float) -> Reals:
+def module_fold_angles(pattern: Pattern, grid: float) -> Reals:
     """Fold angles of a module or an array of modules where the creases on the grid are folded by `grid` (rad).
 
     Thesis (6.4) in fold angles rho = pi - phi: grid creases fold alike, tan(rho / 2) = cos(pi / 4) tan(grid / 2) on
@@ -123,7 +123,7 @@ MODULE_III_LINES = ((1, 3), (1, 3))
 
 def module_i(parameters: Parameters) -> Pattern:
     """Module I: four vertices around a square, two corners cut (thesis Fig. 6.6a)."""
-    return sheet(("./<", "///", ">/."), parameters.side, parameters.thickness)
+    return square_sheet(("./<", "///", ">/."), parameters.side, parameters.thickness)
 
 
 def module_ii(parameters: Parameters) -> Pattern:
@@ -132,20 +132,20 @@ def module_ii(parameters: Parameters) -> Pattern:
     The hinges on that mirror lie on the face of the diagonals: on the other one panels overlap when folded.
     """
     side = parameters.side
-    vertex = sheet(("\\.", ".\\"), side, parameters.thickness).inverted()
-    half = doubled(vertex.moved(shift=(0.0, 2 * side)), "x", 2 * side)
-    return doubled(half, "y", 2 * side, MOUNTAIN_CREASE)
+    vertex = square_sheet(("\\.", ".\\"), side, parameters.thickness).inverted()
+    half = doubled_pattern(vertex.moved(shift=(0.0, 2 * side)), "x", 2 * side)
+    return doubled_pattern(half, "y", 2 * side, MOUNTAIN_CREASE)
 
 
 def module_iii(parameters: Parameters) -> Pattern:
     """Module III: four vertices two squares apart that share a diagonal crease (thesis Fig. 6.11)."""
-    return sheet(("././", "/./.", "././", "/./."), parameters.side, parameters.thickness, MODULE_III_LINES)
+    return square_sheet(("././", "/./.", "././", "/./."), parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def module_iii_4_1(parameters: Parameters) -> Pattern:
     """Module III with two corners halved and a square put on: 16 squares that cover four when folded."""
     rows = ("J/./.", "/./. ", "././ ", "/./F ")
-    return sheet(rows, parameters.side, parameters.thickness, MODULE_III_LINES)
+    return square_sheet(rows, parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def modules_i_pair(parameters: Parameters) -> Pattern:
@@ -154,25 +154,25 @@ def modules_i_pair(parameters: Parameters) -> Pattern:
     Each is drawn with the diagonal that the other one's crease makes through its whole square.
     """
     side, thickness = parameters.side, parameters.thickness
-    grey = sheet(("./<", "///", ">//"), side, thickness)
-    red = sheet(("//<", "///", ">/."), side, thickness)
+    grey = square_sheet(("./<", "///", ">//"), side, thickness)
+    red = square_sheet(("//<", "///", ">/."), side, thickness)
     return overlay([grey, red.moved(shift=(side, -side))])
 
 
 def modules_i_block(parameters: Parameters) -> Pattern:
     """Four modules I around the corner of a whole square, joined along both mirrors (thesis Fig. 6.8b)."""
-    return doubled(doubled(module_i(parameters), "x", 3 * parameters.side), "y", 0.0)
+    return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * parameters.side), "y", 0.0)
 
 
 def modules_i_row(parameters: Parameters) -> Pattern:
     """Four modules I in a row, each the mirror image of the next (thesis Fig. 6.8c)."""
-    return doubled(doubled(module_i(parameters), "x", 3 * parameters.side), "x", 6 * parameters.side)
+    return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * parameters.side), "x", 6 * parameters.side)
 
 
 def modules_i_ring(parameters: Parameters) -> Pattern:
     """Four modules I around a cut corner, joined along one mirror and hinged along the other (thesis Fig. 6.8d)."""
     side = parameters.side
-    return doubled(doubled(module_i(parameters), "x", 3 * side), "y", 3 * side, VALLEY_CREASE)
+    return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * side), "y", 3 * side, VALLEY_CREASE)
 
 
 def modules_ii(parameters: Parameters) -> Pattern:
@@ -214,7 +214,7 @@ def _assembly(
     """An assembly of section 6.2, with its state half-way along (6.4)."""
 
     def between(parameters: Parameters) -> Reals:
-        return folded_to(build(parameters), math.pi / 2)
+        return module_fold_angles(build(parameters), math.pi / 2)
 
     if "size" in uses:  # stated of the size shown
         return Assembly(name, title, source, uses, build, between, published_at_defaults=published, notes=notes)

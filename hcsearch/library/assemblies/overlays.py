@@ -15,7 +15,7 @@ from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet, PlanePoint
 from hcsearch.shape.pattern import FacetPair, Pattern, overlay
 
 
-def clash(still: Sequence[Facet], moved: Sequence[Facet], tolerance: float) -> bool:
+def facets_clash(still: Sequence[Facet], moved: Sequence[Facet], tolerance: float) -> bool:
     """Whether facets of two patterns overlap without being the same; by no more than the tolerance is not at all."""
     one, two = _padded(still), _padded(moved)
     centres, others = one.mean(axis=1), two.mean(axis=1)
@@ -76,7 +76,7 @@ def joinings(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) ->
     return [(placement, union) for placement, union in laid if union is not None]
 
 
-def join(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> Pattern:
+def join_patterns(still: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> Pattern:
     """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
     unions = joinings(still, moving, matches)
     if len(unions) != 1:
@@ -103,7 +103,7 @@ def neighbouring_facets(still: Pattern, moving: Pattern) -> Iterator[tuple[Isome
 def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:
     """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
     moved = moving.placed(placement)
-    if clash(still.facets, moved.facets, SAME_POINT_SHARE * still.size):
+    if facets_clash(still.facets, moved.facets, SAME_POINT_SHARE * still.size):
         return None
     try:
         union = overlay([still, moved])

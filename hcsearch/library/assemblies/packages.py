@@ -32,7 +32,7 @@ MAX_RATIO_DENOMINATOR = 100
 
 
 @dataclass(frozen=True)
-class Column:
+class LayerColumn:
     """All cells of the footprint whose layers are filled alike.
 
     layers : those that are filled, from the lowest of the package, 0; one that is filled twice comes twice.
@@ -68,7 +68,7 @@ class Package:
 
     flat_area: float
     thickness: float
-    columns: tuple[Column, ...]
+    columns: tuple[LayerColumn, ...]
 
     @cached_property
     def footprint_area(self) -> float:
@@ -119,7 +119,7 @@ class Package:
         return self.thickness * sum(column.overlaps * column.area for column in self.columns)
 
 
-def package(pattern: Pattern) -> Package:
+def folded_package(pattern: Pattern) -> Package:
     """Geometry of the folded state of any pattern; PatternError where it has none."""
     linkage = Linkage(pattern)
     residual, _ = linkage.closure(linkage.folded)
@@ -141,7 +141,7 @@ def package(pattern: Pattern) -> Package:
         areas[column] = areas.get(column, 0.0) + area * size * size
     # areas that differ by rounding are one, so that the order is the same everywhere
     ordered = sorted(areas.items(), key=lambda item: (-round(item[1] / (size * size), 6), item[0]))
-    return Package(pattern.area, thickness, tuple(Column(filled, area) for filled, area in ordered))
+    return Package(pattern.area, thickness, tuple(LayerColumn(filled, area) for filled, area in ordered))
 
 
 def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:

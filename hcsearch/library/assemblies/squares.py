@@ -14,7 +14,7 @@ from hcsearch.designs.folding import folding_of
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, FacetPair, Pattern, overlay
 
-CIRCUIT, CREASE = "rectangle:1233300011123321", 6
+THESIS_4X4_CIRCUIT, THESIS_4X4_CREASE = "rectangle:1233300011123321", 6
 """Circuit and flat crease of thesis Fig. 4.1(b); lengths run along the rows."""
 
 THESIS_PANEL_ORDER = (6, 7, 5, 4, 3, 2, 1, 12, 0, 13, 14, 15, 11, 10, 9, 8)
@@ -33,7 +33,7 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
     Panels as numbered in 4.1.2: 0 is held, 0 to 5 lead to the branch 5, 6, 7, and 5, 8 to 11 back to 0. Hinge i - 1
     is the thesis's joint i, on panel i; the last one, between 11 and 0, is c_1. The loop starts at panel 0.
     """
-    folding = folding_of(Circuit.from_notation(CIRCUIT), CREASE)
+    folding = folding_of(Circuit.from_notation(THESIS_4X4_CIRCUIT), THESIS_4X4_CREASE)
     size = (parameters.side, parameters.width, parameters.thickness)
     pattern = _renumbered(folding.pattern(size, flat_pairs="merged"), THESIS_PANEL_ORDER)
     of = pattern.panel_of
@@ -98,7 +98,7 @@ def array_6r(parameters: Parameters) -> Pattern:
     return _sized(overlay(placed), parameters)
 
 
-def stepwise(pattern: Pattern, horizontal: Sequence[float], vertical: Sequence[float]) -> Reals:
+def stepwise_angles(pattern: Pattern, horizontal: Sequence[float], vertical: Sequence[float]) -> Reals:
     """Fold angles of an array of 6R elements, shape (n_hinges,); closed where either stage of 6.1 allows it.
 
     horizontal : angle (rad) of the creases a_3, a_6 of the elements in each row. First stage: any, with `vertical` 0.
@@ -114,13 +114,13 @@ def stepwise(pattern: Pattern, horizontal: Sequence[float], vertical: Sequence[f
 
 def _between_element(parameters: Parameters) -> Reals:
     """The 6R element in its second stage."""
-    return stepwise(element_6r(parameters), [math.pi], [1.0])
+    return stepwise_angles(element_6r(parameters), [math.pi], [1.0])
 
 
 def _between_array(parameters: Parameters) -> Reals:
     """An array in its second stage, every column at an angle of its own."""
     columns, rows = parameters.size or (2, 2)
-    return stepwise(array_6r(parameters), [math.pi] * rows, np.linspace(1.0, 2.0, columns).tolist())
+    return stepwise_angles(array_6r(parameters), [math.pi] * rows, np.linspace(1.0, 2.0, columns).tolist())
 
 
 _SQUARES = Parameters(width=0.050)

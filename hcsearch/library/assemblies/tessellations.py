@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric
-from hcsearch.library.assemblies.eight_r_units import matches, unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric_angles
+from hcsearch.library.assemblies.eight_r_units import read_crease_matches, unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.library.assemblies.overlays import CreaseMatch, join, neighbouring_facets
-from hcsearch.library.assemblies.packages import Package, package
+from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns, neighbouring_facets
+from hcsearch.library.assemblies.packages import Package, folded_package
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
@@ -62,12 +62,16 @@ def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Patter
     for step in steps:
         build, letters = _UNITS[step.kind]
         moving = build(parameters).inverted() if step.inverted else build(parameters)
-        merging = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
-        pattern = _once(join(pattern, moving, merging))
+        merging = [
+            match
+            for text in step.joints.split()
+            for match in read_crease_matches(pattern, names, moving, letters, text)
+        ]
+        pattern = _once(join_patterns(pattern, moving, merging))
     return pattern
 
 
-def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
+def possible_layings(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
     """All ways to lay one pattern of 8R elements onto another so that hinges merge and both still move.
 
     Left out are unions in which panels or creases contradict each other, elements cannot move alike along (5.24), or
@@ -77,11 +81,11 @@ def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
         union = _once(both)
         if joint_parts(union) is None:
             continue
-        residual, _ = Linkage(union).closure(skew_symmetric(union, alpha, math.pi / 3))
+        residual, _ = Linkage(union).closure(skew_symmetric_angles(union, alpha, math.pi / 3))
         if np.abs(residual).max() > 1e-9:
             continue
         try:
-            folded = package(union)
+            folded = folded_package(union)
         except PatternError:
             continue
         if folded.overlap_volume == 0.0:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import WholeNumbers
-from hcsearch.library.assemblies.overlays import clash
+from hcsearch.library.assemblies.overlays import facets_clash
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import Crease, Pattern
@@ -39,20 +39,20 @@ _STEP, _SHIFT = 1e-4, 0.3771
 _TURN = 1e-3
 
 
-class Placement(NamedTuple):
+class CopyPlacement(NamedTuple):
     """Where a copy lies: an isometry of the plane; exchange : -1 where top and bottom faces are exchanged, else 1."""
 
     plane: Isometry
     exchange: int
 
-    def __matmul__(self, first: Placement) -> Placement:
+    def __matmul__(self, first: CopyPlacement) -> CopyPlacement:
         """The motion that comes of `first`, then this one."""
-        return Placement(self.plane @ first.plane, self.exchange * first.exchange)
+        return CopyPlacement(self.plane @ first.plane, self.exchange * first.exchange)
 
     @property
-    def inverse(self) -> Placement:
+    def inverse(self) -> CopyPlacement:
         """The motion that takes this one back."""
-        return Placement(self.plane.inverse, self.exchange)
+        return CopyPlacement(self.plane.inverse, self.exchange)
 
     @property
     def inverts(self) -> bool:
@@ -73,11 +73,11 @@ class Placement(NamedTuple):
         return turned.placed(self.plane._replace(shift=unit * self.plane.shift))
 
 
-IDENTITY_PLACEMENT = Placement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
+IDENTITY_PLACEMENT = CopyPlacement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 
 
 @dataclass(frozen=True)
-class Overlap:
+class CopyOverlap:
     """Where two copies lie on each other.
 
     facets, hinges : number that they share. crossed : number of creases of one that lie in a slit of the other.
@@ -121,16 +121,16 @@ class CopySheet:
         """Codes of the creases between facets, shape (n_facets, n_facets)."""
         codes = np.full((len(self.centres),) * 2, SLIT_CODE)
         for (i, j), crease in self.pattern.creases.items():
-            codes[i, j] = codes[j, i] = code_of(crease)
+            codes[i, j] = codes[j, i] = crease_code_of(crease)
         return codes
 
     @cached_property
     def creases(self) -> list[tuple[complex, complex, int]]:
         """Both ends of each crease, and its code."""
-        ends = ((self.pattern.segment(pair), code_of(crease)) for pair, crease in self.pattern.creases.items())
+        ends = ((self.pattern.segment(pair), crease_code_of(crease)) for pair, crease in self.pattern.creases.items())
         return [(complex(*a) / self.unit, complex(*b) / self.unit, code) for (a, b), code in ends]
 
-    def overlap(self, motion: Placement) -> Overlap:
+    def overlap(self, motion: CopyPlacement) -> CopyOverlap:
         """How a copy lies on the element itself."""
         centres = motion.plane(self.centres)
         same = np.abs(self.centres[:, None] - centres) < SAME_POINT_DISTANCE_SHARE
@@ -141,14 +141,14 @@ class CopySheet:
         hinges = int(np.count_nonzero(both & (own == other) & (own != 0))) // 2
         crossed = int(np.count_nonzero((own != SLIT_CODE) != (other != SLIT_CODE))) // 2
         agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion))
-        return Overlap(len(still), hinges, crossed, agrees)
+        return CopyOverlap(len(still), hinges, crossed, agrees)
 
-    def _clash(self, motion: Placement) -> bool:
+    def _clash(self, motion: CopyPlacement) -> bool:
         """Whether facets overlap in part."""
         moved = [motion.plane(points) for points in self.corners]
-        return clash(_facets(self.corners), _facets(moved), SAME_POINT_DISTANCE_SHARE)
+        return facets_clash(_facets(self.corners), _facets(moved), SAME_POINT_DISTANCE_SHARE)
 
-    def placements(self) -> Iterator[Placement]:
+    def placements(self) -> Iterator[CopyPlacement]:
         """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
         known = set()
         hinges = [crease for crease in self.creases if crease[2]]
@@ -158,13 +158,13 @@ class CopySheet:
                     continue
                 exchange = 1 if code == other else -1
                 for reflects, ends in product((False, True), ((a, b), (b, a))):
-                    motion = Placement(Isometry.carrying((c, d), ends, reflects=reflects), exchange)
+                    motion = CopyPlacement(Isometry.carrying((c, d), ends, reflects=reflects), exchange)
                     if motion.key not in known:
                         known.add(motion.key)
                         yield motion
 
 
-def code_of(crease: Crease) -> int:
+def crease_code_of(crease: Crease) -> int:
     """0 for a rigid crease, else 1 or 2 (for hinges that stay flat), negative on the bottom face."""
     if crease.face is None:
         return 0
@@ -184,7 +184,7 @@ _PLACE_STEP, _PLACE_SHIFT = 1e-5, 0.3771
 
 
 @dataclass
-class Rings:
+class CopyRings:
     """The ways to lay copies of one element together, two or four at a time.
 
     strict : whether no crease of one copy may lie in a slit of another.
@@ -192,61 +192,61 @@ class Rings:
 
     sheet: CopySheet
     strict: bool = True
-    _known: dict[int, Overlap] = field(default_factory=dict)
+    _known: dict[int, CopyOverlap] = field(default_factory=dict)
 
     @cached_property
-    def own(self) -> list[Placement]:
+    def own(self) -> list[CopyPlacement]:
         """Motions that carry the element onto itself."""
         n = len(self.sheet.centres)
         symmetries = (motion for motion in self.sheet.placements() if self._whole(motion, n))
         return [IDENTITY_PLACEMENT, *(motion for motion in symmetries if motion.key != IDENTITY_PLACEMENT.key)]
 
-    def _whole(self, motion: Placement, n: int) -> bool:
+    def _whole(self, motion: CopyPlacement, n: int) -> bool:
         overlap = self.sheet.overlap(motion)
         return overlap.agrees and overlap.facets == n and not overlap.crossed
 
     @cached_property
-    def placements(self) -> list[Placement]:
+    def placements(self) -> list[CopyPlacement]:
         """Where a second copy can lie so that hinges merge, those that the element's symmetry makes equal once."""
-        distinct: dict[int, Placement] = {}
+        distinct: dict[int, CopyPlacement] = {}
         for motion in self.sheet.placements():
             key = self.key(motion)
             if key not in distinct and self._joins(motion):
                 distinct[key] = motion
         return list(distinct.values())
 
-    def key(self, motion: Placement) -> int:
+    def key(self, motion: CopyPlacement) -> int:
         """The number of a copy: the same for motions that differ by a symmetry of the element."""
         return min((motion @ own).key for own in self.own)
 
-    def plain(self, motion: Placement) -> Placement:
+    def plain(self, motion: CopyPlacement) -> CopyPlacement:
         """The same copy, inverted only where it must be, and turned over only where it must be."""
         return min((motion @ own for own in self.own), key=lambda same: (same.inverts, same.plane.reflects, same.key))
 
-    def overlap(self, motion: Placement) -> Overlap:
+    def overlap(self, motion: CopyPlacement) -> CopyOverlap:
         """How a copy lies on the element."""
         key = motion.key
         if key not in self._known:
             self._known[key] = self.sheet.overlap(motion)
         return self._known[key]
 
-    def fits(self, motion: Placement) -> bool:
+    def fits(self, motion: CopyPlacement) -> bool:
         """Whether a copy can lie there at all, overlapping or not."""
         overlap = self.overlap(motion)
         return overlap.agrees and not (self.strict and overlap.crossed)
 
-    def _joins(self, motion: Placement) -> bool:
+    def _joins(self, motion: CopyPlacement) -> bool:
         overlap = self.overlap(motion)
         return self.fits(motion) and overlap.hinges > 0 and overlap.facets < len(self.sheet.centres)
 
-    def pairs(self) -> Iterator[tuple[Placement, ...]]:
+    def pairs(self) -> Iterator[tuple[CopyPlacement, ...]]:
         """Two copies, the first where the element is."""
         for motion in self.placements:
             yield IDENTITY_PLACEMENT, motion
 
-    def rings(self) -> Iterator[tuple[Placement, ...]]:
+    def rings(self) -> Iterator[tuple[CopyPlacement, ...]]:
         """Four copies A, B, C, D, the first where the element is; B and D may be exchanged."""
-        across: dict[int, tuple[Placement, list[int]]] = {}
+        across: dict[int, tuple[CopyPlacement, list[int]]] = {}
         for b, first in enumerate(self.placements):
             for second in self.placements:
                 motion = first @ second
@@ -262,7 +262,7 @@ class Rings:
                 if beside[b, d]:
                     yield IDENTITY_PLACEMENT, self.placements[b], motion, self.placements[d]
 
-    def marks(self, copies: Iterable[Placement]) -> list[PlacedMark]:
+    def marks(self, copies: Iterable[CopyPlacement]) -> list[PlacedMark]:
         """Facets and creases of a union, each once."""
         distinct: dict[tuple[int, int, int], PlacedMark] = {}
         for motion in copies:

@@ -24,7 +24,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies.named_assembly import check_base_angle
 from hcsearch.library.assemblies.packages import flat_overlap
-from hcsearch.library.unit_search.unit_proofs import closes, locked
+from hcsearch.library.unit_search.unit_proofs import closes_when_folded, has_locked_end
 from hcsearch.motion.kinematics.numerical_rank import generic_rank
 from hcsearch.search.enumeration import PolygonSearch, search_all
 from hcsearch.shape.linkage import Linkage
@@ -68,7 +68,7 @@ class Element:
     @cached_property
     def locked(self) -> bool:
         """Whether its folded or its flat state is proved locked."""
-        return locked(self.linkage)
+        return has_locked_end(self.linkage)
 
 
 @dataclass(frozen=True)
@@ -113,15 +113,15 @@ def elements_of(folding: Folding) -> list[Element]:
     return variants
 
 
-def elements(grid: str, n: int) -> Iterator[Element]:
+def elements_of_designs(grid: str, n: int) -> Iterator[Element]:
     """The elements of all untwisted foldings of all designs of n panels, those without a folded state left out."""
-    for folding in untwisted(grid, n):
+    for folding in untwisted_foldings_of(grid, n):
         for element in elements_of(folding):
-            if element.linkage.n_hinges and closes(element.linkage):
+            if element.linkage.n_hinges and closes_when_folded(element.linkage):
                 yield element
 
 
-def untwisted(grid: str, n: int) -> Iterator[Folding]:
+def untwisted_foldings_of(grid: str, n: int) -> Iterator[Folding]:
     """The untwisted foldings of all designs of n panels."""
     tiling = grid_named(grid)
     if n % 2 or n < 4:
@@ -138,7 +138,7 @@ BaseTriangleAngles = tuple[float, float, float]
 TriangleCorner = tuple[int, int]
 BaseTriangle = Mapping[TriangleCorner, complex]
 
-PARALLELOGRAM, KITE = "parallelogram", "kite"
+PARALLELOGRAM_KIND, KITE_KIND = "parallelogram", "kite"
 
 
 def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
@@ -147,34 +147,38 @@ def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
     alpha : base angle in degrees. The shape of an element names its outer panels and the place of the apex: across from
         the flat crease in a rhombus, on its right or on its left in a parallelogram or a kite.
     """
-    for folding in untwisted("triangle", n):
+    for folding in untwisted_foldings_of("triangle", n):
         for shape, kind, angles in isosceles_shapes(alpha):
-            pattern = with_triangles(folding, angles, kind)
+            pattern = element_with_triangles(folding, angles, kind)
             if pattern is None:
                 continue
             variants = [Element(folding, False, pattern, shape, alpha)]
             if folding.mirror_pairs:
-                merged = with_triangles(folding, angles, kind, merged=True)
+                merged = element_with_triangles(folding, angles, kind, merged=True)
                 variants += [] if merged is None else [Element(folding, True, merged, shape, alpha)]
-            yield from (element for element in variants if element.linkage.n_hinges and closes(element.linkage))
+            yield from (
+                element for element in variants if element.linkage.n_hinges and closes_when_folded(element.linkage)
+            )
 
 
 def isosceles_shapes(alpha: float) -> list[tuple[str, str, BaseTriangleAngles]]:
     """The five ways to give the base triangles an apex: name, kind of outer panels, angles in rad."""
     check_base_angle(alpha)
     a, c = math.radians(alpha), math.radians(180 - 2 * alpha)
-    shapes = [("rhombus", PARALLELOGRAM, (a, a, c))]
-    for kind in (PARALLELOGRAM, KITE):
+    shapes = [("rhombus", PARALLELOGRAM_KIND, (a, a, c))]
+    for kind in (PARALLELOGRAM_KIND, KITE_KIND):
         shapes += [(f"{kind} right", kind, (c, a, a)), (f"{kind} left", kind, (a, c, a))]
     return shapes
 
 
-def with_triangles(folding: Folding, angles: BaseTriangleAngles, kind: str, *, merged: bool = False) -> Pattern | None:
+def element_with_triangles(
+    folding: Folding, angles: BaseTriangleAngles, kind: str, *, merged: bool = False
+) -> Pattern | None:
     """The folding's element with other triangles; None where they do not fit or overlap.
 
     kind : whether the two triangles at a flat crease are each other turned by pi (a parallelogram) or reflected.
     """
-    triangles = unfold(folding, angles, kind)
+    triangles = unfolded_corners(folding, angles, kind)
     places: dict[TriangleCorner, complex] = {}
     for triangle in triangles:
         for corner, place in triangle.items():
@@ -192,7 +196,7 @@ def with_triangles(folding: Folding, angles: BaseTriangleAngles, kind: str, *, m
     return pattern if flat_overlap(pattern) == 0.0 else None
 
 
-def unfold(folding: Folding, angles: BaseTriangleAngles, kind: str) -> list[dict[TriangleCorner, complex]]:
+def unfolded_corners(folding: Folding, angles: BaseTriangleAngles, kind: str) -> list[dict[TriangleCorner, complex]]:
     """Places of each panel's corners in the flat state, by the corners of the regular grid, counterclockwise.
 
     The side across from the second greatest angle has length 1.
@@ -236,7 +240,7 @@ def _beside(
     a, b = edge
     (own,) = (place for corner, place in start.items() if corner not in edge)
     (beyond,) = (corner for corner in corners if corner not in edge)
-    place = start[a] + start[b] - own if kind == PARALLELOGRAM else _mirror(own, start[a], start[b])
+    place = start[a] + start[b] - own if kind == PARALLELOGRAM_KIND else _mirror(own, start[a], start[b])
     return {a: start[a], b: start[b], beyond: place}
 
 

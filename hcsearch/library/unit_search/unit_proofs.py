@@ -13,7 +13,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.packages import package
+from hcsearch.library.assemblies.packages import folded_package
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import local_at
@@ -42,7 +42,7 @@ class UnitProof:
     ways : number of finite motions out of the folded state, within the stops, that the search reports.
     path : `flat` where one smooth motion leads from folded to flat; `stopped` where those out of the folded state
         come to stops, from where others may go on; `stepwise` where springs find a way that is no smooth motion; `none`
-        where the search reports nothing; `locked` where nothing moves.
+        where the search reports nothing; `has_locked_end` where nothing moves.
     path_dof : nullities between its ends, each once. closure_error : greatest residual on it (rad, or gap over size).
     contact : whether panels cut through each other at a state of it; None without such a motion.
     """
@@ -90,21 +90,21 @@ class _Motion(ByValue):
     states: Reals | None = None
 
 
-def freedom(pattern: Pattern) -> int | None:
+def generic_freedom(pattern: Pattern) -> int | None:
     """Degrees of freedom at a generic state; None where undecided, or where the loops stay open when folded."""
     linkage = Linkage(pattern)
-    if not closes(linkage):
+    if not closes_when_folded(linkage):
         return None
     return generic_rank(linkage).nullity
 
 
-def closes(linkage: Linkage) -> bool:
+def closes_when_folded(linkage: Linkage) -> bool:
     """Whether the loops are closed with every hinge folded."""
     residual, _ = linkage.closure(linkage.folded)
     return float(np.abs(residual).max(initial=0.0)) <= CLOSED_LOOP_RESIDUAL
 
 
-def crowded(linkage: Linkage) -> bool:
+def has_shared_places(linkage: Linkage) -> bool:
     """Whether two facets have one place when folded: a quick test of what `package` measures.
 
     It misses facets that overlap in part, which those of regular grids cannot.
@@ -116,7 +116,7 @@ def crowded(linkage: Linkage) -> bool:
     return bool(apart.min() < SAME_FOLDED_FACET_SHARE)
 
 
-def locked(linkage: Linkage) -> bool:
+def has_locked_end(linkage: Linkage) -> bool:
     """Whether the flat or the folded state is proved locked, by hinges at stops and panels that lie on each other."""
     return lock_at(linkage, linkage.flat).locked or lock_at(linkage, linkage.folded, contact_rows(linkage)).locked
 
@@ -127,10 +127,10 @@ def prove_unit(pattern: Pattern) -> UnitProof:
     The motion is searched only with one degree of freedom at a generic state, and no two panels in one place folded.
     """
     linkage = Linkage(pattern)
-    if not closes(linkage):
+    if not closes_when_folded(linkage):
         raise PatternError("this pattern has no folded state: its loops stay open with every hinge closed")
     generic = generic_rank(linkage)
-    folded = package(pattern)
+    folded = folded_package(pattern)
     overlap = 0.0 if folded.overlap_volume < 1e-9 * pattern.thickness * pattern.area else folded.overlap_volume
     ends = [rank_at(linkage, state).nullity for state in (linkage.folded, linkage.flat)]
     proof = UnitProof(generic.nullity, ends[0], ends[1], generic.gap, folded.ratio, overlap)
@@ -149,7 +149,7 @@ def prove_unit(pattern: Pattern) -> UnitProof:
 
 def _motion(linkage: Linkage) -> _Motion:
     """The motion out of the folded state; where no branch leads to the flat state, one that springs find."""
-    if locked(linkage):
+    if has_locked_end(linkage):
         return _Motion(0, "locked")
     paths = [follow_path(linkage, linkage.folded, way, limits=PathLimits(goal="flat")) for way in _ways(linkage)]
     for path in paths:

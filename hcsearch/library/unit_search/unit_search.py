@@ -18,17 +18,23 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.unit_search.copies import (
+    CopyPlacement,
+    CopyRings,
     CopySheet,
     PlacedMark,
-    Placement,
-    Rings,
     UnionKey,
     congruence_key,
     least_kutzbach,
     marks_of_copies,
 )
 from hcsearch.library.unit_search.elements import Element
-from hcsearch.library.unit_search.unit_proofs import UnitProof, closes, crowded, freedom, prove_unit
+from hcsearch.library.unit_search.unit_proofs import (
+    UnitProof,
+    closes_when_folded,
+    generic_freedom,
+    has_shared_places,
+    prove_unit,
+)
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern, overlay
 
@@ -44,7 +50,7 @@ class Unit:
     """
 
     element: Element
-    copies: tuple[Placement, ...]
+    copies: tuple[CopyPlacement, ...]
     pattern: Pattern
     proof: UnitProof
     known: str
@@ -97,7 +103,7 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Searched:
+class ElementSearchResult:
     """What the search over one element came to.
 
     placements : ways to lay a copy onto the element. unions : arrangements up to congruence; of these `light` have a
@@ -123,7 +129,7 @@ class Searched:
 
 
 @dataclass(frozen=True)
-class Limits:
+class UnitSearchLimits:
     """What bounds the search over one element: numbers of unions, and seconds."""
 
     unions: int = 20_000
@@ -134,15 +140,15 @@ def find_units(
     element: Element,
     *,
     copies: tuple[int, ...] = (2, 4),
-    limits: Limits | None = None,
+    limits: UnitSearchLimits | None = None,
     strict: bool = True,
     progress: UnitSearchProgress | None = None,
-) -> Searched:
+) -> ElementSearchResult:
     """Lay copies of an element together in all ways and test which unions are single-DoF units.
 
     copies : 2 for pairs, 4 for rings of four. strict : whether no crease may lie in a slit of another copy.
     """
-    return _Search(element, limits or Limits(), strict, progress).run(copies)
+    return _Search(element, limits or UnitSearchLimits(), strict, progress).run(copies)
 
 
 def search_elements(
@@ -150,9 +156,9 @@ def search_elements(
     *,
     max_dof: int | None = None,
     copies: tuple[int, ...] = (2, 4),
-    limits: Limits | None = None,
+    limits: UnitSearchLimits | None = None,
     progress: UnitSearchProgress | None = None,
-) -> Iterator[Searched]:
+) -> Iterator[ElementSearchResult]:
     """Search one element after another; congruent ones once, and none that is locked or is an open chain.
 
     max_dof : elements with more degrees of freedom are left out.
@@ -161,7 +167,7 @@ def search_elements(
     for element in elements:
         skipped = _reason(element, max_dof, known)
         if skipped:
-            yield Searched(element, skipped=skipped)
+            yield ElementSearchResult(element, skipped=skipped)
         else:
             yield find_units(element, copies=copies, limits=limits, progress=progress)
 
@@ -188,14 +194,14 @@ class _Search:
     """The search over one element while it runs."""
 
     element: Element
-    limits: Limits
+    limits: UnitSearchLimits
     strict: bool
     progress: UnitSearchProgress | None
     began: float = field(default_factory=time.monotonic)
 
-    def run(self, copies: tuple[int, ...]) -> Searched:
+    def run(self, copies: tuple[int, ...]) -> ElementSearchResult:
         sheet = CopySheet(self.element.pattern, lattice=self.element.alpha is None)
-        rings = Rings(sheet, strict=self.strict)
+        rings = CopyRings(sheet, strict=self.strict)
         unions, complete = self._unions(rings, copies)
         light = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
         known = _known_units(self.element.alpha)
@@ -214,10 +220,10 @@ class _Search:
             if pattern is None:
                 continue
             folding += 1
-            if freedom(pattern) == 1:
+            if generic_freedom(pattern) == 1:
                 unit = Unit(self.element, copies_there, pattern, prove_unit(pattern), known.get(key, ""))
                 (units if unit.proof.holds else refuted).append(unit)
-        return Searched(
+        return ElementSearchResult(
             self.element,
             len(rings.placements),
             len(unions),
@@ -235,10 +241,10 @@ class _Search:
         return time.monotonic() - self.began > self.limits.seconds
 
     def _unions(
-        self, rings: Rings, copies: tuple[int, ...]
-    ) -> tuple[dict[UnionKey, tuple[tuple[Placement, ...], list[PlacedMark]]], bool]:
+        self, rings: CopyRings, copies: tuple[int, ...]
+    ) -> tuple[dict[UnionKey, tuple[tuple[CopyPlacement, ...], list[PlacedMark]]], bool]:
         """One arrangement of each class of congruent unions, and whether the list is complete."""
-        unions: dict[UnionKey, tuple[tuple[Placement, ...], list[PlacedMark]]] = {}
+        unions: dict[UnionKey, tuple[tuple[CopyPlacement, ...], list[PlacedMark]]] = {}
         seen = set()
         for ring in _arrangements(rings, copies):
             keys = frozenset(map(rings.key, ring))
@@ -251,18 +257,18 @@ class _Search:
             unions.setdefault(congruence_key(marks), (ring, marks))
         return unions, True
 
-    def _folding(self, sheet: CopySheet, ring: tuple[Placement, ...]) -> Pattern | None:
+    def _folding(self, sheet: CopySheet, ring: tuple[CopyPlacement, ...]) -> Pattern | None:
         """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
         try:
             pattern = overlay([motion.of(self.element.pattern, sheet.unit) for motion in ring])
             linkage = Linkage(pattern)
-            fits = pattern.kutzbach <= 1 and closes(linkage) and not crowded(linkage)
+            fits = pattern.kutzbach <= 1 and closes_when_folded(linkage) and not has_shared_places(linkage)
         except PatternError:
             return None
         return pattern if fits else None
 
 
-def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Placement, ...]]:
+def _arrangements(rings: CopyRings, copies: tuple[int, ...]) -> Iterator[tuple[CopyPlacement, ...]]:
     if 2 in copies:
         yield from rings.pairs()
     if 4 in copies:

@@ -27,7 +27,7 @@ from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
 from hcsearch.shape.linkage import Linkage
-from hcsearch.system.reading import read_text
+from hcsearch.system.reading import read_text_file
 
 DEFAULT_PROOF_BUDGET = 5
 """The budget of the search for a proof where none is given."""
@@ -120,7 +120,7 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
 
 def read_certificate(path: str) -> Any:
     """The data of a certificate; InputFileError as of `read_text`, and for what is no JSON."""
-    text = read_text(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
+    text = read_text_file(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -41,7 +41,7 @@ class SplitLines(NamedTuple):
     ways: list[list[int]]
 
 
-class Places:
+class PointNumbers:
     """Numbers of points of the plane, the same for points nearer than a tolerance."""
 
     def __init__(self, tolerance: float) -> None:
@@ -96,9 +96,9 @@ def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: floa
 
 def _merged(
     points: Reals, lines: Sequence[tuple[int, int]], tolerance: float
-) -> tuple[Places, list[PlanePoint], list[int]]:
+) -> tuple[PointNumbers, list[PlanePoint], list[int]]:
     """The places of points at which lines end: to look them up, where they are, and the place of each point."""
-    places, place = Places(tolerance), [-1] * len(points)
+    places, place = PointNumbers(tolerance), [-1] * len(points)
     members: list[list[int]] = []
     for v in dict.fromkeys(v for line in lines for v in line):
         place[v] = places.number((float(points[v, 0]), float(points[v, 1])))

@@ -30,7 +30,7 @@ from hcsearch.shape.mesh import (
     without_straight_corners,
 )
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
-from hcsearch.system.reading import read_text
+from hcsearch.system.reading import read_text_file
 
 MAX_FOLD_FILE_BYTES = 32 * 2**20
 POINT_ERROR_SHARE = 1e-3
@@ -49,7 +49,7 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
-class Join:
+class FacetJoin:
     """What joins two facets: M, V, F or U; the face of a hinge where the file says so."""
 
     assignment: str
@@ -57,7 +57,7 @@ class Join:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class PatternDrawing:
     """A flat pattern as a file has it.
 
     facets : corners counterclockwise, seen from above, in units of the file. joins : of pairs of facets, the lower
@@ -68,7 +68,7 @@ class Drawing:
     """
 
     facets: tuple[Facet, ...]
-    joins: Mapping[FacetPair, Join]
+    joins: Mapping[FacetPair, FacetJoin]
     unit: float | None
     thickness: float | None
     notation: str
@@ -76,12 +76,12 @@ class Drawing:
     remarks: tuple[str, ...] = ()
 
 
-def read_fold(path: str) -> Drawing:
+def read_fold(path: str) -> PatternDrawing:
     """The drawing in a file; InputFileError as of `read_text`, and for what is no FOLD file of a flat pattern."""
-    return parse_fold(read_text(path, most=MAX_FOLD_FILE_BYTES), path)
+    return parse_fold(read_text_file(path, most=MAX_FOLD_FILE_BYTES), path)
 
 
-def parse_fold(text: str, path: str = "the text") -> Drawing:
+def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
     """The drawing in a FOLD text; path : named in messages."""
     try:
         data = json.loads(text)
@@ -94,7 +94,7 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
     return _Reader(FrameValues(crease_pattern_frame(data, path))).drawing()
 
 
-def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
+def pattern_of(drawing: PatternDrawing, thickness: float | None = None) -> Pattern:
     """The pattern of thick panels that a drawing shows, m.
 
     thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
@@ -159,7 +159,7 @@ class _Reader:
         flat[used] = own
         return flat
 
-    def drawing(self) -> Drawing:
+    def drawing(self) -> PatternDrawing:
         """The facets and what joins them.
 
         Points that are nearer than a share of a typical edge are one. Where lines then end at no other, greater shares
@@ -222,14 +222,14 @@ class _Reading:
         lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
         return lengths[(len(lengths) - 1) // 2]
 
-    def drawing(self) -> Drawing:
+    def drawing(self) -> PatternDrawing:
         """What was read."""
         values = self.values
         unit, remark = values.unit()
         remarks = [] if remark is None else [remark]
         if self.loose:
             remarks.append(f"{self._first_loose()}; lines that lead to no other are left out")
-        return Drawing(
+        return PatternDrawing(
             tuple(self.facets),
             self._ordered(),
             unit,
@@ -303,18 +303,18 @@ class _Reading:
         """The places along a line between two."""
         return self.between[a, b] if (a, b) in self.between else self.between[b, a][::-1]
 
-    def _joins(self) -> dict[FacetPair, Join]:
+    def _joins(self) -> dict[FacetPair, FacetJoin]:
         """What joins each two faces that share an edge."""
-        joins: dict[FacetPair, Join] = {}
-        kinds: dict[FacetPair, dict[Join | None, FacetSide]] = defaultdict(dict)
+        joins: dict[FacetPair, FacetJoin] = {}
+        kinds: dict[FacetPair, dict[FacetJoin | None, FacetSide]] = defaultdict(dict)
         for (a, b), f in self.sides.items():
             g = self.sides.get((b, a), -1)
             if g > f:
-                mark = self.marks.get((min(a, b), max(a, b)), Join("U"))
+                mark = self.marks.get((min(a, b), max(a, b)), FacetJoin("U"))
                 kinds[f, g][None if mark.assignment in {"B", "C"} else mark] = (a, b)
         for pair, own in sorted(kinds.items()):
             if len(own) > 1:
-                own.pop(Join("U"), None)
+                own.pop(FacetJoin("U"), None)
             if len(own) > 1:
                 where = " and ".join(
                     f"{'slit' if join is None else join.assignment} from {self._at(*side)}"
@@ -326,7 +326,7 @@ class _Reading:
                 joins[pair] = join
         return joins
 
-    def _ordered(self) -> dict[FacetPair, Join]:
+    def _ordered(self) -> dict[FacetPair, FacetJoin]:
         """Joins in the order of the file's edges, which numbers hinges."""
         at: dict[FacetPair, int] = {}
         for k, way in enumerate(self.ways):
@@ -336,13 +336,13 @@ class _Reading:
                     at.setdefault((beside[0], beside[1]), k)
         return dict(sorted(self.joins.items(), key=lambda item: at.get(item[0], len(self.ways))))
 
-    def _marks(self) -> dict[tuple[int, int], Join]:
+    def _marks(self) -> dict[tuple[int, int], FacetJoin]:
         """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
         letters, angles, hinges = (
             self.values.of_edges(key) if self.whole.named else None
             for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
         )
-        marks: dict[tuple[int, int], Join] = {}
+        marks: dict[tuple[int, int], FacetJoin] = {}
         of: dict[tuple[int, int], list[int]] = defaultdict(list)
         for k, way in enumerate(self.ways):
             for a, b in pairwise(way):
@@ -350,13 +350,13 @@ class _Reading:
         own = [self._mark(k, letters, angles, hinges) for k in range(len(self.ways))]
         for pair, edges in of.items():
             if letters is None and len(edges) > 1 and all(own[k].assignment == "U" for k in edges):
-                marks[pair] = Join("B")  # an edge that stands there twice is a slit
+                marks[pair] = FacetJoin("B")  # an edge that stands there twice is a slit
                 continue
             for k in edges:
                 mark, other = own[k], marks.get(pair)
-                if other is None or other == Join("U"):
+                if other is None or other == FacetJoin("U"):
                     marks[pair] = mark
-                elif mark not in (other, Join("U")) and {mark.assignment, other.assignment} != {"B", "C"}:
+                elif mark not in (other, FacetJoin("U")) and {mark.assignment, other.assignment} != {"B", "C"}:
                     first = next(j for j in edges if own[j] == other)
                     raise self.values.wrong(
                         f"edge {k} ({mark.assignment}) lies on edge {first}, another one with another assignment "
@@ -364,7 +364,7 @@ class _Reading:
                     )
         return marks
 
-    def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> Join:
+    def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> FacetJoin:
         """What the file says of an edge."""
         if letters is not None:
             letter = str(letters[k]).upper()
@@ -374,7 +374,7 @@ class _Reading:
             letter = "U"
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-        return Join(letter, hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None)
+        return FacetJoin(letter, hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None)
 
     def _angle(self, edge: int, value: Any) -> float:
         if not isinstance(value, int | float) or math.isnan(value):
@@ -382,7 +382,7 @@ class _Reading:
         return value
 
 
-def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:
+def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], FacetJoin]) -> bool:
     """Whether a face has borders alone: a panel would hang on nothing."""
     return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
 

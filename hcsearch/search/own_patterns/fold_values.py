@@ -21,14 +21,14 @@ _NO_PANELS = {"graph", "linkage"}
 
 
 @dataclass(frozen=True)
-class Frame:
+class FoldFileFrame:
     """A frame with the values that it inherits; name : what messages call it."""
 
     name: str
     values: Mapping[str, Any]
 
 
-def crease_pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
+def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
     """The frame that is read; InputFileError where frames are no list, or inherit from what is none.
 
     That is the first, among those with points and edges or faces, that says it is a crease pattern; without one, the
@@ -41,13 +41,13 @@ def crease_pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
     frames = [_given(frame) for frame in (data, *listed)]
     pointed = None
     for k in sorted(range(len(frames)), key=lambda k: _rank(frames[k])):
-        frame = Frame(_name(k, len(frames), path), _with_inherited(frames, k, path))
+        frame = FoldFileFrame(_name(k, len(frames), path), _with_inherited(frames, k, path))
         if "vertices_coords" not in frame.values:
             continue
         if "edges_vertices" in frame.values or "faces_vertices" in frame.values:
             return frame
         pointed = pointed or frame
-    return pointed or Frame(_name(0, len(frames), path), frames[0])
+    return pointed or FoldFileFrame(_name(0, len(frames), path), frames[0])
 
 
 def _rank(frame: Mapping[str, Any]) -> int:
@@ -122,7 +122,7 @@ _NO_UNITS = ("", "unit", "units")
 class FrameValues:
     """The values of one frame; InputFileError, which names frame and key, for what has not the format's type."""
 
-    def __init__(self, frame: Frame) -> None:
+    def __init__(self, frame: FoldFileFrame) -> None:
         self._frame, self._name = frame.values, frame.name
 
     def points(self) -> Reals:

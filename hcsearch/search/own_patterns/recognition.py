@@ -23,7 +23,7 @@ from hcsearch.designs.grid.arrays import check_size
 from hcsearch.designs.grid.tilings import LatticePoint
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.search.own_patterns.drawn_lines import place_text
-from hcsearch.search.own_patterns.fold_reading import POINT_ERROR_SHARE, Drawing, Join
+from hcsearch.search.own_patterns.fold_reading import POINT_ERROR_SHARE, FacetJoin, PatternDrawing
 from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import FacetPair
 
@@ -36,7 +36,7 @@ _SHAPES = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}
 
 
 @dataclass(frozen=True)
-class Tiling:
+class DrawingGrid:
     """A grid laid under a drawing.
 
     turn : unit number by which the grid is turned. length, width : of a panel, in units of the drawing. places : the
@@ -50,7 +50,7 @@ class Tiling:
     places: tuple[LatticePoint, ...]
 
 
-def tiling_of(drawing: Drawing) -> Tiling:
+def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
     """The grid that the facets of a drawing are cells of; PatternError names a panel that is none."""
     corners = _corners_of(drawing)
     try:
@@ -59,7 +59,7 @@ def tiling_of(drawing: Drawing) -> Tiling:
         return _fitted(drawing, corners, 1)  # the message names what differs from the first panel
 
 
-def _fitted(drawing: Drawing, corners: int, count: int) -> Tiling:
+def _fitted(drawing: PatternDrawing, corners: int, count: int) -> DrawingGrid:
     """The grid whose cells are as long, and turned, as the first panels of a drawing are."""
     turn, sizes = _laid(drawing.facets[:count], corners)
     grid = GRIDS[_GRID_OF[corners]]
@@ -71,13 +71,13 @@ def _fitted(drawing: Drawing, corners: int, count: int) -> Tiling:
     return _Laying(drawing, grid, turn, float(sizes[0].mean()), float(sizes[1].mean())).tiling()
 
 
-def panel_named(drawing: Drawing, panel: int) -> str:
+def panel_named(drawing: PatternDrawing, panel: int) -> str:
     """A panel by its number and its middle, as drawings seldom show numbers."""
     facet = drawing.facets[panel]
     return f"panel {panel} at {place_text(np.mean(facet, axis=0).tolist(), math.dist(facet[0], facet[1]))}"
 
 
-def _corners_of(drawing: Drawing) -> int:
+def _corners_of(drawing: PatternDrawing) -> int:
     """The number of corners that all panels have."""
     numbers = Counter(map(len, drawing.facets))
     corners, _ = numbers.most_common(1)[0]
@@ -127,7 +127,7 @@ def _differ(sizes: tuple[Reals, Reals]) -> bool:
 class _Laying:
     """A drawing whose panels are placed on a grid, one by the other."""
 
-    def __init__(self, drawing: Drawing, grid: Grid, turn: complex, length: float, width: float) -> None:
+    def __init__(self, drawing: PatternDrawing, grid: Grid, turn: complex, length: float, width: float) -> None:
         self.drawing, self.grid, self.turn, self.length, self.width = drawing, grid, turn, length, width
         # seen from the grid, from the first panel on
         self.facets = [[complex(*corner) / turn for corner in facet] for facet in drawing.facets]
@@ -137,7 +137,7 @@ class _Laying:
             self.beside[i].append(j)
             self.beside[j].append(i)
 
-    def tiling(self) -> Tiling:
+    def tiling(self) -> DrawingGrid:
         """The places of all panels, and the size that fits them best."""
         places: dict[int, LatticePoint] = {}
         for start in range(len(self.facets)):
@@ -157,7 +157,7 @@ class _Laying:
                         waiting.append(j)
         self._check_places(places)
         length, width = self._fitted([places[k] for k in range(len(places))])
-        return Tiling(self.grid, self.turn, length, width, tuple(places[k] for k in range(len(places))))
+        return DrawingGrid(self.grid, self.turn, length, width, tuple(places[k] for k in range(len(places))))
 
     def _scaled(self, x: float, y: float) -> complex:
         return complex(self.length * x, self.width * y)
@@ -241,7 +241,7 @@ class _Laying:
 
 
 @dataclass(frozen=True)
-class Recognised:
+class RecognisedDesign:
     """A design in a drawing.
 
     circuit : in the canonical order. creases : of the foldings that the assignment allows, which are all where nothing
@@ -260,10 +260,10 @@ class Recognised:
         return tuple(Folding(self.circuit, crease) for crease in self.creases)
 
 
-def recognise(drawing: Drawing) -> Recognised:
+def recognise_design(drawing: PatternDrawing) -> RecognisedDesign:
     """The design that a drawing shows, in any position, direction and scale; PatternError says where there is none."""
     check_size(len(drawing.facets), "the drawing")
-    tiling = tiling_of(drawing)
+    tiling = drawing_grid_of(drawing)
     places = tiling.places
     walk = _circuit(drawing, len(places))
     n = len(walk)
@@ -281,10 +281,10 @@ def recognise(drawing: Drawing) -> Recognised:
             "the mountains and valleys are of no two-stack folding of the circuit "
             f"{canonical.notation}, which folds at creases {creases}: leave edges unassigned (U), or draw one of these"
         )
-    return Recognised(canonical, fitting, assigned, tiling.length, tiling.width)
+    return RecognisedDesign(canonical, fitting, assigned, tiling.length, tiling.width)
 
 
-def _circuit(drawing: Drawing, n: int) -> list[int]:
+def _circuit(drawing: PatternDrawing, n: int) -> list[int]:
     """The facets in the order of the one closed walk along creases; flat edges that join others are left out."""
     joins = dict(drawing.joins)
     near = _beside(joins, n)
@@ -315,14 +315,14 @@ def _circuit(drawing: Drawing, n: int) -> list[int]:
     return walk[:-1]
 
 
-def _without_merged(joins: dict[FacetPair, Join], n: int) -> dict[FacetPair, Join]:
+def _without_merged(joins: dict[FacetPair, FacetJoin], n: int) -> dict[FacetPair, FacetJoin]:
     """Joins without the flat edges by which mirror pairs of panels are one: those at panels with two folds already."""
     folds = {pair: join for pair, join in joins.items() if join.assignment != "F"}
     full = [len(own) == 2 for own in _beside(folds, n)]
     return {pair: join for pair, join in joins.items() if pair in folds or not (full[pair[0]] or full[pair[1]])}
 
 
-def _beside(joins: dict[FacetPair, Join], n: int) -> list[set[int]]:
+def _beside(joins: dict[FacetPair, FacetJoin], n: int) -> list[set[int]]:
     near: list[set[int]] = [set() for _ in range(n)]
     for i, j in joins:
         near[i].add(j)
@@ -359,7 +359,7 @@ def _pair(i: int, j: int) -> FacetPair:
     return min(i, j), max(i, j)
 
 
-def sized(design: Recognised, drawing: Drawing) -> str | None:
+def drawn_panel_size(design: RecognisedDesign, drawing: PatternDrawing) -> str | None:
     """The size of a panel as `--panel` takes it, in mm; None where the drawing has no physical unit.
 
     A drawing that says nothing of their thickness has panels as slender as those of the scene `default`.

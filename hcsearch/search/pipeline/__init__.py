@@ -1,21 +1,27 @@
 """The pipeline: runs a stage where its result is missing or older, one transaction a batch."""
 
-from hcsearch.search.pipeline.estimate import Counted, check_room, count_designs, counting_seconds, estimate
+from hcsearch.search.pipeline.estimate import (
+    DesignCount,
+    check_disk_room,
+    count_designs,
+    counting_seconds,
+    estimate_run,
+)
 from hcsearch.search.pipeline.run import Funnel, Plan, RunSummary, finished_shards, run_dry, run_into
-from hcsearch.search.pipeline.workers import Crew
-from hcsearch.system.terminal import duration
+from hcsearch.search.pipeline.workers import WorkerPool
+from hcsearch.system.terminal import duration_text
 
 __all__ = [
-    "Counted",
-    "Crew",
+    "DesignCount",
     "Funnel",
     "Plan",
     "RunSummary",
-    "check_room",
+    "WorkerPool",
+    "check_disk_room",
     "count_designs",
     "counting_seconds",
-    "duration",
-    "estimate",
+    "duration_text",
+    "estimate_run",
     "finished_shards",
     "run_dry",
     "run_into",

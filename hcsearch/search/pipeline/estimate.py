@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from hcsearch.basics.errors import SizeError
 from hcsearch.search.enumeration import FoldedSearch, Search
-from hcsearch.search.pipeline.judging import seconds_of
+from hcsearch.search.pipeline.judging import judging_seconds
 from hcsearch.search.pipeline.run import SMALL_CIRCUIT_COUNT, Plan
-from hcsearch.search.pipeline.shards import ShardJob, Travelling, run_shard, warm
-from hcsearch.search.pipeline.workers import Crew
+from hcsearch.search.pipeline.shards import ShardJob, TransferableTask, cached_search, run_shard
+from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import stage_keeping, stages_until
 from hcsearch.store import room_at
-from hcsearch.system.terminal import duration, number, size
+from hcsearch.system.terminal import bytes_text, duration_text, number_text
 
 _PROBE = 8  # shards
 _FOLDING_BYTES = 650  # a panel, mostly of paths: measured with hexagons, 7.6 kB a folding of n = 12, 9.4 kB of n = 14
@@ -32,17 +32,18 @@ class RunEstimate:
     stored_bytes: float
     store_seconds: float
 
-    def sentence(self, crew: Crew) -> str:
+    def sentence(self, crew: WorkerPool) -> str:
         """One line for people; one process writes while the others work."""
         if crew.scheduler is not None:
-            time = f"{duration(self.core_seconds)} of core time on the cluster, {duration(self.store_seconds)} to store"
+            cores, store = duration_text(self.core_seconds), duration_text(self.store_seconds)
+            time = f"{cores} of core time on the cluster, {store} to store"
         else:
-            time = f"{duration(max(self.core_seconds / crew.jobs, self.store_seconds))} with --jobs {crew.jobs}"
-        room = f", {size(self.stored_bytes)} in the database" if self.stored_bytes else ""
-        return f"about {number(self.circuits)} circuits to list, {number(self.designs)} to keep: {time}{room}"
+            time = f"{duration_text(max(self.core_seconds / crew.jobs, self.store_seconds))} with --jobs {crew.jobs}"
+        room = f", {bytes_text(self.stored_bytes)} in the database" if self.stored_bytes else ""
+        return f"about {number_text(self.circuits)} circuits to list, {number_text(self.designs)} to keep: {time}{room}"
 
 
-def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
+def estimate_run(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
     """What the rest of a plan will take; None where that is a matter of seconds.
 
     finished : shards that are done already. A few of the others, spread over the search, are worked on as a probe; the
@@ -67,7 +68,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Run
     core_seconds, stored_bytes = seconds * share, designs * (60 + 5 * search.n)
     if plan.scenic:
         foldings = share * sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
-        core_seconds += seconds_of(foldings, search.n)
+        core_seconds += judging_seconds(foldings, search.n)
         stored_bytes += foldings * _FOLDING_BYTES * search.n
     return RunEstimate(
         circuits=listed * share,
@@ -78,13 +79,14 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Run
     )
 
 
-def check_room(expected: RunEstimate, location: str) -> None:
+def check_disk_room(expected: RunEstimate, location: str) -> None:
     """SizeError when the disk of a database file has too little room; what the file holds already counts as room."""
     room = room_at(location)
     if room is not None and expected.stored_bytes > room:
         raise SizeError(
-            f"about {number(expected.designs)} designs need {size(expected.stored_bytes)} and {location} has room for "
-            f"{size(room)}: name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
+            f"about {number_text(expected.designs)} designs need {bytes_text(expected.stored_bytes)} and {location} "
+            f"has room for {bytes_text(room)}: "
+            "name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
             "--dry-run, `hcsearch count`"
         )
 
@@ -95,7 +97,7 @@ _PROBE_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
-class Counted:
+class DesignCount:
     """Number of designs up to symmetry, and of circuits that these stand for: fixed ones, or those of the array."""
 
     classes: int
@@ -103,14 +105,14 @@ class Counted:
 
 
 @dataclass(frozen=True)
-class _Task(Travelling):
+class _Task(TransferableTask):
     """Count the designs of one shard."""
 
     search: Search
     keep: str
 
     def __call__(self, shard: str) -> tuple[int, int]:
-        search = warm(self.search)
+        search = cached_search(self.search)
         if isinstance(search, FoldedSearch):
             return search.count(shard)
         result = run_shard(search, shard, stages_until(stage_keeping(self.keep).name), "all")[1][-1]
@@ -118,24 +120,24 @@ class _Task(Travelling):
 
 
 def count_designs(
-    search: Search, keep: str, crew: Crew, progress: Callable[[int, int, str], None] | None = None
-) -> Counted:
+    search: Search, keep: str, crew: WorkerPool, progress: Callable[[int, int, str], None] | None = None
+) -> DesignCount:
     """Count the designs that `--keep` names, exactly. Half-chains are joined without writing a circuit down."""
     if isinstance(search, FoldedSearch):
         shards = search.counting_shards
         if search.n_pairs < _SMALL_PAIRS and crew.scheduler is None:
-            crew = Crew()
+            crew = WorkerPool()
     else:
         shards = search.prefixes
         if search.expected is not None and search.expected < SMALL_CIRCUIT_COUNT and crew.scheduler is None:
-            crew = Crew()
+            crew = WorkerPool()
     classes = circuits = 0
     for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), shards), 1):
         classes += more
         circuits += fixed
         if progress is not None:
             progress(done, len(shards), f"{classes:,} designs")
-    return Counted(classes, circuits)
+    return DesignCount(classes, circuits)
 
 
 def counting_seconds(search: Search) -> float | None:

@@ -20,10 +20,10 @@ from hcsearch.search.stages.stage import Stage, run_stages
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
-FOLDING_SECONDS = 0.4
+FOLDING_CORE_SECONDS = 0.4
 """Core seconds that a folding of `_PANELS` panels takes, with its second looks; they grow as the square of their number
 (measured: 0.4 s of 12 hexagons, 2.5 s of the 30 squares of 6x5)."""
-PIECE_SECONDS = 4.0
+PIECE_CORE_SECONDS = 4.0
 """Core seconds that a piece takes, about."""
 _PANELS = 12
 _MARK = "#"
@@ -31,7 +31,7 @@ _KEY = re.compile(rf"(.*){_MARK}[0-9]{{1,9}}/([0-9]{{1,9}})", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Piece:
+class CandidatePiece:
     """Some candidates of a shard of the search; key : its own name among finished work."""
 
     key: str
@@ -56,7 +56,7 @@ class Judge:
     stages: tuple[Stage, ...]
     budget: int | None = None
 
-    def __call__(self, piece: Piece) -> JudgedPiece:
+    def __call__(self, piece: CandidatePiece) -> JudgedPiece:
         """Judge one piece."""
         candidates = replace(piece.candidates, budget=self.budget)
         designs, results = run_stages(candidates, self.stages, self.scene)
@@ -73,15 +73,15 @@ def check_scene_of_run(scene: Scene, grid: str, n: int) -> None:
     check_margin(panel, margin_of(panel) if scene.margin is None else scene.margin)
 
 
-def seconds_of(foldings: float, n: int) -> float:
+def judging_seconds(foldings: float, n: int) -> float:
     """About how many core seconds the verdicts on foldings of n panels take."""
-    return foldings * FOLDING_SECONDS * (n / _PANELS) ** 2
+    return foldings * FOLDING_CORE_SECONDS * (n / _PANELS) ** 2
 
 
-def pieces(shard: str, candidates: StagedDesigns) -> Iterator[Piece]:
+def candidate_pieces(shard: str, candidates: StagedDesigns) -> Iterator[CandidatePiece]:
     """Pieces of the candidates of a shard; what they are depends on the candidates alone."""
     n, designs = candidates.circuits.words.shape[1], len(candidates.circuits)
-    most = max(1, round(PIECE_SECONDS / seconds_of(1.0, n)))
+    most = max(1, round(PIECE_CORE_SECONDS / judging_seconds(1.0, n)))
     counts = np.bincount(candidates.folded.row, minlength=designs)
     numbers = np.arange(designs)
     ends: list[int] = []
@@ -93,12 +93,14 @@ def pieces(shard: str, candidates: StagedDesigns) -> Iterator[Piece]:
         waiting += count
     bounds = [0, *ends, designs] if designs else []
     for k, (begin, end) in enumerate(pairwise(bounds)):
-        yield Piece(f"{shard}{_MARK}{k}/{len(bounds) - 1}", candidates.take((numbers >= begin) & (numbers < end)))
+        yield CandidatePiece(
+            f"{shard}{_MARK}{k}/{len(bounds) - 1}", candidates.take((numbers >= begin) & (numbers < end))
+        )
     if not designs:
-        yield Piece(f"{shard}{_MARK}0/1", candidates)
+        yield CandidatePiece(f"{shard}{_MARK}0/1", candidates)
 
 
-def unfinished(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
+def unfinished_shards(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
     """Shards of which not all pieces are among finished ones; keys of no piece are those of none."""
     counted: dict[str, tuple[int, int]] = {}
     for key in keys:
@@ -109,7 +111,7 @@ def unfinished(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Task:
+class SettlingTask:
     """The undecided foldings of one design; key : its own name among finished work."""
 
     key: str
@@ -124,7 +126,7 @@ class Settler:
     stages: tuple[Stage, ...]
     budget: int
 
-    def __call__(self, task: Task) -> JudgedPiece:
+    def __call__(self, task: SettlingTask) -> JudgedPiece:
         """Search on for the foldings of one design."""
         designs, results = run_stages(self._designs(task.foldings), self.stages, self.scene)
         return JudgedPiece(task.key, verdict_rows(designs, self.scene), results, len(designs.folded))
@@ -142,7 +144,7 @@ class Settler:
         return replace(designs, budget=self.budget, searched=searched)
 
 
-def tasks(foldings: Iterable[Undecided], budget: int) -> Iterator[Task]:
+def settling_tasks(foldings: Iterable[Undecided], budget: int) -> Iterator[SettlingTask]:
     """The tasks of some foldings, which come design by design."""
     for number, own in groupby(foldings, key=lambda one: one.design_id):
-        yield Task(f"budget {budget}, design {number}", tuple(own))
+        yield SettlingTask(f"budget {budget}, design {number}", tuple(own))

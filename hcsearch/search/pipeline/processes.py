@@ -18,7 +18,7 @@ from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from typing import Any
 
-from hcsearch.system.answering import answer
+from hcsearch.system.answering import answer_calls
 
 
 class DeadWorkerError(BrokenExecutor):
@@ -49,7 +49,7 @@ class ProcessExecutor(Executor):
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
         with there:
-            process = context.Process(target=answer, args=(there,), daemon=True)
+            process = context.Process(target=answer_calls, args=(there,), daemon=True)
             process.start()
         self._processes.append(process)
         self._idle.put(here)

@@ -19,18 +19,18 @@ from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.search.enumeration import Search
 from hcsearch.search.pipeline.judging import (
+    CandidatePiece,
     Judge,
     JudgedPiece,
-    Piece,
     Settler,
+    candidate_pieces,
     check_scene_of_run,
-    pieces,
-    seconds_of,
-    tasks,
-    unfinished,
+    judging_seconds,
+    settling_tasks,
+    unfinished_shards,
 )
-from hcsearch.search.pipeline.shards import Output, ShardJob
-from hcsearch.search.pipeline.workers import Crew
+from hcsearch.search.pipeline.shards import ShardJob, ShardOutput
+from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
 from hcsearch.store import (
@@ -46,7 +46,7 @@ from hcsearch.store import (
     start_run,
     undecided,
 )
-from hcsearch.system.terminal import duration
+from hcsearch.system.terminal import duration_text
 
 SMALL_CIRCUIT_COUNT, SMALL_JUDGED_COUNT = 5_000_000, 3_000  # circuits, of the latter where motions follow
 QUICK_CORE_SECONDS = 100.0  # core seconds: two processes take some of them to load their kernels
@@ -59,14 +59,14 @@ _SHARD_SIZE = 10_000  # circuits, where a search cannot say how many it has
 RunBatch = tuple[str, DesignBatch, tuple[StageResult, ...]]
 
 
-class Progress(Protocol):
+class RunProgress(Protocol):
     """Takes what is done, of how much, what has come out, and what is counted."""
 
     def __call__(self, done: int, total: int, note: str, unit: str = "batch") -> None:
         """Show it."""
 
 
-Announce = Callable[[str], None]
+AnnounceSentence = Callable[[str], None]
 
 
 def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
@@ -88,7 +88,7 @@ class Plan:
     until: str
     keep: str = "all"
     scene: Scene = SCENES["default"]
-    crew: Crew = field(default_factory=Crew)
+    crew: WorkerPool = field(default_factory=WorkerPool)
     budget: int | None = None
 
     def __post_init__(self) -> None:
@@ -122,9 +122,9 @@ class Plan:
         return circuits < (SMALL_JUDGED_COUNT if self.scenic else SMALL_CIRCUIT_COUNT)
 
     @property
-    def hands(self) -> Crew:
+    def hands(self) -> WorkerPool:
         """The crew that lists: one process where that is done before others have started."""
-        return Crew() if self.small and self.crew.scheduler is None else self.crew
+        return WorkerPool() if self.small and self.crew.scheduler is None else self.crew
 
     @property
     def panel(self) -> str:
@@ -200,7 +200,7 @@ class _Totals:
         return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
 
-def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> RunSummary:
+def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceSentence = _silent) -> RunSummary:
     """Run the stages without a database.
 
     Memory grows with the number of arrays, to count different ones, and with that of candidates for a motion.
@@ -219,7 +219,7 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
         if output.candidates is not None:
             candidates[prefix] = output.candidates
         show(done, len(prefixes), totals.note(last))
-    todo = [piece for prefix in candidates for piece in pieces(prefix, candidates[prefix])]
+    todo = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
     left = 0
     for verdict in _judged(plan, todo, totals, show, announce):
         totals.add(verdict.results, fresh=True)
@@ -229,21 +229,22 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
 
 
 def _judged(
-    plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce
+    plan: Plan, todo: list[CandidatePiece], totals: _Totals, show: RunProgress, announce: AnnounceSentence
 ) -> Iterator[JudgedPiece]:
     """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
     if not todo:
         return
     foldings = sum(len(piece.candidates.folded) for piece in todo)
-    seconds = seconds_of(foldings, plan.search.n)
+    seconds = judging_seconds(foldings, plan.search.n)
     jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
     small = seconds < QUICK_CORE_SECONDS and not cluster
     if seconds / jobs > LONG_RUN_SECONDS:
         who = "on the cluster" if cluster else f"with --jobs {jobs}"
         announce(
-            f"{foldings:,} foldings to judge in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
+            f"{foldings:,} foldings to judge in the scene {plan.scene.name}: "
+            f"about {duration_text(seconds / jobs)} {who}"
         )
-    hands = Crew() if small else plan.crew
+    hands = WorkerPool() if small else plan.crew
     done, last = 0, plan.scenic[-1]
     show(done, foldings, totals.note(last), "folding")
     for _, verdict in hands.work(plan.judge, todo, parcel=1, threads=jobs if small else 1):
@@ -277,7 +278,7 @@ def finished_shards(plan: Plan, location: str) -> set[str]:
 
 
 def run_into(
-    plan: Plan, database: Database, progress: Progress | None = None, announce: Announce = _silent
+    plan: Plan, database: Database, progress: RunProgress | None = None, announce: AnnounceSentence = _silent
 ) -> RunSummary:
     """Run the stages where results are missing or older, one transaction a batch, and record the run.
 
@@ -303,7 +304,9 @@ def run_into(
 class _Run:
     """One run into a database, while it goes on."""
 
-    def __init__(self, plan: Plan, database: Database, run_id: int, show: Progress, announce: Announce) -> None:
+    def __init__(
+        self, plan: Plan, database: Database, run_id: int, show: RunProgress, announce: AnnounceSentence
+    ) -> None:
         self.plan, self.database, self.run_id, self.show, self.announce = plan, database, run_id, show, announce
         self.totals = _Totals()
         self.prefixes = plan.search.prefixes
@@ -339,7 +342,7 @@ class _Run:
             self.done += len(batches)
             self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
 
-    def _listed(self, job: ShardJob, todo: list[str]) -> Iterator[tuple[str, Output]]:
+    def _listed(self, job: ShardJob, todo: list[str]) -> Iterator[tuple[str, ShardOutput]]:
         for prefix, output in self.plan.hands.work(job, todo):
             if output.candidates is not None:
                 self.candidates[prefix] = output.candidates
@@ -349,7 +352,7 @@ class _Run:
         """The stages in a scene, piece by piece."""
         plan, totals = self.plan, self.totals
         finished = finished_batches(self.database, plan.judging, stage_numbers(plan.scenic))
-        left = unfinished(self.prefixes, list(finished))
+        left = unfinished_shards(self.prefixes, list(finished))
         # shards that were listed by an earlier run are listed once more: the database does not know what is in a shard
         again = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
         unknown = [prefix for prefix in left if prefix not in self.candidates]
@@ -357,7 +360,7 @@ class _Run:
             assert output.candidates is not None
             self.candidates[prefix] = output.candidates
             self.show(done, len(unknown), "mobility, units that were listed before")
-        wanted = [piece for prefix in left for piece in pieces(prefix, self.candidates[prefix])]
+        wanted = [piece for prefix in left for piece in candidate_pieces(prefix, self.candidates[prefix])]
         for key in finished:
             totals.add(finished[key], fresh=False)
         self.reused += len(finished)
@@ -373,7 +376,7 @@ class _Run:
         plan, totals = self.plan, self.totals
         if plan.budget is None:
             return
-        todo = list(tasks(undecided(self.database, plan.judging, plan.budget), plan.budget))
+        todo = list(settling_tasks(undecided(self.database, plan.judging, plan.budget), plan.budget))
         foldings, done = sum(len(task.foldings) for task in todo), 0
         settler = Settler(plan.scene, plan.scenic, plan.budget)
         for _, verdict in plan.crew.work(settler, todo, parcel=1, threads=1):
@@ -384,7 +387,7 @@ class _Run:
             self.show(done, foldings, totals.note(plan.scenic[-1]), "folding")
 
 
-def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[RunBatch]]:
+def _grouped(outputs: Iterable[tuple[str, ShardOutput]]) -> Iterator[list[RunBatch]]:
     """Batches to be recorded together.
 
     Designs come in no order that an index of circuits could follow, so that each transaction writes nearly all of a

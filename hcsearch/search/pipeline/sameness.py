@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 P = TypeVar("P")
 T = TypeVar("T")
 
-Program = dict[str, str]
+ProgramVersions = dict[str, str]
 """What results hang on, by name: plain, as a worker of any version must be able to read it."""
 
 _LIBRARIES = ("numpy", "numba", "llvmlite", "scipy", "shapely")
@@ -28,11 +28,11 @@ _SOURCES = "sources"
 _ROOT = Path(__file__).parents[2]
 
 _checked: set[str] = set()
-"""Modules of hcsearch that were loaded from the sources of `program`."""
+"""Modules of hcsearch that were loaded from the sources of `running_program`."""
 
 
 @cache
-def program() -> Program:
+def running_program() -> ProgramVersions:
     """The program that this process runs, looked up once."""
     versions = {name: _version(name) for name in ("hcsearch", *_LIBRARIES)}
     return versions | {"Python": f"{sys.version_info[0]}.{sys.version_info[1]}", _SOURCES: sources_digest()}
@@ -52,26 +52,26 @@ def sources_digest() -> str:
     return digest.hexdigest()
 
 
-def are_changed() -> bool:
-    """Whether the files of hcsearch are others than they were for `program`."""
-    return sources_digest() != program()[_SOURCES]
+def are_sources_changed() -> bool:
+    """Whether the files of hcsearch are others than they were for `running_program`."""
+    return sources_digest() != running_program()[_SOURCES]
 
 
-def is_mixed() -> bool:
-    """Whether modules may have been loaded from other sources than those of `program`."""
-    program()
+def are_sources_mixed() -> bool:
+    """Whether modules may have been loaded from other sources than those of `running_program`."""
+    running_program()
     loaded = {name for name in list(sys.modules) if name.partition(".")[0] == "hcsearch"}
     if loaded <= _checked:
         return False
-    if are_changed():
+    if are_sources_changed():
         return True
     _checked.update(loaded)
     return False
 
 
-def difference(other: Program) -> str:
+def program_difference(other: ProgramVersions) -> str:
     """How another program differs from this one, in words; empty where it does not."""
-    own = program()
+    own = running_program()
     parts = [f"{name} {other.get(name)} instead of {own[name]}" for name in own if name != _SOURCES]
     differ = [part for part, name in zip(parts, own, strict=False) if other.get(name) != own[name]]
     if not differ and other.get(_SOURCES) != own[_SOURCES]:
@@ -80,10 +80,10 @@ def difference(other: Program) -> str:
 
 
 @dataclass(frozen=True)
-class Refusal:
+class ProgramRefusal:
     """Why a task was not worked on, or its results are not to be used. program : who refused; None of mixed sources."""
 
-    program: Program | None
+    program: ProgramVersions | None
 
 
 def packed_task(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
@@ -91,15 +91,15 @@ def packed_task(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
     return pickle.dumps((task, inputs))
 
 
-def work_on(expected: Program, sent: bytes) -> list[Any] | Refusal:
+def run_packed_task(expected: ProgramVersions, sent: bytes) -> list[Any] | ProgramRefusal:
     """Work on what `packed_task` gives, in a process that runs the expected program."""
-    if program() != expected:
-        return Refusal(program())
+    if running_program() != expected:
+        return ProgramRefusal(running_program())
     try:
         task, inputs = pickle.loads(sent)
         results = [task(item) for item in inputs]
     except Exception:
-        if is_mixed():
-            return Refusal(None)  # which is the reason for whatever has failed
+        if are_sources_mixed():
+            return ProgramRefusal(None)  # which is the reason for whatever has failed
         raise
-    return Refusal(None) if is_mixed() else results
+    return ProgramRefusal(None) if are_sources_mixed() else results

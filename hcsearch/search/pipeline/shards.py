@@ -15,7 +15,7 @@ from hcsearch.designs.records import CircuitBatch, DesignBatch, StagedDesigns, S
 from hcsearch.kernels.circuits.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene
 from hcsearch.search.enumeration import Search
-from hcsearch.search.stages.circuits import listed
+from hcsearch.search.stages.circuits import list_shard_circuits
 from hcsearch.search.stages.stage import Stage, run_stages
 from hcsearch.search.stages.statuses import best_foldings, folding_statuses
 
@@ -124,7 +124,7 @@ def _texts(text: NDArray[np.uint8]) -> list[str]:
     return text.view(f"S{text.shape[1]}").ravel().astype(str).tolist() if len(text) else []
 
 
-class Travelling:
+class TransferableTask:
     """A task that goes to other processes."""
 
     search: Search
@@ -135,7 +135,7 @@ class Travelling:
 
 
 @dataclass(frozen=True)
-class ShardJob(Travelling):
+class ShardJob(TransferableTask):
     """The work on every shard of a run.
 
     stages : those to run; keep : which designs to keep.
@@ -149,24 +149,24 @@ class ShardJob(Travelling):
     rows: bool
     candidates: bool = False
 
-    def __call__(self, prefix: str) -> Output:
+    def __call__(self, prefix: str) -> ShardOutput:
         """Work on one shard."""
-        search = warm(self.search)
+        search = cached_search(self.search)
         designs, results = run_shard(search, prefix, self.stages, self.keep)
         rows = design_rows(search, designs) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, designs.circuits)
         candidates = candidates_of(designs) if self.candidates else None
-        return Output(results, len(designs), rows, arrays, candidates)
+        return ShardOutput(results, len(designs), rows, arrays, candidates)
 
 
 @lru_cache(maxsize=2)
-def warm(search: Search) -> Search:
+def cached_search(search: Search) -> Search:
     """The first search given that equals this one: its tables are computed already."""
     return search
 
 
 @dataclass(frozen=True, eq=False)
-class Output(ByValue):
+class ShardOutput(ByValue):
     """What a shard gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
 
     candidates : for motions and deployments; None where none are wanted.
@@ -184,7 +184,7 @@ def run_shard(
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
     """Run stages on one shard of a search; designs that are not to be kept are dropped on the way."""
     begun = time.perf_counter()
-    return run_stages(listed(search, prefix), stages, SCENES[DEFAULT_SCENE_NAME], keep, begun)
+    return run_stages(list_shard_circuits(search, prefix), stages, SCENES[DEFAULT_SCENE_NAME], keep, begun)
 
 
 def candidates_of(designs: StagedDesigns) -> StagedDesigns:

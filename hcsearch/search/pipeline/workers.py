@@ -24,14 +24,14 @@ from typing import Any, Protocol, TypeVar
 from hcsearch.basics.errors import ClusterError
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.search.pipeline.sameness import (
-    Program,
-    Refusal,
-    are_changed,
-    difference,
-    is_mixed,
+    ProgramRefusal,
+    ProgramVersions,
+    are_sources_changed,
+    are_sources_mixed,
     packed_task,
-    program,
-    work_on,
+    program_difference,
+    run_packed_task,
+    running_program,
 )
 
 SCHEDULER_GREETING_SECONDS = 8.0
@@ -93,7 +93,7 @@ class _Pool(Protocol):
 
 
 @dataclass(frozen=True)
-class Crew:
+class WorkerPool:
     """`jobs` processes of this machine, or, where a scheduler's address is given, all workers of its cluster."""
 
     jobs: int = 1
@@ -120,14 +120,14 @@ class Crew:
         Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker or this process runs
         another program than this one was when it began; what was yielded before stays good.
         """
-        expected = program()
+        expected = running_program()
         if self.scheduler is None and (self.jobs == 1 or len(inputs) < 2):
             # one at least, so that Ctrl-C finds this one waiting and not within a kernel
             own = ThreadPoolExecutor(threads)
             try:
                 # one waits while another is recorded, and tasks are not equally long
                 for one, result in _in_order(own, task, inputs, 2 * threads - 1):
-                    if is_mixed():
+                    if are_sources_mixed():
                         raise ClusterError(_CHANGED)
                     yield one, result
             finally:
@@ -137,16 +137,16 @@ class Crew:
             size = max(1, min(parcel, len(inputs) // (2 * _AHEAD * workers)))
             parcels = [inputs[at : at + size] for at in range(0, len(inputs), size)]
             for sent, answer in _in_order(_Packing(pool, expected), task, parcels, _AHEAD * workers):
-                if isinstance(answer, Refusal) or is_mixed():
+                if isinstance(answer, ProgramRefusal) or are_sources_mixed():
                     raise self._refused(answer)
                 yield from zip(sent, answer, strict=True)
 
     def _refused(self, answer: object) -> ClusterError:
         """Why results are not to be used."""
-        other = answer.program if isinstance(answer, Refusal) else None
-        if self.scheduler is None or is_mixed():
+        other = answer.program if isinstance(answer, ProgramRefusal) else None
+        if self.scheduler is None or are_sources_mixed():
             return ClusterError(_CHANGED)
-        who = "loaded sources that were changed while it ran" if other is None else f"has {difference(other)}"
+        who = "loaded sources that were changed while it ran" if other is None else f"has {program_difference(other)}"
         return ClusterError(
             f"a Dask worker at {self.scheduler} {who}: stop it, install there what runs here, and run the same command "
             "again; finished batches are kept"
@@ -165,7 +165,7 @@ class Crew:
         try:
             yield pool, self.jobs
         except DeadWorkerError as error:
-            if are_changed():
+            if are_sources_changed():
                 raise ClusterError(_CHANGED) from error
             raise ClusterError(
                 "a worker process died, perhaps for want of memory: run it again, with fewer --jobs; finished batches "
@@ -209,12 +209,12 @@ class _ClusterPool:
 class _Packing:
     """A pool whose workers work on parcels of inputs, if they run the expected program."""
 
-    def __init__(self, pool: _Pool, expected: Program) -> None:
+    def __init__(self, pool: _Pool, expected: ProgramVersions) -> None:
         self._pool, self._expected = pool, expected
 
     def submit(self, task: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         (parcel,) = arguments
-        return self._pool.submit(work_on, self._expected, packed_task(task, parcel))
+        return self._pool.submit(run_packed_task, self._expected, packed_task(task, parcel))
 
 
 def _result(future: Future[T]) -> T:
@@ -291,7 +291,7 @@ def _check_workers(client: Any, address: str) -> int:
         raise ClusterError(f"the Dask scheduler at {address} has no workers: {remedy}") from error
     try:
         versions = set(client.run(version, "hcsearch").values())
-        programs = client.run(program) if versions == {_VERSION} else {}
+        programs = client.run(running_program) if versions == {_VERSION} else {}
     except Exception as error:
         raise ClusterError(
             f"the Dask workers at {address} cannot import hcsearch, or have an older one: install there what runs here"
@@ -300,7 +300,7 @@ def _check_workers(client: Any, address: str) -> int:
         others = ", ".join(sorted(versions))
         raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {_VERSION} there")
     for worker, other in programs.items():
-        if found := difference(other):
+        if found := program_difference(other):
             raise ClusterError(
                 f"the Dask worker {worker} has {found}: install there what runs here, and start it again"
             )

@@ -11,7 +11,7 @@ from hcsearch.search.enumeration import Search
 from hcsearch.search.stages.stage import Stage
 
 
-def listed(search: Search, prefix: str) -> StagedDesigns:
+def list_shard_circuits(search: Search, prefix: str) -> StagedDesigns:
     """All circuits of one shard of a search."""
     batches = list(search.circuits(prefix))
     circuits = CircuitBatch(search.grid.name, np.empty((0, search.n), np.int8), np.empty(0, np.int16))

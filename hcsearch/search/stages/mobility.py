@@ -1,4 +1,4 @@
-"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
+"""Stage `mobility_of_batch`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _lattice(grid: Grid) -> _Lattice:
     return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
 
 
-def mobility(
+def mobility_of_batch(
     circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], *, locks: bool = True
 ) -> MobilityBatch:
     """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
@@ -80,7 +80,7 @@ def mobility(
     return replace(parts[0], **columns)
 
 
-def locked_with(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
+def locked_in_every_way(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
     """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
 
     Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
@@ -88,7 +88,7 @@ def locked_with(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
     return batch.locked_hinged if "hinged" in allowed else batch.locked
 
 
-def locks_of(
+def locks_with_panel(
     circuits: CircuitBatch, foldings: FoldingBatch, locks: tuple[Flags, Flags], panel: PanelSize
 ) -> tuple[Flags, Flags]:
     """Which foldings that are locked in the scene `default` are proved locked with other panels, too.
@@ -196,14 +196,14 @@ def _generic(screws: Reals) -> WholeNumbers:
 
 def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
     assert designs.twists is not None
-    return replace(designs, mobility=mobility(designs.circuits, designs.folded, designs.twists))
+    return replace(designs, mobility=mobility_of_batch(designs.circuits, designs.folded, designs.twists))
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> Flags:
     """Designs with an untwisted folding that is not proved locked for every way of joining flat pairs."""
     assert designs.twists is not None
     assert designs.mobility is not None
-    return designs.with_folding((designs.twists == 0) & ~locked_with(designs.mobility, WAYS))
+    return designs.with_folding((designs.twists == 0) & ~locked_in_every_way(designs.mobility, WAYS))
 
 
 STAGE = Stage("mobility", 2, _run, _passed)

@@ -27,7 +27,7 @@ from hcsearch.search.stages import mobility
 from hcsearch.search.stages.stage import Stage
 
 
-def motions(
+def motions_of_batch(
     circuits: CircuitBatch,
     foldings: FoldingBatch,
     locked: tuple[Flags, Flags],
@@ -102,11 +102,11 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     circuits, foldings, known = designs.circuits, designs.folded, designs.mobility
     assert known is not None
     locks = known.locked, known.locked_hinged
-    locks = mobility.locks_of(circuits, foldings, locks, panel_of(scene, circuits.grid))
+    locks = mobility.locks_with_panel(circuits, foldings, locks, panel_of(scene, circuits.grid))
     return replace(
         designs,
         mobility=replace(known, locked=locks[0], locked_hinged=locks[1]),
-        motion=motions(circuits, foldings, locks, scene, budget=designs.budget, searched=designs.searched),
+        motion=motions_of_batch(circuits, foldings, locks, scene, budget=designs.budget, searched=designs.searched),
     )
 
 

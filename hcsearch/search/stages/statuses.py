@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hcsearch.basics.vocabulary import STATUSES, WAYS, Status
 from hcsearch.designs.records import NO_NUMBER, StagedDesigns, play_of_batch
 from hcsearch.scenes import Scene
-from hcsearch.search.stages.mobility import locked_with
+from hcsearch.search.stages.mobility import locked_in_every_way
 
 IndexArray = NDArray[np.intp]
 
@@ -21,7 +21,7 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
     folding whose pairs are merged is locked where one with rigid pairs is.
     """
     assert designs.mobility is not None
-    locked = locked_with(designs.mobility, WAYS if scene is None else scene.flat_pairs)
+    locked = locked_in_every_way(designs.mobility, WAYS if scene is None else scene.flat_pairs)
     if designs.motion is not None:
         locked = locked | designs.motion.locked
     none = np.zeros(len(designs.folded), bool)

@@ -17,7 +17,7 @@ from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import needed_margin_of
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 TIGHTENING_FACTORS = (10.0, 100.0)
 """By what the other tolerances are tighter. Where springs close the loops, a hundred times takes too long."""
@@ -130,7 +130,7 @@ def _flat(seen: Sequence[SimulationFindings]) -> tuple[float | None, str]:
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{short(one.time, 2)} s' for one in seen])})"
+        digits += f" ({_each(seen, [f'{short_number(one.time, 2)} s' for one in seen])})"
     return time, f"flat after {digits}"
 
 

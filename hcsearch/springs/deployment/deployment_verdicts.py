@@ -30,7 +30,7 @@ from hcsearch.springs.deployment.agreement import (
     agreement_of_checks,
     agreement_tolerances,
 )
-from hcsearch.springs.deployment.compiling import CompiledScene, compile_scene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of_deployment
 from hcsearch.springs.deployment.quick_check import (

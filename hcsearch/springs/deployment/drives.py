@@ -13,7 +13,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.shape.labels import Labels, is_label, label_data
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.position_control import DriveDemand, JointCommands
 
 START_CLOSURE_TOLERANCE = 1e-6

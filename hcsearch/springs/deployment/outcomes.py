@@ -9,14 +9,14 @@ import numpy as np
 from hcsearch.basics.vocabulary import Ending, Formulation, Integrator, Verdict
 from hcsearch.motion.collision.clearance import Clearance
 from hcsearch.shape.labels import Labels, named_hinges
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 
 def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "give it more seconds") -> str:
     """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
-    end = f"{short(motion.times[-1])} s"
+    end = f"{short_number(motion.times[-1])} s"
     held = compiled.at_stops(motion.q[-1])
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
     where = f"closed hinges {shut}, open hinges {opened}"
@@ -46,7 +46,7 @@ def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | N
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
     one, two = (labels.panels[panel] for panel in clearance.panels)
-    when = "" if clearance.time is None else f" at {short(clearance.time)} s"
+    when = "" if clearance.time is None else f" at {short_number(clearance.time)} s"
     return f"panels {one} and {two} come so near{when} that a collision cannot be excluded; {reason}"
 
 
@@ -55,19 +55,19 @@ def reason_of_check(
 ) -> str:
     """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
     if outcome == "diverged":
-        return f"diverged at {short(end)} s: the results are not valid"
+        return f"diverged at {short_number(end)} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
     apart = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
-        return f"flat after about {short(end, 1)} s, {apart}"  # more digits may hang on the tolerance
-    return f"{outcome} at {short(end)} s, {apart}"
+        return f"flat after about {short_number(end, 1)} s, {apart}"  # more digits may hang on the tolerance
+    return f"{outcome} at {short_number(end)} s, {apart}"
 
 
 def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
     """Which panels collide, by their names, and when (s)."""
     one, two = (labels.panels[panel] for panel in panels)
-    return f"panels {one} and {two} collide" + ("" if time is None else f" at {short(time)} s")
+    return f"panels {one} and {two} collide" + ("" if time is None else f" at {short_number(time)} s")
 
 
 FLAT_FOLD_ANGLE = 0.01

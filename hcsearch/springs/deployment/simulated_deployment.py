@@ -19,7 +19,7 @@ from hcsearch.motion.collision.panel_reaches import reaches
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,

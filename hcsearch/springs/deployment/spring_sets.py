@@ -15,7 +15,7 @@ from hcsearch.scenes.laws import Law, linear_law
 from hcsearch.scenes.looks import GRADED_STIFFNESS_RATIO, OUTER_FIRST_SET, SPREAD_SPRING_SETS, SPRING_SET_GRADES
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.mirror import mirror_of
 
 

@@ -17,7 +17,7 @@ from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.drives import MAX_CONTROL_PERIOD, MIN_CONTROL_PERIOD, Drives
 from hcsearch.springs.deployment.simulated_deployment import Deployment, compile_driven, simulate_driven_scene
 from hcsearch.springs.drive.choosing import FIRM_SINGULAR_VALUE, DrivenHinges, choose_driven_hinges, judge_driven_hinges

@@ -13,7 +13,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion
 from hcsearch.springs.dynamics.system import System

@@ -19,7 +19,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiling import CompiledScene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.drive.choosing import DrivenHinges, frames_at
 from hcsearch.springs.drive.trajectory import TimedPath

@@ -20,7 +20,7 @@ from hcsearch.system.csv_columns import (
     read_columns,
     rename_columns,
 )
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 MIN_VIBRATION_SAMPLES = 64
 """Fewer do not show a vibration."""
@@ -95,15 +95,17 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     usual, gaps = _gaps(times, steps, unit)
     digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # that tell a sample from the next
     if len(gaps):
-        named = ", ".join(f"{short(times[k], digits)} to {short(times[k + 1], digits)} s" for k in gaps[:3])
+        named = ", ".join(
+            f"{short_number(times[k], digits)} to {short_number(times[k + 1], digits)} s" for k in gaps[:3]
+        )
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
         return (
-            f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
-            f"{short(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
+            f": samples are missing from {named}{more}, where a step is {short_number(steps[gaps[0]], 3)} s and not "
+            f"{short_number(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
         )
     k = int(np.argmax(abs(steps - usual)))
     return (
-        f", near {short(times[k], digits)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: "
+        f", near {short_number(times[k], digits)} s, where a step is {short_number(steps[k], 3)} s and not {short_number(usual, 3)} s: "
         "resample it, or give the sampling rate by --rate HZ if it is even"
     )
 
@@ -113,7 +115,7 @@ def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
     k = -1 if lengths[-1] >= MIN_VIBRATION_SAMPLES else int(lengths.argmax())
-    begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
+    begin, end = short_number(times[begins[k]], digits), short_number(times[ends[k]], digits)
     if lengths[k] < MIN_VIBRATION_SAMPLES:
         return (
             f"measure anew: at most {lengths.max()} samples follow each other, and {MIN_VIBRATION_SAMPLES} are needed"
@@ -197,7 +199,7 @@ def read_accelerations(
         _check_rate(rate)
         if rate <= DOUBTED_SAMPLING_RATE:
             note(
-                f"{path} has one sample in {short(1.0 / rate, 3)} s: "
+                f"{path} has one sample in {short_number(1.0 / rate, 3)} s: "
                 f"write seconds in {TIME_COLUMN} if these are milliseconds"
             )
     channels = _without_counters({name: values[kept] for name, values in channels.items()}, path, note)

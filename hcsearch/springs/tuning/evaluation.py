@@ -18,7 +18,7 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment import DEPLOYMENT_VERSION
-from hcsearch.springs.deployment.compiling import CompiledScene, compile_scene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.quick_check import CheckedPanels, check_deployments, checked_panels_of
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, with_springs

@@ -22,7 +22,7 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
-from hcsearch.system.terminal import short
+from hcsearch.system.terminal import short_number
 
 TuningProgress = Callable[[int, int, str], None]
 
@@ -196,7 +196,7 @@ def strategy_from(
 def check_summary(check: DeploymentCheck) -> str:
     """A check in a few words."""
     if check.deploys:
-        return "flat, clear" if check.gap is None else f"flat, clear by {short(1e3 * check.gap, 2)} mm"
+        return "flat, clear" if check.gap is None else f"flat, clear by {short_number(1e3 * check.gap, 2)} mm"
     verdict = {True: "clear", False: "collides", None: "undecided"}[check.clear]
     return f"{check.outcome}, {verdict}"
 

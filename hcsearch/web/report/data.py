@@ -25,7 +25,7 @@ from hcsearch.store import (
     select,
     summarize,
 )
-from hcsearch.store.columns import DESIGNS, Quantity
+from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.templating import database_option_text
 
@@ -79,7 +79,7 @@ class ReportData:
     total: int = 0
     notes: Sequence[str] = ()
     size: tuple[float, float] | None = None
-    columns: Sequence[Quantity] = DESIGNS
+    columns: Sequence[Quantity] = DESIGN_QUANTITIES
     scene: str = DEFAULT_SCENE_NAME
     where: str = ""
     pages: str = ""
@@ -91,7 +91,7 @@ BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 """Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
 
 
-def fetch(
+def fetch_report_data(
     database: Database, query: str, limit: int | None, sort: str = BEST_FIRST_ORDER, scene: str = DEFAULT_SCENE_NAME
 ) -> ReportData:
     """Read what a report on a query shows; the database must come from `open_readonly`.
@@ -121,7 +121,7 @@ def fetch(
         foldings=foldings_of(database, ids, scene),
         best=best_creases(database, ids, scene),
         motions=motions_of(database, ids, scene),
-        tried=tried_of(database, ids, scene),
+        tried=deployments_of(database, ids, scene),
         players=_players_of(database, selected, scene),
         total=counts.circuits,
         notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
@@ -177,7 +177,7 @@ def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[Foldi
     }
 
 
-def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[ViewRow]]:
+def deployments_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[ViewRow]]:
     """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
     by_folding: dict[FoldingKey, list[ViewRow]] = defaultdict(list)
     for row in rows_of_designs(database, "deployments", ids, scene):
@@ -217,7 +217,7 @@ def _notes(runs: Sequence[ViewRow]) -> list[str]:
     return notes
 
 
-def size_of(database: Database, scene: str) -> tuple[float, float] | None:
+def panel_size_in(database: Database, scene: str) -> tuple[float, float] | None:
     """Length and width of the panels in a scene, where all runs agree on them."""
     return _size(database, select(database, view="runs").records(), scene)
 

@@ -28,10 +28,17 @@ from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
-from hcsearch.web.report.data import FoldingKey, ViewRow, foldings_of, motions_of, tried_of
-from hcsearch.web.report.plots import Plot, marks_of_motion, plots_of
-from hcsearch.web.report.reasons import asked_scene, best_try, play_of, verdict_in, way_option, why
-from hcsearch.web.report.templating import database_option_text, scene_option
+from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of
+from hcsearch.web.report.plots import DrawnPlot, marks_of_motion, plots_of
+from hcsearch.web.report.reasons import (
+    best_deployment,
+    deployment_scene_name,
+    play_of_row,
+    status_reason,
+    verdict_of_row,
+    way_option_text,
+)
+from hcsearch.web.report.templating import database_option_text, scene_option_text
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,7 @@ class Envelope:
 
 
 @dataclass(frozen=True)
-class Room:
+class FoldingRoom:
     """A folding packed and flat; mass in kg, of the panels alone; area of the flat panels in m^2."""
 
     packed: Envelope
@@ -63,13 +70,13 @@ class Room:
     area: float
 
 
-def room_of(folding: Folding, scene: Scene) -> Room:
+def folding_room_of(folding: Folding, scene: Scene) -> FoldingRoom:
     """The room that a folding takes with the panels of a scene, flat pairs rigid."""
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = folding.linkage(panel)
     area = linkage.pattern.area
     mass = scene.density_of(panel[2]) * area * panel[2]
-    return Room(envelope_at(linkage, linkage.folded), envelope_at(linkage, linkage.flat), mass, area)
+    return FoldingRoom(envelope_at(linkage, linkage.folded), envelope_at(linkage, linkage.flat), mass, area)
 
 
 def envelope_at(linkage: Linkage, angles: Reals) -> Envelope:
@@ -91,7 +98,7 @@ class ShownMotion:
     source: str
     command: str
     payload: Payload
-    plots: Sequence[Plot]
+    plots: Sequence[DrawnPlot]
     shows: str = ""
 
 
@@ -108,7 +115,7 @@ class ShownFolding:
     twist: int
     status: str
     why: str
-    room: Room
+    room: FoldingRoom
     tried: Sequence[ViewRow] = ()
     freedoms: Sequence[Freedoms] = ()
     locks: Sequence[Sequence[str]] = ()
@@ -135,10 +142,10 @@ class DesignData:
     exports: Mapping[int, Sequence[tuple[str, str]]] = field(default_factory=dict)
 
 
-NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
+NOT_JUDGED_REASON = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
 
 
-def design_data(
+def fetch_design_data(
     circuit: Circuit,
     foldings: Sequence[Folding],
     db: str,
@@ -213,7 +220,7 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
         motions=motions_of(database, [number], scene),
-        tried=tried_of(database, [number], scene),
+        tried=deployments_of(database, [number], scene),
         paths={path.crease: replay for path, replay in stored_replays(database, {number: circuit}, scene)},
     )
 
@@ -223,15 +230,15 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     key = (stored.number, folding.crease)
     tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
     motions = [] if turns else _motions(folding, stored, row, tried, db)
-    reason = why({**row, "twist": turns}, stored.motions.get(key), tried)
+    reason = status_reason({**row, "twist": turns}, stored.motions.get(key), tried)
     status = "twisted" if turns else str(row.get("status") or "not_judged")
     return ShownFolding(
         folding=folding,
         row=row,
         twist=turns,
         status=_shown(motions) if stored.paths is None and not turns else status,
-        why=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED,
-        room=room_of(folding, scene),
+        why=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
+        room=folding_room_of(folding, scene),
         tried=tried,
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),
@@ -247,20 +254,20 @@ def _shown(motions: Sequence[ShownMotion]) -> str:
 
 def _motions(folding: Folding, stored: _Known, row: ViewRow, tried: Sequence[ViewRow], db: str) -> list[ShownMotion]:
     """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
-    motions, best, verdict = [], best_try(tried), verdict_in(row, tried)
+    motions, best, verdict = [], best_deployment(tried), verdict_of_row(row, tried)
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
         own = None if verdict is None or verdict.deployed is None else verdict.deployed.pairs
-        way = way_option(verdict.path) if verdict is not None and own not in (None, verdict.path) else ""
-        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}{way}"
+        way = way_option_text(verdict.path) if verdict is not None and own not in (None, verdict.path) else ""
+        command = f"hcsearch drive {folding.notation}{scene_option_text(stored.scene, stored.where)}{way}"
         shows = "movable" if path.certified else ""
         play = play_sentence(1e3 * path.margin) if path.certified else None
         source = "; ".join(filter(None, (path.source, play)))
         motions.append(ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
-    name = DEFAULT_SCENE_NAME if best is None else asked_scene(best, verdict)
+    name = DEFAULT_SCENE_NAME if best is None else deployment_scene_name(best, verdict)
     try:
         case = resolve(folding.notation, db, scene=name)
         deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
@@ -270,9 +277,9 @@ def _motions(folding: Folding, stored: _Known, row: ViewRow, tried: Sequence[Vie
     said = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=said)
     payload = payload_of(replay)
-    command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
+    command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.where)}"
     needed = None if agreement is None else millimetres(agreement.needed_margin)
-    play = play_sentence(needed) if best is None else play_of(best)
+    play = play_sentence(needed) if best is None else play_of_row(best)
     source = "; ".join(
         filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.bad), play))
     )

@@ -14,15 +14,15 @@ from hcsearch.designs.folding import Folding
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
-from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
+from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
 from hcsearch.system.outputs import write_output
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
-from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch
-from hcsearch.web.report.design_data import DesignData, ShownFolding, design_data
-from hcsearch.web.report.plots import swatch
+from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
+from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
+from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.script_data import page_data
-from hcsearch.web.report.templating import environment, joined_script, page_style, written
+from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
 """Quantities that stand elsewhere on the page."""
@@ -33,18 +33,18 @@ def render_design(data: DesignData) -> str:
     payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
     scripts = [*([player_script()] if payloads else []), joined_script(("copy", "design"))]
     return (
-        environment()
+        template_environment()
         .get_template("design.html")
         .render(
             data=data,
-            facts=_facts(DESIGNS, data.row),
+            facts=_facts(DESIGN_QUANTITIES, data.row),
             status=data.row.get("status"),
             folding_facts=folding_facts,
             picture=lambda folding: _picture(folding.circuit, data.size, folding.notation, folding.assignment),
             circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
             # Trusted: what the plots wrote escapes its texts itself.
             drawn=Markup,
-            swatch=lambda k: Markup(swatch(k)),
+            swatch=lambda k: Markup(curve_swatch(k)),
             payload=Markup(as_script(payloads)),
             style=Markup(page_style("style.css", "design.css")),
             scripts=[Markup(script) for script in scripts],
@@ -82,7 +82,7 @@ def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:
         ("mountain creases", _creases(folding, "mountain"), "hinges on the bottom face"),
         ("flat creases", flats, "with the face of a hinge, if there is one"),
     ]
-    return _facts(FOLDINGS, shown.row) + made
+    return _facts(FOLDING_QUANTITIES, shown.row) + made
 
 
 def _creases(folding: Folding, kind: str) -> str:
@@ -96,12 +96,12 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
         value = row.get(quantity.name)
         if value is None or quantity.name in _ELSEWHERE:
             continue
-        text = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
+        text = ("yes" if value else "no") if quantity.kind == "boolean" else written_value(value)
         facts.append((quantity.title, f"{text} {quantity.unit}".rstrip(), quantity.note))
     return facts
 
 
-Census = tuple[list[str], list[tuple[int | None, list[int]]]]
+CensusTable = tuple[list[str], list[tuple[int | None, list[int]]]]
 """Names of columns, and rows: a number of foldings, and the designs in each column."""
 
 SCRIPT_MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
@@ -116,7 +116,7 @@ def render_report(data: ReportData) -> str:
     """
     scripts = [*([player_script()] if data.players else []), joined_script(SCRIPT_MODULES)]
     return (
-        environment()
+        template_environment()
         .get_template("report.html")
         .render(
             data=data,
@@ -138,7 +138,7 @@ def _has_box(data: ReportData, name: str) -> bool:
     return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
 
 
-def census_table(data: ReportData) -> Census | None:
+def census_table(data: ReportData) -> CensusTable | None:
     """Count designs by number of foldings (rows) and smallest twist (columns); None before foldings are known."""
     cells = [(foldings, twist, count) for foldings, twist, count in data.census if foldings is not None]
     if not cells:
@@ -182,7 +182,7 @@ def write_report(
     scene : whose verdicts are shown.
     QueryError: no design is selected. OutputError: the file cannot be written.
     """
-    data = fetch(database, query, limit, sort, scene)
+    data = fetch_report_data(database, query, limit, sort, scene)
     if not data.total:
         raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for those of the database")
     page = render_report(replace(data, title=title) if title else data)
@@ -205,9 +205,9 @@ def write_design(
     OutputError: the file cannot be written. SceneError: the database has no such scene.
     """
     if number is None:
-        data = design_data(circuit, foldings, db, None, 0)
+        data = fetch_design_data(circuit, foldings, db, None, 0)
     else:
         with open_readonly(db) as database:
-            data = design_data(circuit, foldings, db, database, number, scene)
+            data = fetch_design_data(circuit, foldings, db, database, number, scene)
     write_output(path, render_design(data))
     return Path(path)

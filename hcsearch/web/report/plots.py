@@ -26,7 +26,7 @@ PlottedNumber = float | None
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlotCurve:
     """A line of a plot; it is broken where a value is None."""
 
     name: str
@@ -35,7 +35,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Mark:
+class PlotMark:
     """A place on the horizontal axis, with what happens there; `bad` for a collision."""
 
     at: float
@@ -43,13 +43,13 @@ class Mark:
     bad: bool = False
 
 
-def plot(
-    curves: Sequence[Curve],
+def draw_plot(
+    curves: Sequence[PlotCurve],
     title: str,
     x_label: str,
     y_label: str,
     *,
-    marks: Sequence[Mark] = (),
+    marks: Sequence[PlotMark] = (),
     spans: Sequence[tuple[float, float]] = (),
     linear_to: float | None = None,
 ) -> str:
@@ -81,7 +81,7 @@ def plot(
     )
 
 
-def swatch(k: int) -> str:
+def curve_swatch(k: int) -> str:
     """A piece of curve k, for a legend."""
     return (
         '<svg class="swatch" viewBox="0 0 40 8" aria-hidden="true">'
@@ -169,7 +169,7 @@ def _labels(x_label: str, y_label: str) -> str:
     )
 
 
-def _line(curve: Curve, drawn: CurveLook, x_scale: _Scale, y_scale: _Scale) -> str:
+def _line(curve: PlotCurve, drawn: CurveLook, x_scale: _Scale, y_scale: _Scale) -> str:
     data, drawing = [], False
     for x, y in zip(curve.x, curve.y, strict=True):
         if y is not None:
@@ -193,7 +193,7 @@ _AXES = {"time": "time, s", "path": "share of the path"}
 
 
 @dataclass(frozen=True)
-class Plot:
+class DrawnPlot:
     """A drawn plot; names : of its curves, in the order of their looks, for a legend; empty for one that needs none."""
 
     title: str
@@ -202,7 +202,7 @@ class Plot:
     note: str = ""
 
 
-def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[Plot]:
+def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[DrawnPlot]:
     """The plots of a motion, energies where it is a deployment.
 
     payload : of the same replay, which names the nearest panels at each of its states.
@@ -214,20 +214,20 @@ def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = N
     return [one for one in plots if one is not None]
 
 
-def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[Mark]:
+def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[PlotMark]:
     """Where panels collide first, and where a deployment is flat."""
     marks = []
     if replay.collision is not None:
         at, (one, two) = replay.collision
         names = replay.labels.panels
-        marks.append(Mark(at, f"panels {names[one]} and {names[two]} collide at {at:.4g} s", bad=True))
+        marks.append(PlotMark(at, f"panels {names[one]} and {names[two]} collide at {at:.4g} s", bad=True))
     if deployment is not None and deployment.outcome == "flat":
         end = float(replay.at[-1])
-        marks.append(Mark(end, f"flat, {end:.4g} s"))
+        marks.append(PlotMark(end, f"flat, {end:.4g} s"))
     return marks
 
 
-def _gaps(replay: Replay, payload: Payload, marks: Sequence[Mark]) -> Plot | None:
+def _gaps(replay: Replay, payload: Payload, marks: Sequence[PlotMark]) -> DrawnPlot | None:
     pairs = np.array(payload["nearest"]).reshape(-1, 2)
     gaps = [
         None if pair[0] < 0 else 0.1 * payload["unit"] * gap for pair, gap in zip(pairs, payload["gaps"], strict=True)
@@ -235,27 +235,28 @@ def _gaps(replay: Replay, payload: Payload, marks: Sequence[Mark]) -> Plot | Non
     if all(gap is None for gap in gaps):
         return None
     title = "Nearest gap between panels"
-    curve = Curve("nearest gap", replay.at.tolist(), gaps)
-    svg = plot(
+    curve = PlotCurve("nearest gap", replay.at.tolist(), gaps)
+    svg = draw_plot(
         [curve], title, _AXES[replay.axis], "nearest gap, mm", marks=marks, spans=replay.certified, linear_to=_NEAR
     )
     note = f"Of panels that no hinge joins and that do not touch; below 0 they overlap. Logarithmic beyond {_NEAR} mm."
     if replay.certified:
         note += f" Green under the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
-    return Plot(title, svg, (), note)
+    return DrawnPlot(title, svg, (), note)
 
 
-def _angles(replay: Replay, marks: Sequence[Mark]) -> Plot:
+def _angles(replay: Replay, marks: Sequence[PlotMark]) -> DrawnPlot:
     title = "Fold angles of the hinges"
     names = tuple(f"crease {name}" for name in replay.labels.hinges)
     curves = [
-        Curve(name, replay.at.tolist(), column.tolist()) for name, column in zip(names, replay.angles.T, strict=True)
+        PlotCurve(name, replay.at.tolist(), column.tolist())
+        for name, column in zip(names, replay.angles.T, strict=True)
     ]
-    svg = plot(curves, title, _AXES[replay.axis], "fold angle, rad", marks=marks, spans=replay.certified)
-    return Plot(title, svg, names, "Flat at 0, closed at pi.")
+    svg = draw_plot(curves, title, _AXES[replay.axis], "fold angle, rad", marks=marks, spans=replay.certified)
+    return DrawnPlot(title, svg, names, "Flat at 0, closed at pi.")
 
 
-def _energies(deployment: Deployment, marks: Sequence[Mark]) -> Plot | None:
+def _energies(deployment: Deployment, marks: Sequence[PlotMark]) -> DrawnPlot | None:
     kinds = _changing(deployment_energies(deployment))
     times = np.asarray(deployment.motion.times, float)
     if not kinds:
@@ -263,9 +264,9 @@ def _energies(deployment: Deployment, marks: Sequence[Mark]) -> Plot | None:
     columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
     kept, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
     names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
-    curves = [Curve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
+    curves = [PlotCurve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
     title = "Energies"
-    return Plot(title, plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
+    return DrawnPlot(title, draw_plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
 
 
 def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:

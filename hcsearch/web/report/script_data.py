@@ -9,14 +9,16 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import DESIGN_STATUSES
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
-from hcsearch.store.columns import FOLDINGS, Quantity
+from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
-from hcsearch.web.report.reasons import asked_scene, best_try, verdict_in, why
+from hcsearch.web.report.reasons import best_deployment, deployment_scene_name, status_reason, verdict_of_row
 
 PackedColumn = list[object] | dict[str, object]
 """A column in little text: what is the same everywhere once, words that repeat once each."""
 
-FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
+FOLDING_COLUMNS = tuple(
+    q for q in FOLDING_QUANTITIES if q.name not in ("design_id", "opposite", "untwisted", "deployable")
+)
 
 
 def page_data(data: ReportData) -> dict[str, Any]:
@@ -25,16 +27,18 @@ def page_data(data: ReportData) -> dict[str, Any]:
     Foldings are in the order of their designs; `design` is the place of the one each belongs to, `best` the crease that
     is drawn first.
     """
-    rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(id_of(design), ())]
-    keys = [(id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
+    rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(design_id_of(design), ())]
+    keys = [(design_id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
     tried = [data.tried.get(key, ()) for key in keys]
     best = [drawn_crease(data, design) for design in data.designs]
-    reasons = [why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)]
+    reasons = [
+        status_reason(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)
+    ]
     foldings: dict[str, list[Any]] = {
         "design": [k for k, _ in rows],
         **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
         "scene": [
-            None if (best_ := best_try(own)) is None else asked_scene(best_, verdict_in(row, own))
+            None if (best_ := best_deployment(own)) is None else deployment_scene_name(best_, verdict_of_row(row, own))
             for (_, row), own in zip(rows, tried, strict=True)
         ],
         "why": [reason or None for reason in reasons],
@@ -64,9 +68,9 @@ def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
 
     It is the one that the database names. Before any stage has compared them, it is the first untwisted one.
     """
-    foldings = data.foldings.get(id_of(design), ())
+    foldings = data.foldings.get(design_id_of(design), ())
     creases = [int(str(row["crease"])) for row in foldings]
-    best = data.best.get(id_of(design))
+    best = data.best.get(design_id_of(design))
     if best in creases:
         return best
     untwisted = [crease for crease, row in zip(creases, foldings, strict=True) if row.get("untwisted")]
@@ -99,7 +103,7 @@ def pack_column(values: Sequence[object]) -> PackedColumn:
     return list(values)
 
 
-def id_of(design: ViewRow) -> int:
+def design_id_of(design: ViewRow) -> int:
     """The id of a design's row."""
     return int(str(design.get("id", 0)))
 

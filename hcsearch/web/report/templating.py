@@ -18,7 +18,7 @@ _TINY = 1e-9
 
 
 @cache
-def environment() -> Environment:
+def template_environment() -> Environment:
     """The templates of this folder."""
     made = Environment(
         loader=PackageLoader("hcsearch.web.report"),
@@ -31,25 +31,29 @@ def environment() -> Environment:
     return made
 
 
-def source(name: str) -> str:
+def template_source(name: str) -> str:
     """The text of a file among the templates."""
-    loader = environment().loader
+    loader = template_environment().loader
     assert loader is not None
-    return loader.get_source(environment(), name)[0]
+    return loader.get_source(template_environment(), name)[0]
 
 
 def page_style(*names: str) -> str:
     """The style of a page: pictures, colours, and files among the templates."""
-    return "\n".join((stylesheet(), PAGE_COLOURS, *map(source, names)))
+    return "\n".join((stylesheet(), PAGE_COLOURS, *map(template_source, names)))
 
 
 def joined_script(modules: tuple[str, ...], last: str = "") -> str:
     """The modules of a script, and a text after them, as one, of which nothing is seen from outside."""
-    return '"use strict";\n(() => {\n' + "\n".join([*(source(f"{name}.js") for name in modules), last]) + "})();\n"
+    return (
+        '"use strict";\n(() => {\n'
+        + "\n".join([*(template_source(f"{name}.js") for name in modules), last])
+        + "})();\n"
+    )
 
 
-def written(value: object) -> str:
-    """Write a value, numbers in four digits; `-` for NULL. `written` of parts.js writes the same."""
+def written_value(value: object) -> str:
+    """Write a value, numbers in four digits; `-` for NULL. `written_value` of parts.js writes the same."""
     if value is None:
         return "-"
     if isinstance(value, float):
@@ -69,6 +73,6 @@ def database_option_text(database: Database | None) -> str:
     return f" --db {shlex.quote(database.location)}"
 
 
-def scene_option(name: str, where: str) -> str:
+def scene_option_text(name: str, where: str) -> str:
     """The option that names a scene, where it is not the usual one, and the database that may hold it."""
     return "" if name == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(name)}{where}"

@@ -28,17 +28,17 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
-from hcsearch.web.serve.downloads import MEDIA_TYPES, Streams, few_rows, is_few, read_export
-from hcsearch.web.serve.jobs import BusyError, Computing
-from hcsearch.web.serve.listing import Counts, LongLists, render_list
+from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
+from hcsearch.web.serve.jobs import BusyError, ComputingPool
+from hcsearch.web.serve.listing import LongLists, RowCounts, render_list
 from hcsearch.web.serve.requests import (
     CONTENT_POLICY,
     FRAME_POLICY,
     MAX_PARAMETER_LENGTHS,
     SECURITY_HEADERS,
     check_query,
-    parameters,
-    read_asked,
+    read_list_request,
+    read_parameters,
     refusal_response,
 )
 from hcsearch.web.serve.template_pages import render_page, static_files
@@ -83,7 +83,7 @@ class Application:
     ) -> None:
         self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
         self.closed = False
-        self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
+        self.computing, self._counts, self._streams = ComputingPool(), RowCounts(), ResultStreams()
         self._long_lists = LongLists()
 
     def close(self) -> None:
@@ -122,16 +122,16 @@ class Application:
         return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
 
     def _listed(self, request: Request, view: str) -> Response:
-        asked = read_asked(view, _pairs(request), self.scene)
+        asked = read_list_request(view, _pairs(request), self.scene)
         text, status = render_list(self.database, asked, self._counts, self._long_lists)
         return Response(text, status=status, mimetype="text/html")
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
-        asked = read_asked(view, _pairs(request), self.scene)
+        asked = read_list_request(view, _pairs(request), self.scene)
         check_query(asked.query)
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
-        if is_few(asked):
-            text = self._long_lists(lambda seconds: few_rows(self.database, asked, style, seconds))
+        if asks_for_few_rows(asked):
+            text = self._long_lists(lambda seconds: text_of_few_rows(self.database, asked, style, seconds))
             return Response(text, mimetype=MEDIA_TYPES[style], headers=headers)
         pieces = self._streams.start(self.database, asked, style)
         if request.method == "HEAD":
@@ -143,7 +143,7 @@ class Application:
         circuit = self._circuit(number)
         key = ("design", number, scene, self.database.fingerprint())
         named = "" if scene == self.scene else scene
-        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
+        text = self.computing(key, jobs.stored_design_page, self.db, circuit, number, scene, named)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
@@ -152,7 +152,7 @@ class Application:
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
         key = ("motion", number, crease, scene, self.database.fingerprint())
-        text = self.computing(key, jobs.motion, self.db, circuit, number, crease, scene)
+        text = self.computing(key, jobs.stored_motion_json, self.db, circuit, number, crease, scene)
         return Response(text, mimetype="application/json")
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
@@ -183,7 +183,7 @@ class Application:
 
     def _scene_of(self, request: Request) -> str:
         """The scene that an address asks for, which has no other parameter."""
-        return self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
+        return self._scene(read_parameters(_pairs(request), _SCENE).get("scene", ""))
 
     def _scene(self, name: str) -> str:
         """A scene that the database has verdicts of. No other name is looked up: some are those of files."""

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
-from hcsearch.export.formats import EXPORT_FORMATS, Format
-from hcsearch.export.settings import SETTING_NAMES, Settings
+from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
+from hcsearch.export.settings import SETTING_NAMES, ExportSettings
 from hcsearch.store import Database, format_rows, select_page, stream
 from hcsearch.web.serve.jobs import BusyError
-from hcsearch.web.serve.listing import rows_of_a_page
-from hcsearch.web.serve.requests import MAX_PARAMETER_LENGTHS, AddressError, Asked, parameters
+from hcsearch.web.serve.listing import page_row_count
+from hcsearch.web.serve.requests import MAX_PARAMETER_LENGTHS, AddressError, ListRequest, read_parameters
 
 MAX_STREAMS = 3
 """Files of all rows that are sent at once: each keeps a thread."""
@@ -23,23 +23,23 @@ STREAM_CHUNK_ROWS = 500
 MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
 
 
-class Streams:
+class ResultStreams:
     """Texts of whole results, a few at once."""
 
     def __init__(self, most: int = MAX_STREAMS) -> None:
         self._room = threading.BoundedSemaphore(most)
 
-    def start(self, database: Database, asked: Asked, style: str) -> Sent:
+    def start(self, database: Database, asked: ListRequest, style: str) -> SentText:
         """Begin to read all rows; what is wrong with the query is raised here, and not in the midst of the answer."""
         if not self._room.acquire(blocking=False):
             raise BusyError("other files are being sent right now: try again when they have ended")
         with ExitStack() as stack:
             stack.callback(self._room.release)
             texts = format_rows(stack.enter_context(_all(database, asked)), style)
-            return Sent(next(texts, ""), texts, stack.pop_all())
+            return SentText(next(texts, ""), texts, stack.pop_all())
 
 
-class Sent(Iterator[bytes]):
+class SentText(Iterator[bytes]):
     """Pieces of a text; `close` gives back what reading it held, also of one that nobody began to read."""
 
     def __init__(self, first: str, texts: Iterator[str], held: ExitStack) -> None:
@@ -65,7 +65,7 @@ class Sent(Iterator[bytes]):
         self._held.close()
 
 
-def _all(database: Database, asked: Asked) -> Any:
+def _all(database: Database, asked: ListRequest) -> Any:
     return stream(
         database,
         asked.query,
@@ -77,14 +77,14 @@ def _all(database: Database, asked: Asked) -> Any:
     )
 
 
-def is_few(asked: Asked) -> bool:
+def asks_for_few_rows(asked: ListRequest) -> bool:
     """Whether the rows of one page are asked for, or the first few."""
     return asked.page is not None or (asked.limit is not None and asked.limit <= STREAM_CHUNK_ROWS)
 
 
-def few_rows(database: Database, asked: Asked, style: str, seconds: float) -> bytes:
+def text_of_few_rows(database: Database, asked: ListRequest, style: str, seconds: float) -> bytes:
     """The text of the rows of one page, or of the first few; SlowQueryError after some seconds."""
-    size = STREAM_CHUNK_ROWS if asked.page is None else rows_of_a_page(asked)
+    size = STREAM_CHUNK_ROWS if asked.page is None else page_row_count(asked)
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
     selected = select_page(
@@ -124,16 +124,16 @@ _READ: dict[str, Callable[[str], Any]] = {
     "contact": lambda text: _word(text, ("0", "1")) == "1",
     "timestep_s": _number,
 }
-"""How settings of exports are read, by their names in `Settings`, which has their limits."""
+"""How settings of exports are read, by their names in `ExportSettings`, which has their limits."""
 assert set(_READ) == set(SETTING_NAMES)
 
 
-def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[str, Any]]:
+def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, str, str | None, dict[str, Any]]:
     """The format of an export's address, its scene (empty where none is named), its motion, and its settings.
 
     HcsearchError for values that exports do not take.
     """
-    given = parameters(
+    given = read_parameters(
         pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": MAX_PARAMETER_LENGTHS["scene"]}
     )
     name = given.get("format")
@@ -146,5 +146,5 @@ def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[
     if motion is not None:
         _word(motion, ("path", "springs"))
     settings = {name: read(given[name]) for name, read in _READ.items() if name in given}
-    Settings(**settings)  # refused here, and not in a process that is started first
+    ExportSettings(**settings)  # refused here, and not in a process that is started first
     return known[0], given.get("scene", ""), motion, settings

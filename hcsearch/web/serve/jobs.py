@@ -17,32 +17,35 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.export.formats import EXPORT_FORMATS, Format
+from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
-from hcsearch.web.serve.requests import Asked, address_of, design_address
+from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
 
 
 @dataclass(frozen=True)
-class Made:
+class ExportedFile:
     """A file: its name, and what is in it."""
 
     name: str
     content: bytes
 
 
-def design_page(db: str, notation: str, number: int, scene: str, named: str) -> str:
+def stored_design_page(db: str, notation: str, number: int, scene: str, named: str) -> str:
     """The page of a design of a database, with its foldings and their motions; named : its scene, in addresses."""
     from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.designs.folding import foldings  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.design_data import design_data  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.design_data import fetch_design_data  # noqa: PLC0415 - the engine
     from hcsearch.web.report.page_files import render_design  # noqa: PLC0415 - the engine
 
     circuit = Circuit.from_notation(notation)
     with open_readonly(db) as database:
-        data = design_data(circuit, foldings(circuit), db, database, number, scene)
-    row = Asked("designs", query=f"id={number}", scene=named, usual="")
-    links = [("all designs", address_of(replace(row, query=""))), ("its row as JSON", address_of(row, ".json"))]
+        data = fetch_design_data(circuit, foldings(circuit), db, database, number, scene)
+    row = ListRequest("designs", query=f"id={number}", scene=named, usual="")
+    links = [
+        ("all designs", list_address_of(replace(row, query=""))),
+        ("its row as JSON", list_address_of(row, ".json")),
+    ]
     links += [(f"{form.name} of its array", _export_address(number, form, named)) for form in _formats("array")]
     exports = {
         shown.folding.crease: [
@@ -54,7 +57,7 @@ def design_page(db: str, notation: str, number: int, scene: str, named: str) -> 
     return render_design(replace(data, links=links, exports=exports))
 
 
-def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
+def stored_motion_json(db: str, notation: str, number: int, crease: int, scene: str) -> str:
     """The stored path of a folding in a scene, as the player takes it."""
     from hcsearch.cases.replay_sources import stored_replays  # noqa: PLC0415 - the engine
     from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
@@ -68,7 +71,7 @@ def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
     raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
 
 
-def _formats(*of: str) -> list[Format]:
+def _formats(*of: str) -> list[ExportFormat]:
     """The formats of some kinds that are installed."""
     installed = []
     for form in EXPORT_FORMATS.values():
@@ -79,7 +82,7 @@ def _formats(*of: str) -> list[Format]:
     return installed
 
 
-def _export_address(number: int, form: Format, named: str, crease: int | None = None) -> str:
+def _export_address(number: int, form: ExportFormat, named: str, crease: int | None = None) -> str:
     below = "" if crease is None else f"/foldings/{crease}"
     chosen = {"format": form.name} if form.by_name else {}
     return design_address(number, named, f"{below}/export{form.endings[0]}", **chosen)
@@ -87,27 +90,27 @@ def _export_address(number: int, form: Format, named: str, crease: int | None = 
 
 def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
-) -> Made:
+) -> ExportedFile:
     """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
-    from hcsearch.export.export_files import export_files, settings_of  # noqa: PLC0415 - the engine
+    from hcsearch.export.export_files import checked_export_settings, export_files  # noqa: PLC0415 - the engine
 
     wanted = EXPORT_FORMATS[name]
-    chosen = replace(settings_of(wanted, settings), stem=stem)
+    chosen = replace(checked_export_settings(wanted, settings), stem=stem)
     _, files = export_files(subject, wanted, chosen, motion, db, scene=scene)
     ending = wanted.endings[0]
     if len(files) == 1:
-        return Made(stem + ending, files[ending])
+        return ExportedFile(stem + ending, files[ending])
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for own, content in files.items():
             packed.writestr(zipfile.ZipInfo(stem + own), content)
-    return Made(f"{stem}{ending}.zip", archive.getvalue())
+    return ExportedFile(f"{stem}{ending}.zip", archive.getvalue())
 
 
 Value = TypeVar("Value")
 
 
-class Kept(Generic[Value]):
+class ResultCache(Generic[Value]):
     """The latest results; KeyError for one that is not kept, or no longer."""
 
     def __init__(self, most: int) -> None:
@@ -136,7 +139,7 @@ class BusyError(HcsearchError):
     """Others are computed, or this one takes too long."""
 
 
-class Computing:
+class ComputingPool:
     """Makes calls in `processes` processes, started when they are needed; results are kept by a key."""
 
     def __init__(self, processes: int = JOB_PROCESSES, seconds: float = MAX_JOB_SECONDS) -> None:
@@ -146,7 +149,7 @@ class Computing:
             self._idle.put(None)
         self._room = threading.BoundedSemaphore(2 * processes)
         self._lock = threading.Lock()
-        self._kept: Kept[Any] = Kept(MAX_KEPT_RESULTS)
+        self._kept: ResultCache[Any] = ResultCache(MAX_KEPT_RESULTS)
         self._running: set[ProcessExecutor] = set()
         self._closed = False
 

@@ -30,11 +30,11 @@ from hcsearch.store import (
 from hcsearch.store.columns import VIEWS
 from hcsearch.store.queries import STATEMENT_SECONDS
 from hcsearch.web.player.player_page import as_script
-from hcsearch.web.report.data import ReportData, foldings_of, motions_of, size_of, tried_of
+from hcsearch.web.report.data import ReportData, deployments_of, foldings_of, motions_of, panel_size_in
 from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import database_option_text
-from hcsearch.web.serve.jobs import BusyError, Kept
-from hcsearch.web.serve.requests import Asked, check_query, design_address, motion_address
+from hcsearch.web.serve.jobs import BusyError, ResultCache
+from hcsearch.web.serve.requests import ListRequest, check_query, design_address, motion_address
 from hcsearch.web.serve.template_pages import render_page
 
 T = TypeVar("T")
@@ -103,13 +103,13 @@ MAX_KEPT_COUNTS = 500
 """Counts kept in memory."""
 
 
-class Counts:
+class RowCounts:
     """How many rows queries select, kept while the database is as it was; `None` for more than `MAX_COUNTED_ROWS`."""
 
     def __init__(self) -> None:
-        self._kept: Kept[int | None] = Kept(MAX_KEPT_COUNTS)
+        self._kept: ResultCache[int | None] = ResultCache(MAX_KEPT_COUNTS)
 
-    def of(self, database: Database, asked: Asked, seconds: float) -> int | None:
+    def of(self, database: Database, asked: ListRequest, seconds: float) -> int | None:
         """The number of rows of a query, counted within some seconds."""
         key = (asked.view, asked.query, asked.scene, database.fingerprint())
         with suppress(KeyError):
@@ -122,7 +122,7 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Page:
+class ListPage:
     """What a page shows of a list.
 
     first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
@@ -135,10 +135,10 @@ class Page:
     last: int | None
 
 
-def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) -> Page:
+def list_page_of(database: Database, asked: ListRequest, counts: RowCounts, seconds: float) -> ListPage:
     """The rows of a page, and how many there are in all; SlowQueryError where that takes more than some seconds."""
     end = time.monotonic() + seconds
-    size = rows_of_a_page(asked)
+    size = page_row_count(asked)
     skip = (asked.number - 1) * size
     selected = select_page(
         database,
@@ -154,20 +154,20 @@ def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) ->
     # the end of the list says how long it is, and nothing is counted
     ended = len(rows) < size and (rows or not skip)
     total = skip + len(rows) if ended else counts.of(database, asked, end - time.monotonic())
-    return Page(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
+    return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
 
 
-def rows_of_a_page(asked: Asked) -> int:
+def page_row_count(asked: ListRequest) -> int:
     """How many rows a page has."""
     return CARDS_PER_PAGE if asked.view == "designs" and asked.shape == "cards" else ROWS_PER_PAGE
 
 
-def render_list(database: Database, asked: Asked, counts: Counts, long_lists: LongLists) -> tuple[str, int]:
+def render_list(database: Database, asked: ListRequest, counts: RowCounts, long_lists: LongLists) -> tuple[str, int]:
     """The page of a list, and its status: with what is wrong with the query, where something is."""
-    wrong, status, page = "", 200, Page([], 1, 0, 1)
+    wrong, status, page = "", 200, ListPage([], 1, 0, 1)
     try:
         check_query(asked.query)
-        page = long_lists(lambda seconds: page_of(database, asked, counts, seconds))
+        page = long_lists(lambda seconds: list_page_of(database, asked, counts, seconds))
     except (DatabaseError, BusyError):
         raise
     except HcsearchError as error:
@@ -189,7 +189,7 @@ def render_list(database: Database, asked: Asked, counts: Counts, long_lists: Lo
     return text, status
 
 
-def _orders(asked: Asked) -> list[tuple[str, str]]:
+def _orders(asked: ListRequest) -> list[tuple[str, str]]:
     """Orders to choose from, as (specification, words); the one that is asked for among them."""
     numbers = [quantity for quantity in VIEWS[asked.view] if quantity.kind != "text"]
     orders = [("", "as stored")]
@@ -201,7 +201,7 @@ def _orders(asked: Asked) -> list[tuple[str, str]]:
     return orders
 
 
-def _payload(database: Database, asked: Asked, page: Page) -> Markup:
+def _payload(database: Database, asked: ListRequest, page: ListPage) -> Markup:
     """The data of the designs of a page, for the script that draws them."""
     ids = [row["id"] for row in page.rows]
     known: dict[str, Any] = {}
@@ -210,7 +210,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
             "foldings": foldings_of(database, ids, asked.scene),
             "best": best_creases(database, ids, asked.scene),
             "motions": motions_of(database, ids, asked.scene),
-            "tried": tried_of(database, ids, asked.scene),
+            "tried": deployments_of(database, ids, asked.scene),
             "players": {
                 key: motion_address(*key, asked.named) for key in foldings_with_paths(database, ids, asked.scene)
             },
@@ -221,7 +221,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
         total=len(ids),
         scene=asked.scene,
         where=database_option_text(database),
-        size=size_of(database, asked.scene),
+        size=panel_size_in(database, asked.scene),
         pages=design_address("{id}", asked.named),
         **known,
     )

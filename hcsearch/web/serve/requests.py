@@ -33,7 +33,7 @@ class AddressError(HcsearchError):
 
 
 @dataclass(frozen=True)
-class Asked:
+class ListRequest:
     """What a list shows: rows of a view that satisfy a query, in an order, from a page on; `shape` is of designs.
 
     usual : the scene that is shown where an address names none.
@@ -61,7 +61,7 @@ class Asked:
         return self.page or 1
 
 
-def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> dict[str, str]:
+def read_parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> dict[str, str]:
     """Parameters by name; AddressError for unknown, repeated, long and undecodable ones.
 
     known : the longest that each may be, in characters.
@@ -80,12 +80,12 @@ def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> di
     return given
 
 
-def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked:
+def read_list_request(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> ListRequest:
     """What the parameters of a list ask for; its query is not yet read. scene : where they name none.
 
     `#24` in a query of designs is read as `id=24`, as cards name them.
     """
-    given = parameters(pairs, MAX_PARAMETER_LENGTHS)
+    given = read_parameters(pairs, MAX_PARAMETER_LENGTHS)
     shapes: dict[str, ListShape] = {"": "cards", "cards": "cards", "table": "table"}
     shape = given.get("as", "")
     if shape not in shapes:
@@ -93,7 +93,7 @@ def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked
     query = given.get("q", "").strip()
     if view == "designs":
         query = _NUMBER.sub(r"id=\1", query)
-    return Asked(
+    return ListRequest(
         view=view,
         query=query,
         sort=given.get("sort", ""),
@@ -140,7 +140,7 @@ def _conditions(tree: ConditionTree) -> Iterator[tuple[str, str]]:
             yield name, value or ""
 
 
-def address_of(asked: Asked, ending: str = "", **changes: Any) -> str:
+def list_address_of(asked: ListRequest, ending: str = "", **changes: Any) -> str:
     """The address of a list, with what is as usual left out. ending : as `.csv`, where all rows are asked for."""
     wanted = replace(asked, **changes)
     said = {"q": wanted.query, "sort": wanted.sort, "scene": wanted.named}

@@ -28,7 +28,7 @@ from hcsearch.store import Database
 
 
 @dataclass(frozen=True)
-class Patience:
+class ConnectionLimits:
     """What is expected of those who connect.
 
     connections : open at once, beyond which one that the server waits for is closed for each new one.
@@ -93,7 +93,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         """Since when the server waits for the other end; None while it is the server's turn, or all is over."""
         return None if self.requests or self._answering or self.will_close else self._waiting_since
 
-    def is_late(self, patience: Patience) -> bool:
+    def is_late(self, patience: ConnectionLimits) -> bool:
         """Whether a request is not complete in time, or an answer is taken too slowly; asked about once a second."""
         now, since = time.monotonic(), self.waiting_since
         if self.request is not None and since is not None and now - since > patience.request:
@@ -121,7 +121,11 @@ class Server(TcpWSGIServer):  # type: ignore[misc]
     channel_class = Channel
 
     def __init__(
-        self, application: Callable[..., Any], listening: socket.socket, patience: Patience, adjustments: dict[str, Any]
+        self,
+        application: Callable[..., Any],
+        listening: socket.socket,
+        patience: ConnectionLimits,
+        adjustments: dict[str, Any],
     ) -> None:
         self._patience = patience
         # its own limit, at which it takes no more connections, is met where all of them wait for their answers
@@ -188,7 +192,7 @@ def socket_address(listening: socket.socket, host: str) -> str:
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
-def in_one_line(record: logging.LogRecord) -> bool:
+def shorten_log_record(record: logging.LogRecord) -> bool:
     """Let one line say why an answer was cut off in its midst, as by a damaged row; faults keep their traceback."""
     error = record.exc_info[1] if record.exc_info else None
     if isinstance(error, HcsearchError):
@@ -196,7 +200,7 @@ def in_one_line(record: logging.LogRecord) -> bool:
     return True
 
 
-def run(
+def run_server(
     database: Database,
     db: str,
     listening: socket.socket,
@@ -211,12 +215,12 @@ def run(
     """
     logger = logging.getLogger("waitress")
     logger.setLevel(logging.ERROR)
-    logger.addFilter(in_one_line)
+    logger.addFilter(shorten_log_record)
     started()
     from hcsearch.web.serve.application import Application  # noqa: PLC0415 - takes long, and requests can wait
 
     application = Application(database, db, scene=scene, host=host)
-    server = Server(application, listening, Patience(), WAITRESS_SETTINGS)
+    server = Server(application, listening, ConnectionLimits(), WAITRESS_SETTINGS)
     ended = threading.Event()
 
     def run() -> None:
@@ -233,7 +237,7 @@ def run(
         threading.Thread(target=run, daemon=True).start()
         ended.wait()
     finally:
-        logger.removeFilter(in_one_line)
+        logger.removeFilter(shorten_log_record)
         logger.setLevel(logging.CRITICAL + 1)  # who is cut off complains
         application.close()
         server.close()

@@ -10,8 +10,8 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader
 
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.player import player_script
-from hcsearch.web.report.templating import environment, joined_script, page_style, written
-from hcsearch.web.serve.requests import address_of, design_address
+from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
+from hcsearch.web.serve.requests import design_address, list_address_of
 
 CARD_SCRIPT_MODULES = ("geometry", "table", "parts", "card", "dialog", "copy")
 """Modules of the report's script that draw cards; `serve.js` uses them."""
@@ -24,10 +24,12 @@ def render_page(name: str, **values: Any) -> str:
 
 @cache
 def _environment() -> Environment:
-    theirs = environment()
+    theirs = template_environment()
     assert theirs.loader is not None
     made = theirs.overlay(loader=ChoiceLoader([PackageLoader("hcsearch.web.serve"), theirs.loader]))
-    made.globals.update(address=address_of, design_address=design_address, views=tuple(VIEWS), static=static_address)
+    made.globals.update(
+        address=list_address_of, design_address=design_address, views=tuple(VIEWS), static=static_address
+    )
     made.filters["cell"] = _cell
     return made
 
@@ -57,4 +59,4 @@ def static_address(name: str) -> str:
 
 def _cell(value: object, name: str) -> str:
     """A value in a table. Errors may be tiny; of anything else, rounding leaves so little of a zero."""
-    return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written(value)
+    return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written_value(value)
