@@ -1,9 +1,7 @@
 """The formats of exports, each with its writer.
 
-A writer's keywords are the settings that its format heeds (`ExportSettings`). Modules of formats are imported where they
-write: the command line names formats in its help, and some formats need what an extra installs.
-
-Loads nothing that is heavy: the command line names formats in its help.
+A writer's keywords are the settings that its format takes (`ExportSettings`). Modules of formats are imported when they
+write: the command line names the formats in its help, and some need what an extra installs.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequen
 def checked_rows(
     connection: Connection, location: str, statement: Select[Any], kinds: Sequence[ColumnKind | None]
 ) -> list[ResultRow]:
-    """Run a SELECT of this program, and return its rows; the errors are those of `raising_query_errors` and `check_values`."""
+    """Return the rows of a SELECT of this program; errors as of `raising_query_errors` and `check_values`."""
     with raising_query_errors():
         cursor = connection.execute(statement)
     names = tuple(cursor.keys())

@@ -105,7 +105,8 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
         )
     k = int(np.argmax(abs(steps - usual)))
     return (
-        f", near {short_number(times[k], digits)} s, where a step is {short_number(steps[k], 3)} s and not {short_number(usual, 3)} s: "
+        f", near {short_number(times[k], digits)} s, where a step is {short_number(steps[k], 3)} s "
+        f"and not {short_number(usual, 3)} s: "
         "resample it, or give the sampling rate by --rate HZ if it is even"
     )
 
