@@ -93,13 +93,14 @@ def test_a_sample_that_fails_is_one_line(samples, monkeypatch):
     assert str(done.exception) == "the kernels could not be compiled (no room)"
 
 
-def test_kernels_are_compiled_ahead_only_where_they_are_wanted_and_missing(samples):
-    with compiling.compiling_ahead("long", wanted=False):
-        assert not samples
-    with compiling.compiling_ahead("long", wanted=True):
+def test_kernels_are_compiled_ahead_only_where_a_run_needs_them_and_they_are_missing(samples, tmp_path):
+    target = ["--grid", "hex", "--n", "6", "--until", "twist", "--db", str(tmp_path / "designs.sqlite")]
+    assert CliRunner().invoke(hcsearch, ["enumerate", *target]).exit_code == 0
+    assert not samples  # no stage of this run deploys anything
+    with compiling.compiling_ahead("long"):
         assert samples[0].poll() is None
     assert samples[0].poll() == -9  # nobody needs them any more
-    with compiling.compiling_ahead("long", wanted=True):
+    with compiling.compiling_ahead("long"):
         assert len(samples) == 1  # they are ready
 
 

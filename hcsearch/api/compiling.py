@@ -14,7 +14,13 @@ from typing import Any, NamedTuple
 
 from hcsearch.api.counting import count
 from hcsearch.api.deploying import deploy
-from hcsearch.api.enumerating import enumerate_into, plan_enumeration, run_enumeration
+from hcsearch.api.enumerating import (
+    chosen_search,
+    chosen_workers,
+    enumerate_into,
+    plan_enumeration,
+    run_enumeration,
+)
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
@@ -58,6 +64,7 @@ from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.scenes import SCENES
+from hcsearch.search.enumeration import Search
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.play import play_of_deployment
 from hcsearch.springs.deployment.quick_check import check_deployments
@@ -79,12 +86,16 @@ class Sample(NamedTuple):
 
 def _list() -> None:
     enumerate_into("arrays.sqlite", grid="hex", n=8, until="mobility")
-    run_enumeration(plan_enumeration(grid="hex", n=8, until="twist"), dry=True)
+    _list_without_storing(chosen_search("hex", 8, None, "all"), "twist")
 
 
 def _one_array() -> None:
-    run_enumeration(plan_enumeration(grid="hex", array="3-4-3", until="mobility"), dry=True)
+    _list_without_storing(chosen_search("hex", None, "3-4-3", "all"), "mobility")
     count(grid="square", array="6x6")
+
+
+def _list_without_storing(search: Search, until: str) -> None:
+    run_enumeration(plan_enumeration(search, chosen_workers(None, None), until=until), dry=True)
 
 
 def _check() -> None:
@@ -242,9 +253,9 @@ def compile_kernels(processes: int = COMPILE_PROCESSES, progress: CompileProgres
 
 
 @contextmanager
-def compiling_ahead(name: str, *, wanted: bool) -> Iterator[None]:
-    """Compile the kernels of a sample in another process while the block runs, if they are wanted and missing."""
-    process = _start(name) if wanted and not _is_finished(SAMPLES[name]) else None
+def compiling_ahead(name: str) -> Iterator[None]:
+    """Compile the kernels of a sample in another process while the block runs, if they are missing."""
+    process = None if _is_finished(SAMPLES[name]) else _start(name)
     try:
         yield
     finally:

@@ -78,19 +78,8 @@ def enumerate_into(
     Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deploys=None)
     """
     check_kinds(enumerate_into, locals())
-    plan = plan_enumeration(
-        db,
-        grid=grid,
-        n=n,
-        array=array,
-        until=until,
-        keep=keep,
-        scene=scene,
-        panel=panel,
-        budget=budget,
-        jobs=jobs,
-        scheduler=scheduler,
-    )
+    search, workers = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
+    plan = plan_enumeration(search, workers, db, until=until, keep=keep, scene=scene, panel=panel, budget=budget)
     return run_enumeration(plan, db, progress, announce).summary.funnel
 
 
@@ -125,29 +114,25 @@ def chosen_workers(jobs: int | None, scheduler: str | None) -> WorkerPool:
 
 
 def plan_enumeration(
+    search: Search,
+    workers: WorkerPool,
     db: Place | None = None,
     *,
-    grid: str | Grid | None = None,
-    n: int | None = None,
-    array: str | Array | None = None,
     until: str | None = None,
-    keep: Keep = "all",
+    keep: str = "all",
     scene: Scene | str | None = None,
     panel: str | None = None,
     budget: int | None = None,
-    jobs: int | None = None,
-    scheduler: str | None = None,
 ) -> Plan:
-    """Plan a run of `enumerate_into` and check it; the parameters are the same."""
-    search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
+    """Plan a run and check it; db : where scenes are looked up, the others as in `enumerate_into`."""
     last = list(STAGES)[-1] if until is None else until
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
     with database_snapshot(db) as (database, _):
         chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
-    crew.check()
-    return Plan(search, last, keep, with_size(chosen, panel, search.grid.name), crew, budget)
+    workers.check()
+    return Plan(search, last, keep, with_size(chosen, panel, search.grid.name), workers, budget)
 
 
 def run_enumeration(

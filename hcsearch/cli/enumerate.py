@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -38,10 +39,15 @@ if TYPE_CHECKING:
 @worker_options
 @click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")
 def enumerate_(
+    grid: str,
+    n: int | None,
     array_spec: str | None,
+    keep: str,
     db: str,
+    jobs: int | None,
+    scheduler: str | None,
     dry_run: bool,
-    **given: Any,
+    **limits: Any,
 ) -> None:
     """Search arrays for designs that fold, and store them.
 
@@ -49,14 +55,23 @@ def enumerate_(
     a motion for each folding that may open, and simulates how springs open it. It prints how many designs pass each
     stage. Finished work is stored: the same command continues an interrupted search.
     """
-    from hcsearch.api.compiling import compiling_ahead
-    from hcsearch.api.enumerating import plan_enumeration, run_enumeration
+    from hcsearch.api.enumerating import chosen_search, chosen_workers, plan_enumeration, run_enumeration
 
-    plan = plan_enumeration(db, array=array_spec, **given)
-    with ProgressMeter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
+    search, workers = chosen_search(grid, n, array_spec, keep), chosen_workers(jobs, scheduler)
+    plan = plan_enumeration(search, workers, db, keep=keep, **limits)
+    with ProgressMeter("batch") as meter, _compiling_ahead(plan):
         done = run_enumeration(plan, db, meter, _announce, dry=dry_run)
     _print_summary(done)
     _announce_none(plan, done.summary.funnel)
+
+
+def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
+    """Compile beside a run what the quick check of deployments needs, where the run comes to that."""
+    if not plan.scenic:
+        return nullcontext()
+    from hcsearch.api.compiling import compiling_ahead
+
+    return compiling_ahead("check")
 
 
 def _announce(sentence: str) -> None:
