@@ -1,4 +1,4 @@
-"""Kinds of arrays, as annotations name them, and equality of values that hold arrays."""
+"""Array types for annotations, and equality of dataclasses that hold arrays."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ Signs = NDArray[np.int8]
 
 
 class ByValue:
-    """A dataclass made with `eq=False` that equals another one of its class if all that is compared does.
+    """Base class of dataclasses with `eq=False` that compare by value, arrays included.
 
-    Arrays are equal if all of their numbers are; what is not known (NaN) is the same everywhere.
+    Instances of the same class are equal if all their compared fields are; arrays are equal if all their entries are.
+    NaN, which stands for an unknown value, equals NaN.
     """
 
     __slots__ = ()
@@ -37,7 +38,7 @@ def _compared(value: Any) -> list[Any]:
 
 
 def _same(one: Any, two: Any) -> bool:
-    """Whether two contents of a field are equal."""
+    """Return whether two field values are equal."""
     if one is two:
         return True
     if isinstance(one, np.ndarray) or isinstance(two, np.ndarray):
@@ -55,7 +56,7 @@ def _same_numbers(one: np.ndarray[Any, Any], two: np.ndarray[Any, Any]) -> bool:
 
 
 def _rough(content: Any) -> Any:
-    """What equal contents have in common, of which a hash is made: of arrays their shape, of mappings their keys."""
+    """Return a hashable value that equal field values share: shape of arrays, keys of mappings."""
     if isinstance(content, np.ndarray):
         return content.shape
     if isinstance(content, (tuple, list)):

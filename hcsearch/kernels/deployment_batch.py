@@ -1,7 +1,7 @@
-"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions.
+"""Batch check of many foldings in one call: simulate each, and search its motion for collisions.
 
-Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each half as
-long as all before it, and one that collides is not followed further.
+Most motions that collide do so early. Where only clear motions matter, a motion is judged in parts, each a quarter as
+long as all before it, and simulated no further once it collides.
 """
 
 from __future__ import annotations
@@ -49,15 +49,16 @@ from hcsearch.kernels.multibody.tree import BodyTree, work_for
 from hcsearch.kernels.multibody.welds import CutHinges
 
 FIRST_PART_STEPS, PART_GROWTH_SHARE = 32, 0.25
-"""Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
+"""Steps in the first part of a motion judged in parts, and in each later part as a share of all steps before it."""
 
 
 class SceneTables(NamedTuple):
-    """One folding; in a stack every table has a leading axis, and every number is a table.
+    """Tables of one folding; in a stack every table has a leading axis, and every number is a table.
 
-    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
-        margin taken off. pairs : that may collide. deepest, reach : m, the margin by which a panel
-        would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
+    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,), joint of each hinge. prisms, shrunk : of the
+        panels, as they are and shrunk by the margin. pairs : that may collide.
+    deepest, reach : m, margin at which a panel would vanish, and lever by which closure residuals (over size) are
+        multiplied to bound the displacement of panels.
     """
 
     tree: BodyTree
@@ -73,10 +74,10 @@ class SceneTables(NamedTuple):
 
 
 class CheckingRules(NamedTuple):
-    """What all foldings of a call share: how they are simulated, and how gaps are measured.
+    """Settings shared by all foldings of a call: of the simulation, and of the measurement of gaps.
 
-    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `ClearanceTolerances`.
-    whole : whether motions that collide are followed to their end, too.
+    struts, cuts : empty tables of the right type. margin, resolution : m, as of `ClearanceTolerances`.
+    whole : whether motions that collide are simulated to their end, too.
     """
 
     method: IntegrationMethod
@@ -91,15 +92,15 @@ class CheckingRules(NamedTuple):
 
 
 class CheckFindings(NamedTuple):
-    """What became of k foldings.
+    """Results of the checks of k foldings.
 
-    endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
-        states, evaluations, rejected steps, gaps bounded. times : (k, 2), of the end, and of the collision (s).
-    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
-        together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
-        clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
-        share of the largest energy. openings : (k,), greatest closure residual. looses : (k,), share of the states that
-        leave loops open, 0 where springs close them.
+    endings : (k,), as of `simulate_motion`. verdicts : (k,), as of `judge_clearance`. pairs : (k,), that collide.
+    counts : (k, 4), states, evaluations, rejected steps, bounds of gaps. times : (k, 2), of the end, and of the
+        collision (s). gaps : (k,), smallest gap (m) of motions that come flat and clear, else infinite.
+    speeds : (k,), approach speed of the colliding panels, 0 in clear motions, m/s. lefts : (k, 3), fold angles over pi:
+        mean at the collision (at the end of clear motions), mean at the end, and greatest at the end.
+    drifts : (k,), error of the energy balance, as a share of the largest energy. openings : (k,), greatest closure
+        residual. looses : (k,), share of states with open loops, 0 where springs close them.
     """
 
     endings: WholeNumbers
@@ -117,12 +118,12 @@ class CheckFindings(NamedTuple):
 
 @compiled
 def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, findings: CheckFindings) -> None:
-    """Check the foldings of a stack one after the other; the record is written anew by each.
+    """Check the foldings of a stack one after the other; each overwrites the record.
 
-    numba compiles all that a kernel calls into it. So the large kernels are called from here: a kernel in between would
-    take as long again to compile.
+    numba compiles everything that a kernel calls into it. So the large kernels are called directly from here: a kernel
+    in between would double the time to compile.
     """
-    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
+    cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
     plan, method = rules.plan, rules.method
     answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
@@ -179,7 +180,7 @@ def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
 
 @compiled
 def _hold(subject: SceneTables) -> DiscreteState:
-    """Nothing held, and each spring on its branch."""
+    """Return the discrete state at the start: no joint held, each spring on its branch."""
     n = len(subject.start)
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
     for k in range(n):
@@ -202,7 +203,7 @@ def _report(record: SimulationRecord, verdict: int, answer: ClearanceReport, fin
 def _report_end(
     subject: SceneTables, course: Course, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int
 ) -> None:
-    """Write how fast panels come together, and how much of the way is left."""
+    """Write the approach speed of colliding panels, and the remaining fold angles."""
     angles = course.angles[len(course.times) - 1].copy()
     findings.lefts[i, 1], findings.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
     findings.speeds[i] = 0.0
@@ -215,7 +216,7 @@ def _report_end(
 
 @compiled
 def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
-    """The motion of the fold angles."""
+    """Return the course of the fold angles in a motion of the joints."""
     times, q, v, a = motion
     states, hinges = len(times), len(subject.joint_of)
     course = Course(times, np.empty((states, hinges)), np.empty((states, hinges)), np.empty((states, hinges)), cubic)
@@ -239,7 +240,7 @@ def _drift(record: SimulationRecord, states: int) -> float:
 
 @compiled
 def _nth(s: Any, i: int) -> SceneTables:
-    """One subject of a stack, in which numbers are tables."""
+    """Return the tables of the i-th folding of a stack, in which numbers are tables."""
     t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
     return SceneTables(
         BodyTree(

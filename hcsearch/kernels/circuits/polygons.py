@@ -1,9 +1,9 @@
-"""Self-avoiding polygons of n steps, one a congruence class, by a resumable depth-first walk.
+"""Self-avoiding polygons of n steps, one per congruence class, by a resumable depth-first walk.
 
-A polygon is written as its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
-be the least of their rotations (prenecklaces, kept with one integer a step as by Fredricksen, Kessler and Maiorana)
-and that can still get home, around what they have visited; a finished word is kept when it is also not greater than
-any rotation of its mirror image, the reversed word.
+A polygon is represented by its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
+become the least of their rotations (prenecklaces, tracked with one integer per step as by Fredricksen, Kessler and
+Maiorana) and can still return home around the visited places; a complete word is accepted if it is also not greater
+than any rotation of its mirror image, the reversed word.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def _way_home(
     stamp: int,
     queue: NDArray[np.int64],
 ) -> bool:
-    """Whether home (distance 0) can be reached from a place in `steps` steps or less over unvisited places."""
+    """Return whether home (distance 0) is within `steps` steps of a place over unvisited places (breadth-first)."""
     first, last, gone = 0, 1, 0
     queue[0] = start
     seen[start] = stamp
@@ -83,12 +83,12 @@ def walk_polygons(
     words: NDArray[np.int8],
     symmetry: NDArray[np.int16],
 ) -> int:
-    """Go on with a walk until it ends or `words` is full; return how many words were written.
+    """Resume a walk until it ends or `words` is full; return the number of words written.
 
     letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
-    turn is letters[n]. With `trap` or more steps left the walk looks for its way home, which costs less than a walk
-    that has walled itself off. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
-    `enumeration.polygons` owns the arrays and sets them up for a prefix.
+    turn is letters[n]. With `trap` or more steps left the walk checks for a way home, which is cheaper than exploring
+    a walk that has enclosed itself. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
+    `enumeration.polygons` owns the arrays and initialises them for a prefix.
     """
     seen = np.zeros(len(distance), np.int64)
     queue = np.empty(len(distance), np.int64)
@@ -100,7 +100,7 @@ def walk_polygons(
     fresh = state[1]
     letter = 0
     while written < capacity:
-        # choose the next letter of step k: on a first visit from the prenecklace bound, else after the last one
+        # choose the next letter of step k: on a first visit from the prenecklace bound on, else after the last letter
         if fresh == 1:
             letter = letters[k - period[k - 1]] if k > 1 else 0
         else:
@@ -145,7 +145,7 @@ def walk_polygons(
             k += 1
             fresh = 1
             continue
-        # home again: the closing turn, the orientation, the necklace, the mirror image
+        # back home: check the closing turn, the orientation, the necklace, the mirror image
         place[k + 1] = to
         fresh = 0
         closing = heading[0] - d

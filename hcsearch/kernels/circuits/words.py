@@ -1,4 +1,4 @@
-"""Canonical circuits and arrays of whole batches of step words."""
+"""Canonical circuits, canonical arrays and fingerprints for batches of step words."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 
 @lean
 def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
-    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
-    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
+    """Return start of the least rotation and period of a cyclic word, in O(n); `letters` holds the word twice."""
+    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are ruled out
     while i < n and j < n and k < n:
         order = letters[i + k] - letters[j + k]
         if order == 0:
@@ -29,10 +29,10 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
 
 @lean
 def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
-    """Start and period of the least rotation of a word, and start of that of the word read backwards.
+    """Return start and period of the least rotation of a word, and start of that of the reversed word.
 
-    Letters are -2 to 2. Packed into an integer, the letters of a window of up to 21 settle most words quickly: where
-    the least window comes once, the least rotation begins with it.
+    Letters are -2 to 2. Windows of up to 21 letters, packed into integers, decide most words quickly: if the least
+    window is unique, the least rotation begins with it.
     """
     window = min(n, 21)
     top = np.uint64(3 * (window - 1))
@@ -70,7 +70,7 @@ def canonicalise(
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
-    The key of a word is its least cyclic sequence of turns (left before right), walked counterclockwise, of itself or
+    The key of a word is the least cyclic sequence of turns (left before right), walked counterclockwise, of the word or
     its mirror image; then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
     """
     n = words.shape[1]
@@ -135,9 +135,9 @@ def array_rows(
 ) -> None:
     """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
 
-    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: what a step adds to the column of bits
-            and to the row in each image of the grid, and the column modulo `bits` of a cell that it leaves.
-    bits : columns that a cell coordinate takes, 2 for triangles, else 1.
+    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: increments of bit column and row by a
+            step in each image of the grid, and the column modulo `bits` of the cell that the step leaves.
+    bits : bit columns per cell coordinate, 2 for triangles, else 1.
     """
     n_words, n = words.shape
     n_images = len(moves)
@@ -145,7 +145,7 @@ def array_rows(
     level = np.empty(n, np.int64)
     low = np.empty(n_images, np.int64)
     height = np.empty(n_images, np.int64)
-    # images that differ by mirroring columns or rows take the same number of rows: of these one is measured
+    # images that differ by mirroring columns or rows have the same number of rows: only one of these is measured
     measured = np.empty(n_images, np.int64)
     upright = np.ones(n_images, np.bool_)
     for g in range(n_images):
@@ -159,7 +159,7 @@ def array_rows(
     one = np.uint64(1)
     for row in range(n_words):
         least = n + 1
-        for g in range(n_images):  # rows alone first: few images have the fewest
+        for g in range(n_images):  # first only rows: few images have the least number
             if measured[g] != g:
                 height[g] = height[measured[g]]
                 low[g] = low[measured[g]] if upright[g] else 1 - height[g] - low[measured[g]]
@@ -209,7 +209,7 @@ def array_rows(
 def write_rows(
     rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
 ) -> int:
-    """Write rows as hexadecimal text after a prefix; return the longest length. `text` is zeroed by the caller."""
+    """Write rows as hexadecimal text after a prefix; return the greatest length. The caller must zero `text`."""
     longest = 0
     for i in range(len(rows)):
         at = len(prefix)
@@ -232,9 +232,10 @@ def write_rows(
 
 @lean
 def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], fingerprints: NDArray[np.uint64]) -> None:
-    """Write a 128-bit fingerprint of each canonical array; fingerprints : shape (n, 2).
+    """Write a 128-bit fingerprint of each canonical array, shape (n, 2).
 
-    Two different arrays share one with probability 2^-128, so a hundred million of them collide with odds under 2^-74.
+    Two different arrays have equal fingerprints with probability 2^-128; a collision among a hundred million has a
+    probability below 2^-74.
     """
     for i in range(len(rows)):
         for half in range(2):
@@ -251,10 +252,10 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], finge
 
 @compiled
 def insert_fingerprints(fingerprints: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
-    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there.
+    """Insert fingerprints into a hash table with room for all, in which (0, 0) is free; return how many are new.
 
-    Free places among them, as in an old table, are passed over. A large table is far from the processor: looking a
-    block up at first sight, before anything depends on it, lets the ways there overlap.
+    Fingerprints (0, 0), as from an old table, are skipped. Entries of a block are looked up in advance, before anything
+    depends on them, so that the cache misses of a large table overlap.
     """
     mask = np.uint64(len(table) - 1)
     block = 32

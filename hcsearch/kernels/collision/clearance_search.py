@@ -1,6 +1,7 @@
-"""Certified clearance: whether prisms stay apart at all times of a motion, and how near they come.
+"""Certified clearance: verdicts on whether prisms stay apart at all times of a motion, and their smallest gap.
 
-An interval in which no direction separates two panels is halved, until one does or it is shorter than can matter.
+A time interval in which no direction separates two panels is halved until one does, or until the interval is too short
+to matter.
 """
 
 from __future__ import annotations
@@ -31,14 +32,14 @@ from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 MOTION_CLEAR, MOTION_COLLIDES, MOTION_UNDECIDED = 0, 1, 2
 """Verdicts: apart at all times; overlapping at a time; too near to decide."""
 PLACEMENT_ROUNDING = 1e-12
-"""What panels may be elsewhere by rounding, m."""
+"""Displacement of panels by rounding, m."""
 
 
 class ClearanceTolerances(NamedTuple):
-    """What is asked of a motion.
+    """Tolerances of the clearance check, m.
 
-    slack : what panels may be elsewhere than they are placed, m. margin : that prisms are shrunk by on every face, m.
-    deepest : by which they could be before one is gone, m. resolution : to which the smallest gap is wanted, m.
+    slack : greatest displacement of panels from where they are placed. margin : by which prisms are shrunk on every
+        face. deepest : margin at which a panel would vanish. resolution : of the smallest gap.
     """
 
     slack: float
@@ -48,10 +49,10 @@ class ClearanceTolerances(NamedTuple):
 
 
 class ClearanceReport(NamedTuple):
-    """What a search reports. All entries are written; each table has one.
+    """The result of a search, written into tables of one entry each.
 
-    times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
-        infinite without one. looks : how often the gap of a pair was bounded.
+    times : s, when a pair collides or comes too near. pairs : that pair. gaps : m, smallest gap in a dip, infinite
+        without one. looks : how often the gap of a pair was bounded.
     """
 
     times: Reals
@@ -71,9 +72,10 @@ def judge_clearance(
     measured: bool,
     answer: ClearanceReport,
 ) -> int:
-    """The verdict on a motion; of one that is clear, and where it is measured, the smallest gap too.
+    """Return the verdict on a motion; if it is clear and to be measured, write its smallest gap too.
 
-    Panels that come nearer than the slack do not collide for sure: those do that overlap shrunk by half of it more.
+    Panels that come nearer than the slack need not collide: only those certainly do that still overlap when shrunk
+    further by half the slack.
     """
     slack = max(wanted.slack, PLACEMENT_ROUNDING)
     answer.gaps[0] = math.inf
@@ -102,7 +104,7 @@ def judge_clearance(
 def search_collision(
     chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, slack: float, answer: ClearanceReport
 ) -> int:
-    """Follow all pairs through a motion; CLEAR, or the verdict at the first time at which no gap is above a slack."""
+    """Search a motion for the first time at which a gap may be within the slack; return the verdict."""
     book = new_interval_tables(chain, prisms, pairs, course)
     for k in range(len(course.times) - 1):
         h = start_step_intervals(chain, prisms, pairs, course, k, slack, book)
@@ -124,9 +126,9 @@ def search_collision(
 
 @lean
 def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, book: IntervalTables) -> bool:
-    """Whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
+    """Return whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
 
-    The interval is the shortest that there is: at its end rounding may hide that the pair has met.
+    The interval is of the shortest length: at its end rounding may still hide an overlap.
     """
     poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
     while True:
@@ -151,7 +153,7 @@ def _look(
     book: IntervalTables,
     answer: ClearanceReport,
 ) -> int:
-    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front."""
+    """Bound the gaps of the pairs of an interval; move those within the slack to the front, and return their number."""
     left = 0
     for i in range(book.counts[top]):
         p = book.lists[top, i]

@@ -1,4 +1,4 @@
-"""Gaps between panels at many states: distances of their prisms, or how deep these cut into each other."""
+"""Signed gaps between panels at many states: distances of their prisms, or negative depths of overlap."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
 
 OVERLAP_PARALLEL_ANGLE = 1e-6
-"""Edges whose directions differ by less (rad) have no direction across both."""
+"""Edges at a smaller angle (rad) count as parallel and define no separating axis."""
 
 
 @compiled
 def first_overlap(
     chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals, allowed: float, depths: Reals
 ) -> int:
-    """The first state at which prisms of some pairs cut deeper than allowed into each other; -1 without.
+    """Return the first state at which a pair of prisms overlaps more than allowed; -1 without one.
 
-    pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), written for that state, 0 of pairs that
-        are further apart than their spheres.
+    pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), overlaps in that state, written; 0 for
+        pairs whose enclosing spheres are apart.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -45,9 +45,9 @@ def first_overlap(
 
 @compiled
 def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals) -> float:
-    """How deep prisms of some pairs cut into each other at the worst of some states, 0 where they only touch.
+    """Return the greatest overlap of pairs of prisms over all states, 0 where they only touch.
 
-    The same as the greatest of the depths that `first_overlap` writes.
+    Depths are measured as in `first_overlap`.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -65,9 +65,9 @@ def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: R
 
 @lean
 def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: WholeNumbers, pair: int) -> float:
-    """Least overlap along all directions, or one that is at most `enough`, which is all that is asked for.
+    """Return the least overlap of two prisms along all separating axes, or any overlap that is at most `enough`.
 
-    last : direction that did so before, of each pair; written where one does now.
+    last : of each pair, the axis that settled it last, which is tried first; updated.
     """
     if sphere_distance(prisms, one, two) >= 0.0:
         return 0.0
@@ -86,7 +86,7 @@ def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole
 
 @inlined
 def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
-    """Overlap of two prisms along a direction: normals of the first, of the second, then across edges of both."""
+    """Return the overlap along a numbered axis: normals of the first, of the second, cross products of edges."""
     a, b = prisms.counts[one, 1], prisms.counts[two, 1]
     if number < a:
         x, y, z = prisms.normals[one, number]
@@ -107,7 +107,7 @@ def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
 
 @inlined
 def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
-    """How far a prism reaches along a direction, back and forth: the vertices of its bottom, and what is above them."""
+    """Return the extent of a prism along a direction, lowest and highest, from its bottom vertices and its height."""
     low, high = math.inf, -math.inf
     half = prisms.counts[f, 0] // 2
     for k in range(half):
@@ -118,9 +118,9 @@ def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
 
 
 class PanelPairs(NamedTuple):
-    """Pairs of panels, and those of their prisms.
+    """Pairs of panels, each with the pairs of their prisms.
 
-    prisms : (q, 2). starts : (p + 1,), pair k of panels has those from `starts[k]` up to `starts[k + 1]`.
+    prisms : (q, 2). starts : (p + 1,), pair k of panels has the pairs of prisms `starts[k]` to `starts[k + 1] - 1`.
     """
 
     prisms: WholeNumbers
@@ -128,10 +128,11 @@ class PanelPairs(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """Where the last search of each pair of prisms ended, and of each pair of panels the nearest pair of prisms.
+    """Results of the last state, from which searches in the next state start.
 
-    gaps, ways, corners : (q,), (q, 3), (q, 4), of `closest`. axes : (q,), of `overlap`. nearest : (p,).
-    turned : (f,), whether the axes of a prism are those of this state.
+    gaps, ways, corners : (q,), (q, 3), (q, 4), of `hull_gap` for pairs of prisms. axes : (q,), of `prism_overlap`.
+    nearest : (p,), nearest pair of prisms for each pair of panels. turned : (f,), whether the axes of a prism have been
+        rotated to this state.
     """
 
     gaps: Reals
@@ -146,10 +147,10 @@ class _Memory(NamedTuple):
 def gaps_at(
     chain: Chain, prisms: Prisms, pairs: PanelPairs, states: Reals, reach: float, allowed: float, gaps: Reals
 ) -> None:
-    """Write the gaps of pairs of panels at states: the least distance of their prisms, or minus how deep these cut.
+    """Write the gaps of pairs of panels at states: the least distance of their prisms, or minus their overlap.
 
-    states : (k, n_hinges), fold angles. reach : of a gap beyond it, a lower bound beyond it is written. allowed :
-        prisms that cut no deeper into each other touch: gap 0. gaps : (k, p), written.
+    states : (k, n_hinges), fold angles. reach : for gaps beyond it, only a lower bound, also beyond it, is written.
+    allowed : overlaps up to this depth count as touching, gap 0. gaps : (k, p), written.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -179,12 +180,12 @@ def _write(
     memory: _Memory,
     gaps: Reals,
 ) -> None:
-    """The gaps at one state."""
+    """Write the gaps at one state."""
     ways, corners, nearest = memory.ways, memory.corners, memory.nearest
     memory.turned[:] = False
     for p in range(len(gaps)):
         begin, best, least = pairs.starts[p], nearest[p], math.inf
-        # the nearest prisms of the last state come first: others need not be searched where a bound is no less
+        # the nearest prisms of the last state come first: others are not searched if a bound is no less
         for turn in range(begin - 1, pairs.starts[p + 1]):
             k = best if turn < begin else turn
             if turn == best:
@@ -208,7 +209,7 @@ def _write(
                 least = gap
                 nearest[p] = k
         if least < -allowed:
-            # that deep along one direction: how deep along all?
+            # this is the overlap along one direction only
             least = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
         gaps[p] = least if least > 0.0 or least < -allowed else 0.0
 
@@ -217,7 +218,7 @@ def _write(
 def _deepest(
     prisms: Prisms, placed: Prisms, poses: Reals, pairs: PanelPairs, pair: int, allowed: float, memory: _Memory
 ) -> float:
-    """How deep the prisms of two panels cut into each other; any that is allowed where it is."""
+    """Return the greatest overlap of the prisms of two panels; not exact where it is allowed."""
     depth = 0.0
     for p in range(pairs.starts[pair], pairs.starts[pair + 1]):
         for side in range(2):

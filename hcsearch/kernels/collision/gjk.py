@@ -1,10 +1,10 @@
-"""Distance of two convex hulls of points by GJK, each answer with a direction that proves it.
+"""Distance of the convex hulls of two point sets by GJK, with a direction that certifies it.
 
-A simplex of differences of vertices, of the second less of the first, is moved towards the origin (Gilbert, Johnson and
-Keerthi 1988, https://doi.org/10.1109/56.2083). We depart in what ends the search: the length of the simplex's nearest
-point bounds the distance from above, the gap of the hulls along a direction bounds it from below, and the search ends
-where both agree. The direction is the normal of the simplex, not the nearest point made a unit vector, which is noise
-where the hulls nearly touch. Where rounding keeps both bounds apart, all directions that can be the answer are tried.
+A simplex of differences of vertices (second hull minus first) is moved towards the origin (Gilbert, Johnson and Keerthi
+1988, https://doi.org/10.1109/56.2083). Only the end of the search differs: the length of the simplex's nearest point
+bounds the distance from above, the gap of the hulls along a direction bounds it from below, and the search ends where
+both agree. The direction is the normal of the simplex, not the normalised nearest point, which is noise where the hulls
+nearly touch. Where rounding keeps both bounds apart, all candidate directions are tried.
 """
 
 from __future__ import annotations
@@ -24,29 +24,31 @@ from hcsearch.kernels.collision.simplices import (
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
 SimplexCorners = tuple[int, int, int, int]
-"""Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""
+"""Differences of vertices that span a simplex: indices in the first and second hull, packed; -1 for none."""
 CORNER_INDEX_BITS = 20
 CORNER_INDEX_MASK = (1 << CORNER_INDEX_BITS) - 1
 HullGap = tuple[float, Vector3, SimplexCorners]
 
 DISTANCE_RELATIVE_TOLERANCE = 1e-14
-"""Both bounds of a distance agree where they differ by no more than this share of the coordinates."""
+"""Difference, relative to the coordinates, up to which both bounds of a distance agree."""
 MIN_DIRECTION_LENGTH = 1e-100
-"""Squares of vectors shorter than this lose their digits; one is no direction to start from."""
+"""Shortest vector accepted as a starting direction: the squares of shorter ones lose digits."""
 MAX_SIMPLEX_STEPS = 50
-"""Steps after which a search is stuck; ten are many."""
+"""Steps after which a search counts as stuck; more than ten are rare."""
 
 
 @lean
 def hull_distance(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3
 ) -> tuple[float, float, float, float]:
-    """Distance of the hulls of two sets of points, and the unit direction from the first to the second that proves it.
+    """Return the distance of the hulls of two point sets, and the unit direction that certifies it.
 
-    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from, the
-        last answer; zero for none. The distance is the gap of the hulls along the direction: least of the second less
-        greatest of the first. Where they touch or overlap it is 0, and the direction any: that of the greatest gap that
-        was met, which need not separate hulls that touch.
+    The direction points from the first hull to the second, and the distance is the gap along it: least coordinate of
+    the second minus greatest of the first. Where the hulls touch or overlap the distance is 0, and the direction that
+    of the greatest gap encountered, which need not separate touching hulls.
+
+    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from,
+        usually the last result; zero for none.
     """
     gap, way, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
     return max(gap, 0.0), way[0], way[1], way[2]
@@ -56,9 +58,10 @@ def hull_distance(
 def hull_gap(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3, corners: SimplexCorners
 ) -> HullGap:
-    """The same, from the direction and the simplex of the last answer, and with the simplex of this one.
+    """Return signed gap, direction and final simplex of two hulls, starting from a direction and a simplex.
 
-    Where they touch or overlap: the gap along the direction, not above 0; they overlap by no more than that.
+    Like `hull_distance`, but where the hulls touch or overlap the result is the gap along the direction, at most 0; the
+    overlap is no greater than that.
     """
     long = math.sqrt(dot(guess, guess))
     guessed = MIN_DIRECTION_LENGTH < long < 1.0 / MIN_DIRECTION_LENGTH
@@ -79,14 +82,14 @@ def hull_gap(
     for step in range(MAX_SIMPLEX_STEPS):
         square, (s0, s1, s2, s3) = nearest_simplex_point(k, p0, p1, p2, p3)
         if step > 0:
-            # the last corner lies nearer along the direction: without rounding it would always stay
+            # the last corner lies nearer along the direction: in exact arithmetic it would always stay
             if k == 2 and s1 <= 0.0:
                 s0 = s1 = 1.0
             elif k == 3 and s2 <= 0.0:
                 s0 = s1 = s2 = 1.0
             elif k == 4 and s3 <= 0.0:
                 s0, s1, s2, s3 = side_with_last(p0, p1, p2, p3)
-        # what does not carry the nearest point is left out, and the rest moved to the front
+        # drop corners that do not support the nearest point, and move the others to the front
         if s2 <= 0.0:
             p2, c2, s2, s3 = p3, c3, s3, 0.0
         if s1 <= 0.0:
@@ -136,10 +139,10 @@ def write_hull_gaps(
     corners: WholeNumbers,
     gaps: Reals,
 ) -> None:
-    """Write the gaps of pairs of hulls as `hull_gap` does, and where each search ends.
+    """Write the gaps of pairs of hulls, and the directions and simplices at which the searches end; see `hull_gap`.
 
-    first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), where each search begins;
-        0 and -1 for anywhere. gaps : (k,).
+    first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), directions and simplices
+        from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
     """
     for k in range(len(gaps)):
         _write(first, n_first, second, n_second, ways, corners, gaps, k)
@@ -169,7 +172,7 @@ def _row(points: Reals, k: int) -> Vector3:
 
 @inlined
 def _outermost(points: Reals, n: int, way: Vector3) -> int:
-    """The point that is furthest along a direction."""
+    """Return the index of the point furthest along a direction."""
     best, most = 0, -math.inf
     for k in range(n):
         far = points[k, 0] * way[0] + points[k, 1] * way[1] + points[k, 2] * way[2]
@@ -180,7 +183,7 @@ def _outermost(points: Reals, n: int, way: Vector3) -> int:
 
 @inlined
 def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> int:
-    """The difference of vertices that is least along a direction."""
+    """Return the packed difference of vertices that is least along a direction."""
     return (_outermost(first, n_first, way) << CORNER_INDEX_BITS) | _outermost(
         second, n_second, scaled_vector(-1.0, way)
     )
@@ -188,7 +191,7 @@ def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vecto
 
 @inlined
 def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> float:
-    """The gap along a direction."""
+    """Return the gap of two hulls along a direction."""
     return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
 
 
@@ -199,7 +202,7 @@ def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
 
 @inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
-    """How large the coordinates of two vertices are, which is what is rounded."""
+    """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
     i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
     one, two = _row(first, i), _row(second, j)
     return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
@@ -207,9 +210,10 @@ def _size(first: Reals, second: Reals, corner: int) -> float:
 
 @lean
 def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> tuple[float, Vector3]:
-    """The greatest gap along all directions across vertices, edges and faces that can face each other, and where.
+    """Return the greatest gap of two hulls along all candidate directions, and that direction.
 
-    Below 0 where the hulls overlap. Thousands of directions: for what rounding keeps the search from.
+    The candidates, thousands of them, are the directions across all pairs of vertices, edges and faces. The gap is
+    negative where the hulls overlap. This is the fallback where rounding makes the search fail.
     """
     best, way = -math.inf, (1.0, 0.0, 0.0)
     for i in range(n_first):
@@ -241,7 +245,7 @@ def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> 
 def _better(
     first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, way: Vector3
 ) -> tuple[float, Vector3]:
-    """The gap along a direction or its opposite, where it is greater."""
+    """Return the best gap and its direction, updated by a direction and its opposite."""
     for sign in (1.0, -1.0):
         m = scaled_vector(sign, n)
         gap = gap_along(first, n_first, second, n_second, m)

@@ -1,4 +1,4 @@
-"""Pairs of prisms in an interval of a motion: what their gap does not come below.
+"""Lower bounds of the gaps between pairs of prisms in intervals of a motion.
 
 Between two states of the motion every point of a panel, seen from another panel, stays within (dt^2 / 8) max |x''| of
 the chord between its places at both ends. So where one direction, fixed to one of the two panels, has gaps g and g' at
@@ -28,13 +28,13 @@ from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MAX_INTERVAL_HALVINGS = 40
-"""An interval between two states is halved no more often than this."""
+"""Greatest number of times that an interval between two states is halved."""
 
 
 class Course(NamedTuple):
-    """States of a motion, k of them: times (k,), fold angles, rates and accelerations (k, n_hinges).
+    """A motion given by k states: times (k,), fold angles, rates and accelerations (k, n_hinges).
 
-    cubic : whether accelerations are not known.
+    cubic : whether accelerations are unknown, so that angles are cubics between states, not quintics.
     """
 
     times: Reals
@@ -45,16 +45,17 @@ class Course(NamedTuple):
 
 
 class IntervalTables(NamedTuple):
-    """Tables of a search: intervals that wait, by depth; what is known of each pair; tables of the step.
+    """Work tables of a search: a stack of intervals, bounds for each pair, and polynomials of the step.
 
-    low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
-    ways, keepers : of each pair, the direction that last separated it, fixed to its first panel (0) or second (1) and
-        pointing away from that. corners : of each pair, where the last search of its distance ended. spare : of each
-        pair a lower bound of its gap: at the end of the last interval in which it was computed, less what its panels
-        may have come nearer since. After the last interval of a step it holds at the end of the step.
-    bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
-    course, rates, accelerations : polynomials of the fold angles in the step, and bounds. seen : (2, 3, 4), poses of
-        the second panel from the first at both ends. points : corners of the second prism from the first panel.
+    low, high, lows, highs : ends of each interval as shares of the step, and poses there. lists, counts : its pairs.
+    ways, keepers : for each pair, the direction that last separated it, fixed to its first panel (0) or second (1) and
+        pointing away from that. corners : for each pair, the simplex at which the last search of its distance ended.
+    spare : for each pair, a lower bound of its gap: its value at the end of the last interval in which it was computed,
+        less the greatest approach of the panels since. After the last interval of a step it holds at its end.
+    bends, speeds : bounds in the step of |x''| / 8, seen from either panel, and of |x'|.
+    course, rates, accelerations : polynomials of the fold angles in the step, and bounds of their derivatives.
+    seen : (2, 3, 4), poses of the second panel relative to the first at both ends. points : corners of the second prism
+        relative to the first panel.
     """
 
     low: Reals
@@ -79,7 +80,7 @@ class IntervalTables(NamedTuple):
 
 @compiled
 def new_interval_tables(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course) -> IntervalTables:
-    """Empty tables, with the panels at the beginning of the motion."""
+    """Return tables for a search, with the panels placed at the start of the motion."""
     depth, panels, count, hinges = MAX_INTERVAL_HALVINGS + 2, len(chain.order), len(pairs.prisms), len(chain.points)
     book = IntervalTables(
         low=np.zeros(depth),
@@ -109,10 +110,10 @@ def new_interval_tables(chain: Chain, prisms: Prisms, pairs: PrismPairs, course:
 def start_step_intervals(
     chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, k: int, need: float, book: IntervalTables
 ) -> float:
-    """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
+    """Start the step from state k, listing the pairs whose gap may fall to the needed one in it.
 
-    The others had a gap, when it was last computed, that they cannot have lost since. Returns the length
-    of the step (s), 0 where two states are of one time.
+    The gaps of all other pairs, as last computed, are too large for that. Returns the length of the step (s), 0 where
+    two states have the same time.
     """
     h = course.times[k + 1] - course.times[k]
     _copy(book.highs[0], book.lows[0])
@@ -140,7 +141,7 @@ def start_step_intervals(
 
 @lean
 def halve_interval(chain: Chain, left: int, top: int, book: IntervalTables) -> None:
-    """The first half of an interval on top of the second, for the pairs that are left."""
+    """Split an interval for its first `left` pairs: push its first half onto the stack above its second."""
     middle = 0.5 * (book.low[top] + book.high[top])
     write_course_angles(book.course, middle, book.angles)
     book.low[top + 1], book.high[top + 1] = book.low[top], middle
@@ -155,7 +156,7 @@ def halve_interval(chain: Chain, left: int, top: int, book: IntervalTables) -> N
 
 @lean
 def _copy(poses: Reals, into: Reals) -> None:
-    """Copy poses, entry by entry: the assignment of a table to another would look for memory that they share."""
+    """Copy poses entry by entry; the assignment of whole tables would check for shared memory."""
     for k in range(len(poses)):
         for i in range(3):
             for j in range(4):
@@ -166,9 +167,11 @@ def _copy(poses: Reals, into: Reals) -> None:
 def bound_gap(
     prisms: Prisms, pairs: PrismPairs, p: int, need: float, wait: float, top: int, book: IntervalTables
 ) -> tuple[float, float, float]:
-    """What the gap of a pair does not come below in an interval, a time `wait` long, and at its ends.
+    """Return a lower bound of the gap of a pair in an interval, and its gaps at both ends.
 
-    Where the first is no more than needed, the others are the gaps at the ends; else they are not computed.
+    The gaps at the ends are exact only if the bound is no more than needed.
+
+    need : gap needed, m. wait : length of the interval, s.
     """
     write_relative_pose(prisms, pairs, p, book.lows[top], book.seen[0])
     low = sphere_gap_bound(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
@@ -185,9 +188,9 @@ def bound_gap(
 def _separate(
     prisms: Prisms, pairs: PrismPairs, p: int, need: float, wait: float, book: IntervalTables
 ) -> tuple[float, float, float]:
-    """What the gap of a pair does not come below in an interval, by the best direction tried, and its gap at the ends.
+    """Return a lower bound of the gap of a pair in an interval, by the best direction tried, and its gaps at both ends.
 
-    The direction that separated the pair before is tried first, then those of the shortest way at either end.
+    The direction that last separated the pair is tried first, then those of the shortest distance at either end.
     """
     way = vector_at(book.ways, p, 0)
     low, first, second = chord_gap(prisms, pairs, p, book.keepers[p], way, wait, book)
@@ -213,9 +216,9 @@ def _separate(
 def chord_gap(
     prisms: Prisms, pairs: PrismPairs, p: int, keeper: int, way: Vector3, wait: float, book: IntervalTables
 ) -> tuple[float, float, float]:
-    """What the gap along a direction does not come below in an interval, and the gaps at its ends.
+    """Return a lower bound of the gap along a direction in an interval, and the gaps along it at both ends.
 
-    way : unit vector fixed to the panel of the first prism, pointing to the second, or with keeper 1 the other way.
+    way : unit vector fixed to the panel of the first prism and pointing to the second; with keeper 1 vice versa.
     """
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     own, other = (g, f) if keeper else (f, g)
@@ -236,7 +239,7 @@ def chord_gap(
 
 @lean
 def _extent(prisms: Prisms, f: int, way: Vector3) -> float:
-    """How far a prism reaches along a direction, in the flat state."""
+    """Return the highest coordinate of a prism along a direction, in the flat state."""
     far = -math.inf
     for k in range(prisms.counts[f, 0]):
         far = max(far, dot(way, vector_at(prisms.vertices[f], k, 0)))
@@ -247,7 +250,7 @@ def _extent(prisms: Prisms, f: int, way: Vector3) -> float:
 def pair_distance(
     prisms: Prisms, pairs: PrismPairs, p: int, seen: Reals, book: IntervalTables
 ) -> tuple[float, Vector3]:
-    """Distance of a pair, and the direction from the first prism to the second, as the first panel sees it."""
+    """Return the distance of a pair, and the direction from first to second prism relative to the first panel."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     for k in range(prisms.counts[g, 0]):
         x = rotated_by_pose(seen, vector_at(prisms.vertices[g], k, 0))
@@ -263,7 +266,7 @@ def pair_distance(
 
 @lean
 def sphere_gap_bound(prisms: Prisms, pairs: PrismPairs, p: int, seen: Reals) -> float:
-    """What the distance of a pair does not come below, by the spheres around both."""
+    """Return a lower bound of the distance of a pair, by their enclosing spheres."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     x = rotated_by_pose(seen, vector_at(prisms.middles, g, 0))
     way = vector_difference((x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]), vector_at(prisms.middles, f, 0))
@@ -272,7 +275,7 @@ def sphere_gap_bound(prisms: Prisms, pairs: PrismPairs, p: int, seen: Reals) -> 
 
 @lean
 def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals, seen: Reals) -> None:
-    """Write the pose of the second panel of a pair, as the first sees it."""
+    """Write the pose of the second panel of a pair relative to the first."""
     one = poses[prisms.panels[pairs.prisms[p, 0]]]
     two = poses[prisms.panels[pairs.prisms[p, 1]]]
     for j in range(4):
@@ -285,7 +288,7 @@ def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals,
 
 @lean
 def rotated_by_pose(pose: Reals, a: Vector3) -> Vector3:
-    """The rotation of a pose, times a vector."""
+    """Return the rotation of a pose times a vector."""
     return (
         dot((pose[0, 0], pose[0, 1], pose[0, 2]), a),
         dot((pose[1, 0], pose[1, 1], pose[1, 2]), a),
@@ -295,7 +298,7 @@ def rotated_by_pose(pose: Reals, a: Vector3) -> Vector3:
 
 @lean
 def _turned_back(pose: Reals, a: Vector3) -> Vector3:
-    """The rotation of a pose, transposed, times a vector."""
+    """Return the transposed rotation of a pose times a vector."""
     return (
         dot((pose[0, 0], pose[1, 0], pose[2, 0]), a),
         dot((pose[0, 1], pose[1, 1], pose[2, 1]), a),

@@ -1,11 +1,11 @@
-"""The least gap of prisms on a motion, below 0 where they overlap, and the dips of gaps in its course.
+"""Least gaps of prisms in a motion (negative where they overlap), dips of gaps, and approach speeds.
 
-An interval is halved until some direction shows that its gaps are no less than one that was met, but for a resolution.
-Prisms that overlap are separated least by a normal of a face or the cross product of two edges.
+An interval is halved until some direction proves its gaps no smaller, up to a resolution, than the least one computed.
+The gap of overlapping prisms is the greatest along face normals and cross products of edges.
 
-In the packed state neighbours touch, and so they do in the flat one: pairs that only part, or only close, would make
-every smallest gap 0. So a gap counts where it lies in a dip: before it and after it there are states at which the pair
-is further apart by a given rise at least.
+Neighbours touch in the packed state and in the flat one, so that pairs that only separate, or only close, would make
+every smallest gap 0. So for the smallest dip a gap counts only if, both before and after it, the pair is further apart
+by at least a given rise.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MIN_GAP_INTERVAL = 0.5**20
-"""Share of a step below which gaps are not known better than they are."""
+"""Share of a step below which intervals are not halved for least gaps."""
 GAP_PARALLEL_ANGLE = 1e-6
-"""Edges whose directions differ by less (rad) have no direction across both."""
+"""Edges at a smaller angle (rad) count as parallel and define no separating axis."""
 
 
 @compiled
 def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, resolution: float) -> float:
-    """The least gap that a pair has at a time of a motion, m; infinite without pairs.
+    """Return the least gap of any pair at any time of a motion, m; infinite without pairs.
 
-    It is one that a pair has; at no time has one less by more than the resolution (m).
+    The result is attained by some pair; no gap is smaller by more than the resolution (m).
     """
     book = new_interval_tables(chain, prisms, pairs, course)
     least = _first(prisms, pairs, book)
@@ -65,7 +65,7 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
 
 @lean
 def _first(prisms: Prisms, pairs: PrismPairs, book: IntervalTables) -> float:
-    """The least gap at the beginning of the motion."""
+    """Return the least gap at the start of the motion."""
     least = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
@@ -87,16 +87,18 @@ def _look(
     top: int,
     book: IntervalTables,
 ) -> tuple[int, float]:
-    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front.
+    """Bound the gaps of the pairs of an interval, and move those that may have a smaller gap to the front.
 
-    Returns how many these are, and the least gap with those at the ends of the interval.
+    Returns the number of these pairs, and the least gap, updated by the gaps at both ends of the interval.
+
+    wait : length of the interval, s. last : whether the interval is not halved any further.
     """
     left = 0
     for i in range(book.counts[top]):
         p = book.lists[top, i]
         low, first, second = bound_gap(prisms, pairs, p, least - resolution, wait, top, book)
         if low > least - resolution:
-            if not second > 0.0:  # a distance of 0 says nothing of how deep the pair overlaps
+            if not second > 0.0:  # a distance of 0 is no measure of the overlap
                 book.spare[p] = low
             continue
         if not first > 0.0:
@@ -117,9 +119,9 @@ def _look(
 def _along_axes(
     prisms: Prisms, pairs: PrismPairs, p: int, end: int, wait: float, book: IntervalTables
 ) -> tuple[float, float]:
-    """The gap of a pair that overlaps at an end of an interval, and what it does not come below in all of that.
+    """Return the gap of an overlapping pair at an end of an interval, and a lower bound in the whole interval.
 
-    Both are the greatest along normals of the first prism, of the second, and across edges of both, to either side.
+    Both are the greatest along all separating axes: normals of either prism and cross products of their edges.
     """
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     a, b = prisms.counts[f, 1], prisms.counts[g, 1]
@@ -150,14 +152,14 @@ def _along_axes(
 
 
 MIN_DIP_INTERVAL = 0.5**20
-"""Share of a step below which gaps are not known better than they are."""
+"""Share of a step below which intervals are not halved for dips."""
 
 
 class _Dips(NamedTuple):
-    """What is known, m; of each pair, shape (p,), but of all in `best`.
+    """State of the search for dips, m; per pair, shape (p,), except `best`.
 
-    widest : the widest gap at a state so far. lows, ups : what the gap has not come below since it last rose, where it
-        was narrower by the rise, and one that it had. best : (2,), both of the dips that are over.
+    widest : widest gap at a state so far. lows, ups : lower and upper bound of the least gap since the pair last rose
+        and then narrowed by the rise; infinite before. best : (2,), least of either bound over all completed dips.
     """
 
     widest: Reals
@@ -170,7 +172,7 @@ class _Dips(NamedTuple):
 def smallest_dip(
     chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, rise: float, resolution: float
 ) -> tuple[float, int]:
-    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one.
+    """Return a lower bound of all gaps in dips of a given rise, tight to a resolution (m); infinite without dips.
 
     Also returns how often the gap of a pair was bounded.
     """
@@ -207,7 +209,7 @@ def _fall(
     book: IntervalTables,
     dips: _Dips,
 ) -> int:
-    """Book how far gaps fall in an interval, a time `wait` long; pairs of which that is not known move to the front."""
+    """Update the dips by the gaps in an interval; move pairs with loose bounds to the front; return their number."""
     left = 0
     for i in range(book.counts[top]):
         p = book.lists[top, i]
@@ -231,10 +233,10 @@ def _fall(
 
 @lean
 def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
-    """Close the dips of pairs that have risen at the end of a step."""
+    """Complete the dips of pairs whose gap has risen by the end of a step."""
     for p in range(len(pairs.prisms)):
         gap, enough = book.spare[p], dips.best[0] + rise
-        if not gap > enough:  # else it is wide enough, whatever it is
+        if not gap > enough:  # else the gap is wide enough, whatever its value
             write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[1])
             gap = sphere_gap_bound(prisms, pairs, p, book.seen[1])
             if not gap > enough:
@@ -248,7 +250,7 @@ def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, 
 
 
 APPROACH_INTERVAL, MAX_APPROACH_INTERVALS = 1e-4, 100
-"""The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""
+"""Time (s) before contact over which the approach speed is averaged; greatest number of such times searched back."""
 
 
 @compiled
@@ -267,10 +269,10 @@ def angles_at(course: Course, time: float, angles: Reals) -> None:
 
 @compiled
 def approach_speed(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, course: Course, time: float) -> float:
-    """Mean speed (m/s) at which the gap of a pair closed in the last `APPROACH_INTERVAL` seconds in which it was open.
+    """Return the mean speed (m/s) at which the gap of a pair closed in the last `APPROACH_INTERVAL` before contact.
 
-    A collision is reported when prisms overlap for sure, which can be a while after they have met. 0 where they were
-    not apart in all of the time that is gone back.
+    A collision is reported when prisms certainly overlap, which can be some time after contact. The result is 0 if the
+    pair was not apart in all of the time searched back.
     """
     book = new_interval_tables(chain, prisms, pairs, course)
     last = 0.0

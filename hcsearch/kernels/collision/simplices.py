@@ -1,7 +1,7 @@
-"""Simplices of up to four points: what of them is nearest to the origin, and which way it is from there.
+"""Simplices of up to four points: the point nearest to the origin, and normals.
 
-By signed volumes (Montanari, Petrinic and Barbieri 2017, https://doi.org/10.1145/3083724): the nearest point lies
-within, or on one of the sides that the origin is beyond.
+The method is that of signed volumes (Montanari, Petrinic and Barbieri 2017, https://doi.org/10.1145/3083724): the
+nearest point lies inside, or on one of the sides that face the origin.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
 CornerShares = tuple[float, float, float, float]
-"""Of the corners in a point of a simplex; they sum up to 1."""
+"""Barycentric coordinates of a point of a simplex; they sum to 1."""
 
 
 @inlined
 def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
-    """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
+    """Return squared length and barycentric coordinates (none below 0) of a simplex's point nearest to the origin."""
     if k == 1:
         return dot(a, a), (1.0, 0.0, 0.0, 0.0)
     if k == 2:
@@ -54,7 +54,7 @@ def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, floa
         shares = (s / whole, t / whole, u / whole)
         near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
         least = dot(near, near)
-    # else it lies on a side that the origin is beyond; on any, where there is no area
+    # else it lies on a side that faces the origin; on any side, where the area is 0
     if not s > 0.0:
         square, x, y = _of_edge(b, c)
         if square < least:
@@ -113,7 +113,7 @@ def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares)
 
 @lean
 def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> CornerShares:
-    """Shares of the origin in a tetrahedron, corrected by where they lead: it may be flat."""
+    """Return corrected barycentric coordinates of the origin in a tetrahedron, which may be nearly flat."""
     off = _point(a, b, c, d, shares)
     x, y, z = vector_difference(b, a), vector_difference(c, a), vector_difference(d, a)
     whole = dot(x, cross(y, z))
@@ -126,7 +126,7 @@ def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShare
 
 @lean
 def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
-    """The side of a tetrahedron, of those with its last corner, that is nearest to the origin; 0 for who is not in."""
+    """Return, as 1 or 0 per corner, the side nearest to the origin among those with a tetrahedron's last corner."""
     one, two, three = (
         _of_triangle(b, c, d)[0],
         _of_triangle(a, c, d)[0],
@@ -139,10 +139,10 @@ def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShar
 
 @lean
 def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vector3:
-    """The unit direction across a triangle, or a tetrahedron that is flat."""
+    """Return the unit normal of a triangle, or of a flat tetrahedron."""
     n = cross(vector_difference(b, a), vector_difference(c, a))
     if k == 4:
-        # of the products of two opposite edges the greatest
+        # the greatest of the cross products of opposite edges
         for m in (
             cross(vector_difference(c, a), vector_difference(d, b)),
             cross(vector_difference(b, a), vector_difference(d, c)),
@@ -155,7 +155,7 @@ def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vecto
 
 @inlined
 def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
-    """The unit direction away from the origin across a point, an edge or a triangle that it is nearest to."""
+    """Return the unit normal, away from the origin, of the point, edge or triangle nearest to it."""
     if k == 1:
         return unit_vector(a)
     if k == 2:
@@ -174,7 +174,7 @@ def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
 
 @inlined
 def across_edge(a: Vector3, b: Vector3) -> Vector3:
-    """The unit direction to the line through two points."""
+    """Return the unit direction from the origin to the line through two points."""
     e = vector_difference(b, a)
     long = dot(e, e)
     if dot(b, b) < dot(a, a):
@@ -184,7 +184,7 @@ def across_edge(a: Vector3, b: Vector3) -> Vector3:
     share = 1.0 / long
     t = share * dot(a, e)
     n = unit_vector((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
-    # again: what rounding has left along the line counts by the line's length, not by the distance
+    # again: the rounding error along the line is relative to the line's length, not to the distance
     t = share * dot(n, e)
     n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
     off = 1.0 - dot(n, n)
@@ -193,6 +193,6 @@ def across_edge(a: Vector3, b: Vector3) -> Vector3:
 
 @inlined
 def unit_vector(a: Vector3) -> Vector3:
-    """A vector made one of unit length; the first axis, where it has none."""
+    """Return a normalised vector; the first axis for a zero vector."""
     square = dot(a, a)
     return scaled_vector(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)

@@ -1,9 +1,8 @@
-"""What the machine code of a kernel depends on, as one digest.
+"""Stamps of kernels: digests of everything that their machine code depends on.
 
-A kernel is compiled with all that it calls linked into it. So its stamp is made of its own code and constants, and of
-those of every kernel that it reaches: an edit changes the stamps of what it touches and of what calls that, and of
-nothing else. Code is compared as Python compiles it: comments, docstrings, annotations and the place of a file are
-no part of it.
+A kernel is compiled together with all its callees. So its stamp covers its own code and constants, and those of every
+kernel that it reaches: an edit changes the stamps of the edited kernels and of their callers only. Code is compared as
+Python compiles it, without comments, docstrings, annotations and file locations.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.gener
 
 
 def kernel_stamp(kernel: Any) -> str:
-    """The digest of a dispatcher and of all that it reaches, of the versions that compile it, and of their settings.
+    """Return the digest of a kernel, all kernels it reaches, versions of the compilers, and their settings.
 
-    Raises TypeError where a kernel uses a global value that cannot be written down.
+    Raises TypeError if a kernel uses a global value that has no stable text form.
     """
     return _digest(
         "\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached_kernels(kernel))])
@@ -37,7 +36,7 @@ def kernel_stamp(kernel: Any) -> str:
 
 @cache
 def reached_kernels(kernel: Any) -> tuple[Any, ...]:
-    """A kernel, and those that it calls, and those that they call; they may call each other."""
+    """Return a kernel and all its direct and indirect callees, which may be mutually recursive."""
     kernels = [kernel]
     for one in kernels:  # which grows meanwhile
         kernels += [used for used in _own(one)[1] if not any(used is other for other in kernels)]
@@ -55,7 +54,7 @@ def _surroundings() -> str:
 
 @cache
 def _own(kernel: Any) -> tuple[str, tuple[Any, ...]]:
-    """The digest of one kernel, or plain function, without those that it uses; and those."""
+    """Return the digest of a single kernel or function, and the functions that it uses directly."""
     function: FunctionType = getattr(kernel, "py_func", kernel)
     names = sorted(_names(function.__code__))
     used: list[Any] = []
@@ -79,7 +78,7 @@ def _name(value: Any) -> str:
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """A code object, and those of its comprehensions and inner functions."""
+    """Yield a code object and those of its comprehensions and inner functions."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -87,12 +86,12 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Names that code looks up in its module, or as attributes."""
+    """Return the names that code looks up in its module or as attributes."""
     return {name for part in _codes(code) for name in part.co_names}
 
 
 def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
-    """A value that a function uses, written down; kernels by name, and listed for themselves."""
+    """Return the text form of a value that a function uses; functions by name, and appended to `used`."""
     if isinstance(value, Dispatcher | FunctionType):
         used.append(value)
         return _name(value)
@@ -115,7 +114,7 @@ def _spelled_code(code: CodeType, user: FunctionType, used: list[Any]) -> str:
 
 
 def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
-    """What a value consists of, by name or place."""
+    """Return the parts of a composite value, by name or index."""
     parts: Iterable[tuple[object, Any]] = ()
     if isinstance(value, dict):
         parts = value.items()

@@ -1,7 +1,7 @@
-"""Whether hinges that can turn one way only can move: cones of velocities, and what holds them shut.
+"""Motions of one-sided hinges: cones of velocities, and wrenches that hold the hinges shut.
 
-Hinges are given as lines or screws in the sense in which they can turn, in the order of their loop; velocities x >= 0
-keep the loop closed to first order when sum x_i screw_i = 0. What is proved from that is in `locks.proofs`.
+Hinges are given as lines or screws, oriented in the sense in which they can turn, in the order of their loop;
+velocities x >= 0 keep the loop closed to first order when sum x_i screw_i = 0. `locks.proofs` draws the conclusions.
 """
 
 from __future__ import annotations
@@ -16,17 +16,16 @@ from hcsearch.kernels.algebra import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 MAX_EXTREME_RAYS = 2048
-"""Nothing is claimed about a cone with more extreme rays."""
-
+"""Greatest number of extreme rays; cones with more are left undecided."""
 
 END_LOCKED, END_PASSED, END_OPEN = 1, 2, 0
-"""What `settle_ends` finds at an end: locked at first order; not to be locked at second order either, or with too many
-motions to decide; or open, as no motion was found that second order allows."""
+"""Verdicts of `settle_ends` on an end: locked at first order; passed, as some motion exists to second order or there
+are too many rays to decide; open, as no motion was found that is possible to second order."""
 
 
 @lean
 def _dot(one: Reals, two: Reals) -> float:
-    """Scalar product; so short that calling a library takes longer."""
+    """Return the scalar product; a library call would take longer for vectors this short."""
     total = 0.0
     for i in range(len(one)):
         total += one[i] * two[i]
@@ -35,7 +34,7 @@ def _dot(one: Reals, two: Reals) -> float:
 
 @lean
 def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> None:
-    """Add the k-th chosen column to those orthogonalised before it (twice, for accuracy)."""
+    """Orthogonalise the k-th chosen column against those before it, twice for accuracy: one step of QR."""
     height = columns.shape[1]
     for c in range(height):
         q[k, c] = columns[chosen[k], c]
@@ -59,7 +58,7 @@ def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> N
 
 @lean
 def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals) -> None:
-    """Least squares over the columns that are orthogonalised."""
+    """Write the least-squares weights of the first `count` orthogonalised columns."""
     for i in range(count - 1, -1, -1):
         value = 0.0
         for c in range(len(target)):
@@ -71,9 +70,11 @@ def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals
 
 @compiled
 def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
-    """Write x >= 0 for which sum x_i columns_i comes nearest to a target, and what is left (Lawson and Hanson).
+    """Write the x >= 0 for which sum x_i columns_i is nearest to a target, and the residual (Lawson and Hanson).
 
-    columns : shape (n, height), of about unit length. No column would reduce what is left by more than 1e-11.
+    The product of the residual with any column not used is at most 1e-11.
+
+    columns : shape (n, height), of about unit length.
     """
     n, height = columns.shape
     x[:] = 0.0
@@ -120,7 +121,7 @@ def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual:
                     ready = min(ready, i)
                     inside[chosen[i]] = False
                     x[chosen[i]] = 0.0
-            if kept == count:  # rounding: the last one brought nothing
+            if kept == count:  # rounding: the last column made no difference
                 return
             count = kept
         for c in range(height):
@@ -131,10 +132,12 @@ def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual:
 
 @compiled
 def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
-    """Whether a wrench, written to `wrench`, holds every hinge shut: its power on every line is positive, exactly.
+    """Search a wrench that holds every hinge shut; return whether its power on every line is positive, exactly.
 
-    Then no velocities x >= 0 but 0 can satisfy sum x_i line_i = 0 (Gordan), and the linkage is locked. `lines` has
-    shape (n, 5). False says nothing: motion, or a margin too small to see.
+    Then only x = 0 satisfies sum x_i line_i = 0 with x >= 0 (Gordan), and the linkage is locked. False is inconclusive:
+    the hinges may move, or the margin may be too small to detect.
+
+    lines : shape (n, 5). wrench : shape (5,), written.
     """
     n, width = lines.shape
     scale = np.ones(width + 1)
@@ -170,13 +173,15 @@ def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
 
 @compiled
 def cone_rays(columns: Reals, rays: Reals) -> int:
-    """Write the extreme rays of the cone of x >= 0 with sum x_i columns_i = 0, each of sum 1; return how many.
+    """Write the extreme rays, each of sum 1, of the cone of x >= 0 with sum x_i columns_i = 0; return their number.
 
-    By double description: the equations are met one after the other, and two rays on different sides of one make a
-    new ray where no third has its zeros wherever both have. Those of a face of two dimensions have together at most
-    two entries above the number of equations met, so that only such pairs are held against all others. columns : shape
-    (n, height), of about unit length, n at most 63. rays : shape (most, n); -1 is returned where there is no room for
-    what is met on the way, or where rounding hides whether an equation depends on those before.
+    Double description method: equations are added one after the other; two rays on different sides of a new equation
+    combine to a new ray if they are adjacent, that is, if no third ray is 0 wherever both are. The joint support of
+    adjacent rays has at most two entries more than equations have been added, so that only such pairs are compared to
+    all other rays. Returns -1 if there is no room for the intermediate rays, or if rounding hides whether an equation
+    depends on the earlier ones.
+
+    columns : shape (n, height), of about unit length, n at most 63. rays : shape (most, n).
     """
     n, height = columns.shape
     most = len(rays)
@@ -192,7 +197,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
     equations = np.empty((height, n))
     met = 0
     for row in range(height):
-        # orthogonal to the equations before, so that rays are not spoilt by nearly dependent ones
+        # orthogonalised against the earlier equations, so that nearly dependent ones do not spoil the rays
         equation = columns[:, row].copy()
         for _ in range(2):
             for before in range(row):
@@ -201,7 +206,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
         if rest <= 1e-11:
             equations[row] = 0.0
             continue
-        if rest < 1e-6:  # neither met by all nor an equation of its own: rounding would decide
+        if rest < 1e-6:  # neither dependent nor independent: rounding would decide
             return -1
         equations[row] = equation / rest
         for k in range(count):
@@ -253,7 +258,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
 
 @lean
 def _at_most(support: int, size: int) -> bool:
-    """Whether a support has no more than so many members."""
+    """Return whether a bit set has at most `size` members."""
     for _ in range(size):
         support &= support - 1
     return support == 0
@@ -274,9 +279,9 @@ def _bend(screws: Reals, x: Reals, bend: Reals) -> None:
 
 @compiled
 def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
-    """Whether velocities x >= 0 that keep a loop closed to first order can be completed to second order.
+    """Return whether velocities x >= 0 that keep a loop closed to first order extend to second order.
 
-    Accelerations are free where x > 0, and not negative elsewhere. columns : room for shape (2 n, 6).
+    Accelerations are free where x > 0, and not negative elsewhere. columns : work table of shape (2 n, 6).
     """
     n = len(x)
     bend = np.empty(6)
@@ -287,7 +292,7 @@ def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
     count = n
     for i in range(n):
         columns[i] = screws[i] / np.sqrt(_dot(screws[i], screws[i]))
-        if x[i] > 1e-9:  # else it may be a zero that rounding moved
+        if x[i] > 1e-9:  # smaller values may be zeros changed by rounding
             columns[count] = -columns[i]
             count += 1
     w, left = np.empty(count), np.empty(6)
@@ -297,7 +302,7 @@ def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
 
 @compiled
 def _some_corners(columns: Reals, corners: Reals) -> None:
-    """Write some extreme rays of the cone of `cone_rays`, one for each row, perhaps the same ones: it is not {0}."""
+    """Write some extreme rays of the cone of `cone_rays`, one per row, possibly repeated; the cone must not be {0}."""
     n, height = columns.shape
     weighted = np.empty((n, height + 1))
     weighted[:, :height] = columns
@@ -312,7 +317,7 @@ def _some_corners(columns: Reals, corners: Reals) -> None:
 
 @compiled
 def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
-    """Write the shares s for which (1 - s) one + s two bends without turning about z; return how many (0 to 2)."""
+    """Write the s in (0, 1) for which (1 - s) one + s two has no second-order rotation about z; return their number."""
     bend = np.empty(6)
     _bend(screws, one, bend)
     first = bend[2]
@@ -336,11 +341,13 @@ def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
 
 @compiled
 def yields_second_order(screws: Reals, rays: Reals) -> bool:
-    """Whether some velocities of one-sided hinges of a loop can be completed to second order.
+    """Return whether some velocities of the one-sided hinges of a loop extend to second order; False is inconclusive.
 
-    screws : shape (n, 6), in the order of the loop, each in the sense in which its hinge can move, all horizontal: at
-    second order a turn about z can be met by no acceleration. rays : of the cone of velocities to first order; they
-    are tried, and such sums of two that turn nothing about z. False says nothing.
+    The rays are tried, their pairwise sums, and those combinations of two without second-order rotation about z: as all
+    screws are horizontal, no acceleration can compensate such a rotation.
+
+    screws : shape (n, 6), in the order of the loop, oriented in the sense in which the hinges can move. rays : of the
+        cone of velocities to first order.
     """
     room = np.empty((2 * len(screws), 6))
     shares = np.empty(2)
@@ -359,7 +366,7 @@ def yields_second_order(screws: Reals, rays: Reals) -> bool:
 
 @compiled
 def settle_ends(lines: WholeNumbers, screws: Reals, ends: NDArray[np.int8]) -> None:
-    """Write LOCKED, PASSED or OPEN for each of many loops.
+    """Write `END_LOCKED`, `END_PASSED` or `END_OPEN` for each of many loops.
 
     lines : shape (n_loops, n, 5), whole; screws : shape (n_loops, n, 6), the same hinges in metres.
     """
@@ -372,7 +379,7 @@ def settle_ends(lines: WholeNumbers, screws: Reals, ends: NDArray[np.int8]) -> N
             ends[i] = END_LOCKED
             continue
         level[:, :2], level[:, 2:] = screws[i, :, :2], screws[i, :, 3:]
-        _some_corners(level, corners)  # mostly enough, and far cheaper than all rays
+        _some_corners(level, corners)  # mostly sufficient, and far cheaper than all rays
         if yields_second_order(screws[i], corners):
             ends[i] = END_PASSED
             continue

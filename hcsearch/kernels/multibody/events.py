@@ -1,4 +1,8 @@
-"""Events within a step, and what lies between its states: stops, snaps, how far the loops open there."""
+"""Events within integration steps, and closure of loops between recorded states.
+
+Stops and snaps are located on the quintic through both ends of a step. Motions whose loops open too far between states
+are refined by closed states in the middle of steps.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +20,14 @@ from hcsearch.kernels.multibody.tree import BodyTree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
 
 NEAR_STOP_ANGLE, PASSED_STOP_ANGLE = 1e-9, 1e-6
-"""A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""
+"""A joint is at its stop up to the first angle (rad) inside it, and has passed it beyond the second."""
 
 EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP = 0, 1, 2, 3
-"""What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
+"""Kinds of events: a joint reaches a stop, or an angle at which its law snaps. Odd ones are passed upwards."""
 
 
 class IntegrationStep(NamedTuple):
-    """A step of length h (s): coordinates, velocities and accelerations at its start and its end, (n,)."""
+    """A step of length h (s): coordinates, velocities and accelerations at its start (0) and end (1), (n,)."""
 
     h: float
     q0: Reals
@@ -36,7 +40,7 @@ class IntegrationStep(NamedTuple):
 
 @lean
 def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
-    """The polynomial through positions, velocities and accelerations at both ends of a step, at a share x of it."""
+    """Evaluate, at a share x of a step, the quintic through positions, velocities and accelerations at both ends."""
     c3 = 10.0 * (q1 - q0) - h * (6.0 * v0 + 4.0 * v1) - 0.5 * h * h * (3.0 * a0 - a1)
     c4 = -15.0 * (q1 - q0) + h * (8.0 * v0 + 7.0 * v1) + 0.5 * h * h * (3.0 * a0 - 2.0 * a1)
     c5 = 6.0 * (q1 - q0) - 3.0 * h * (v0 + v1) - 0.5 * h * h * (a0 - a1)
@@ -45,7 +49,7 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
 
 @lean
 def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
-    """The coordinate of a joint at a share x of a step."""
+    """Return the coordinate of a joint at a share x of a step."""
     if x == 1.0:
         return float(span.q1[i])
     return quintic(x, span.h, span.q0[i], span.v0[i], span.a0[i], span.q1[i], span.v1[i], span.a1[i])
@@ -53,7 +57,7 @@ def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
 
 @lean
 def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int) -> float:
-    """The coordinate at which a joint has an event of a kind; infinite where it has none."""
+    """Return the coordinate at which a joint has an event of a given kind; infinite if it has none."""
     hinges = mechanism.hinges
     hard = hinges.stop_stiffness == 0.0 and not hold.held[i]
     if kind == EVENT_LOWER_STOP:
@@ -67,7 +71,7 @@ def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int
 
 @lean
 def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep) -> tuple[float, int, int]:
-    """Share of the step at which the first joint passes a stop or snap, the joint and the kind; 2 if none does."""
+    """Locate the first event in a step: share of the step, joint and kind; (2, -1, -1) without an event."""
     best, joint, what = 2.0, -1, -1
     for i in range(len(span.q0)):
         for kind in range(4):
@@ -95,7 +99,9 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
 
 @lean
 def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
-    """Share of the step at which all coordinates are first within `near` of a place; 2 if at none of its quarters.
+    """Return the share of a step at which all coordinates first lie within `near` of `place`; 2 if they do not.
+
+    Only quarters of the step are sampled.
 
     place : (n,), NaN where a coordinate does not count.
     """
@@ -124,7 +130,7 @@ def _within(x: float, span: IntegrationStep, place: Reals, near: float) -> bool:
 
 @lean
 def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
-    """By how much a stop would have to pull at most to go on holding; negative where all push."""
+    """Return the greatest pull needed at a stop to hold its joint; negative where all stops push."""
     most = -np.inf
     for i in range(len(forces)):
         if hold.held[i]:
@@ -138,20 +144,20 @@ StateSeries = tuple[Reals, Reals, Reals, Reals]
 INTERPOLATED_STATE_RESIDUAL = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
 RESIDUAL_SAMPLE_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-"""Where the openings of loops are computed between states, as shares of a step."""
+"""Shares of a step at which closure residuals are sampled between states."""
 MAX_REFINEMENT_PASSES = 4
-"""A step is halved no more often than this."""
+"""Greatest number of times that a step is halved."""
 HELD_JOINT_TOLERANCE = 1e-9
-"""A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
+"""A joint counts as held in a step if it moves by at most this (rad), at most this fast at both ends (rad/s)."""
 SIMULATED_STATE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
 @compiled
 def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion, also at `RESIDUAL_SAMPLE_SHARES` of each step.
+    """Return the greatest closure residual (rad, or gap over size) at states and at `RESIDUAL_SAMPLE_SHARES` of steps.
 
-    A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
+    A polynomial through exact states and rates at both ends deviates most in the middle, or first to one side, then to
     the other.
     """
     times, q, v, a = states
@@ -172,10 +178,10 @@ def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work
 
 @compiled
 def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
-    """Share of projected states, (k, n), at which loops are open by more than `SIMULATED_STATE_RESIDUAL`.
+    """Return the share of states q, (k, n), whose loops are open by more than `SIMULATED_STATE_RESIDUAL`.
 
-    Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
-    only seemed to, as on a branch of singular states.
+    Projection closes the chosen rows. The other rows stay closed with them if they depend on them, but not if they only
+    seemed to, as on a branch of singular states.
     """
     loose = 0
     for k in range(len(q)):
@@ -187,9 +193,10 @@ def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
 
 @compiled
 def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
-    """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
+    """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
 
-    They are those nearest to the polynomials, where Newton finds them, and so again in the halves.
+    The new states are the projections of the polynomials onto closed loops, where Newton's method converges; the halves
+    are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
@@ -235,9 +242,9 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
 
 @compiled
 def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
-    """Move a state onto closure, and write its accelerations; its closure residual then.
+    """Project a state onto closed loops, and write its accelerations; return the remaining closure residual.
 
-    Near singular states Newton may go astray: then the residual is no less than it was.
+    Near singular states Newton's method may diverge: the residual is then no smaller than before.
     """
     gap = 0.0
     for _ in range(2):

@@ -1,8 +1,9 @@
-"""One step of an explicit Runge-Kutta method, or of linearly implicit Euler with extrapolation, with its error.
+"""Integration steps with error estimates: explicit Runge-Kutta, and extrapolated linearly implicit Euler.
 
-In one step of length h a spring of slope k and a damper c add h c + h^2 k to the joint's own inertia, so that a step
-costs what an explicit one does. Steps in 1, 2, 3, ... parts are extrapolated to h = 0 (Deuflhard 1985; Hairer and
-Wanner 1996, section IV.9); only the diagonal of the stiff terms is taken as the derivative, which costs no order.
+In a linearly implicit step of length h, a spring of slope k and a damper c add h c + h^2 k to the joint's own inertia,
+so that the step costs no more than an explicit one. Steps in 1, 2, 3, ... parts are extrapolated to h = 0 (Deuflhard
+1985; Hairer and Wanner 1996, section IV.9); only the diagonal of the stiff terms is used as the derivative, which does
+not reduce the order.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ from hcsearch.kernels.multibody.welds import cut_energy, spring_loss
 
 
 class IntegrationMethod(NamedTuple):
-    """An explicit Runge-Kutta method of s stages whose last derivative is taken at the end of the step.
+    """An integration method: explicit Runge-Kutta of s stages, or extrapolated linearly implicit Euler.
 
-    a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of a second that DOP853 joins to it
-        (0 elsewhere). order : of the error estimate plus 1.
-    columns : 0; else the order of the extrapolated linearly implicit method, s as well, and all coefficients are 0.
+    a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of the second estimate that DOP853
+        combines with it (0 elsewhere); the last stage is at the end of the step. order : of the error estimate plus 1.
+    columns : 0 for explicit methods; else the order of the extrapolated method, which is s, and all coefficients are 0.
     """
 
     a: Reals
@@ -51,7 +52,7 @@ class IntegrationMethod(NamedTuple):
 
 @lean
 def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
-    """One step of length h, whose first stage is given. Its error."""
+    """Take an explicit step of length h whose first stage is given; return its error over the tolerance."""
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
     n = len(hold.held)
     s = len(method.b)
@@ -66,7 +67,7 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
 
 @lean
 def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
-    """Write the state that the first stages lead to; many weights are 0."""
+    """Write the start state plus h times the weighted sum of the first stages; zero weights are skipped."""
     for j in range(len(start)):
         end[j] = start[j]
     for i in range(count):
@@ -78,7 +79,7 @@ def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end
 
 @lean
 def _error(weights: Reals, stepper: Stepper) -> float:
-    """Error of a step over what is allowed, and over its length."""
+    """Return the error of a step, relative to the tolerance and divided by the step length."""
     stages, start, end = stepper.stages, stepper.start, stepper.end
     first = second = 0.0
     count = len(start) - 2
@@ -98,7 +99,7 @@ def _error(weights: Reals, stepper: Stepper) -> float:
 
 @inlined
 def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
-    """Derivative of a state (q, v, energy lost, time), with the accelerations given; after `evaluate`."""
+    """Write the derivative of a state (q, v, energy lost, time) for given accelerations; call `accelerate` first."""
     n = len(a)
     for i in range(n):
         rate = a[i] if mechanism.overdamped else state[n + i]
@@ -118,7 +119,7 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
 def _part(
     mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
 ) -> None:
-    """One linearly implicit Euler step of a state (q, v, energy lost, time)."""
+    """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step."""
     n = len(a)
     q, v = state[:n], state[n : 2 * n]
     update_bodies(mechanism, hold, q, v, work)
@@ -154,7 +155,7 @@ def _part(
 
 @lean
 def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
-    """One step of order `columns` and length h; its error over the tolerance. Overwrites the stages after the first."""
+    """Take an extrapolated step of order `columns`; return its error over the tolerance. Overwrites stages[1:]."""
     hold, work, table, start, end = stepper.hold, stepper.work, stepper.stages[1:], stepper.start, stepper.end
     n = len(hold.held)
     a = work.accelerations
@@ -164,7 +165,7 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
             end[i] = start[i]
         for _ in range(j + 1):
             _part(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
-        # Aitken and Neville: row k of the table holds what parts up to this one make of order k
+        # Aitken and Neville: row k of the table holds the extrapolation of order k
         for i in range(2 * n + 2):
             value = end[i]
             for k in range(j):

@@ -1,4 +1,4 @@
-"""What a simulation leaves: its states, the books of energy, and events."""
+"""Records of simulations: states, energies and events."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import cut_angles
 
 RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 4
-"""What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""
+"""Kinds of recorded events: a joint hits its stop, a joint leaves its stop, a law snaps up, a law snaps down."""
 
 
 class SimulationRecord(NamedTuple):
-    """What a simulation leaves: up to `steps` states and `events` events.
+    """The record of a simulation: up to `steps` states and `events` events.
 
     times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
         dampers, lost at events. gaps : (steps,), closure residual before projection. counts : (5,), states, events,
-        evaluations, rejected steps, outcome.
+        evaluations, rejected steps, ending.
     event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
     """
 
@@ -44,7 +44,7 @@ class SimulationRecord(NamedTuple):
 def record_state(
     record: SimulationRecord, hold: DiscreteState, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float
 ) -> None:
-    """Add a state, if there is room."""
+    """Append a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
         record.times[k] = time
@@ -59,7 +59,7 @@ def record_state(
 
 @lean
 def record_event(record: SimulationRecord, time: float, joint: int, kind: int, speed: float) -> None:
-    """Add an event, and count it where there is no room."""
+    """Append an event if there is room; count it in any case."""
     k = record.counts[1]
     if k < len(record.event_times):
         record.event_times[k] = time
@@ -73,7 +73,7 @@ def record_event(record: SimulationRecord, time: float, joint: int, kind: int, s
 def record_hits(
     mechanism: Mechanism, hold: DiscreteState, time: float, joint: int, q: Reals, v: Reals, record: SimulationRecord
 ) -> None:
-    """Add the joint that has come to its hard stop, and those that come to theirs with it."""
+    """Record the hit of a joint on its hard stop, and of all joints that hit theirs at the same time."""
     record_event(record, time, joint, RECORDED_HIT, v[joint])
     hinges = mechanism.hinges
     for i in range(len(q)):
@@ -87,7 +87,7 @@ def record_hits(
 
 @compiled
 def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals, rates: Reals) -> None:
-    """Write coordinates and velocities of joints, and of cut hinges after them, (n + cuts,)."""
+    """Write coordinates and velocities of all joints, followed by those of the cut hinges, (n + cuts,)."""
     n = len(q)
     turns[:n], rates[:n] = q, v
     if len(turns) > n:
@@ -100,9 +100,9 @@ def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals
 def record_compliant_stops(
     mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: SimulationRecord
 ) -> None:
-    """Add the compliant stops that were hit or left in the step h before `time`.
+    """Record the compliant stops that were hit or left in the step of length h that ends at `time`.
 
-    turns : (n + cuts,), coordinates at its start; moved to its end.
+    turns : (n + cuts,), coordinates at the start of the step; overwritten by those at its end.
     """
     n, count = len(q), len(turns)
     now, rates = np.empty(count), np.empty(count)

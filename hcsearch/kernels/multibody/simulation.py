@@ -1,4 +1,4 @@
-"""A whole motion: steps with error control, events, projection after each step, and the books of energy."""
+"""Simulation of a whole motion: error-controlled steps, events, projection after each step, energy balance."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ ENDING_NONE = -1
     ENDING_UNBALANCED,
     ENDING_JAMMED,
 ) = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""How a simulation ends: at its last time, flat, at rest elsewhere, out of steps, with steps too small to go on, with
-loops that could not be closed, with numbers that are none, with an energy balance that does not hold, or with stops
-that have event after event and hardly move."""
+"""Endings of a simulation, in this order: time is up; flat; at rest elsewhere; out of steps; step size too small; loops
+could not be closed; a number is not finite; the energy balance is violated; jammed, with event after event at stops and
+hardly any motion."""
 
 MAX_CROWDED_EVENTS, CROWDED_TIME_SHARE = 40, 1e-6
-"""Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
-loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
+"""A motion counts as jammed after this many successive events, each within this share of the simulated time after the
+one before: the loops drive joints that can hardly move against their stops, as at a dead point."""
 MAX_UNMOVED_EVENTS, UNMOVED_JOINT_ANGLE = 100, 1e-3
-"""They are jammed, too, after so many events and releases between which no step ends with a joint further away than
-this (rad); where stops bounce with a restitution e, after 1 / (1 - e) times as many, as a step may span a bounce. Of 14
-squares, motions that come flat have at most 34."""
+"""A motion also counts as jammed after this many events and releases during which no joint has moved by more than this
+angle (rad) at the end of a step; with restitution e, after 1 / (1 - e) times as many, as a step may span a bounce.
+Motions of 14 squares that come flat have at most 34."""
 MAX_BALANCE_ERROR = 1e-2
-"""Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
+"""Error of the energy balance, as a share of the largest energy, at which a simulation is aborted."""
 OPEN_LOOP_RESIDUAL = 1e-3
 """Closure residual after projection at which loops count as open."""
 
@@ -86,16 +86,16 @@ OPEN_LOOP_RESIDUAL = 1e-3
     PACE_EVENT_COUNT,
     PACE_COORDINATES,
 ) = range(11)
-"""Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull above
-which a stop may let go (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
-many events came one upon the other, and when the last of them, and how many there were since all joints are close to
-the coordinates that follow, from `PACE_COORDINATES` on."""
+"""Entries of `Simulation.pace`: time and next step size (s); `largest_pivot`; pull above which a stop lets go (N m);
+energy at the start, and largest energy (J); whether stops that seemed to pull were kept; number of crowded events, and
+time of the last event (s); number of events since a joint last moved away from the reference coordinates, which follow
+from `PACE_COORDINATES` on."""
 
 
 class Simulation(NamedTuple):
-    """A simulation between two states.
+    """A simulation paused between two steps.
 
-    q, v : (n,), the state that it has come to. pace : (HERE + n,), of `new_pace`.
+    q, v : (n,), the current state. pace : (PACE_COORDINATES + n,), from `new_pace`.
     """
 
     mechanism: Mechanism
@@ -120,7 +120,7 @@ def simulate_motion(
     work: Work,
     record: SimulationRecord,
 ) -> None:
-    """Follow a motion from a closed state (q, v), which is moved to the last one; fills the record."""
+    """Simulate a motion from a closed state (q, v), which becomes the last state; fill the record."""
     simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(len(q)), record)
     start_simulation(simulation)
     continue_simulation(simulation, len(record.times) + 1)
@@ -128,13 +128,13 @@ def simulate_motion(
 
 @compiled
 def new_pace(n: int) -> Reals:
-    """Room for the pace of a simulation of n joints."""
+    """Return an uninitialised pace table for a simulation of n joints."""
     return np.empty(PACE_COORDINATES + n)
 
 
 @compiled
 def start_simulation(simulation: Simulation) -> None:
-    """Write the first state of a motion, after the impacts in it, and the pace at which it goes on."""
+    """Initialise a simulation: resolve impacts in the first state, record it, and choose the first step size."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     a, books = np.zeros(len(q)), np.zeros(6)
@@ -155,9 +155,9 @@ def start_simulation(simulation: Simulation) -> None:
 
 @compiled
 def continue_simulation(simulation: Simulation, most: int) -> None:
-    """Follow a motion from the last state of its record until it ends, or the record holds so many states.
+    """Continue a simulation until it ends or its record holds a given number of states.
 
-    It is the same motion however often it stops on the way.
+    The motion does not depend on how often it is paused.
     """
     mechanism, hold, method, plan = simulation.mechanism, simulation.hold, simulation.method, simulation.plan
     q, v, work, pace, record = simulation.q, simulation.v, simulation.work, simulation.pace, simulation.record
@@ -212,10 +212,10 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
 
 @lean
 def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float, float, int, int]:
-    """Repeat a step, where need be, so that it ends at its first event, at a release, or where the system is flat.
+    """Shorten a step, where necessary, to its first event, a release, or the flat state.
 
-    Returns how long it is (s), at which share of it the system is flat (2 where it is not), and joint and kind of the
-    event that it ends in, -1 where it ends in none.
+    Returns the length of the step (s), the share of it at which the system is flat (2 if it is not), and joint and kind
+    of the event at its end (-1 without an event).
     """
     method, plan, pace = simulation.method, simulation.plan, simulation.pace
     n, h = len(a), pace[PACE_STEP]
@@ -230,7 +230,7 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
         took = step_to_release(method, stepper, plan.closed, pace[PACE_GRIP], firm, h)
     came = 2.0
     if plan.near >= 0.0 and took > 0.0:
-        # the step is another now, in the same tables
+        # the tables now hold the repeated step
         span = IntegrationStep(took, span.q0, span.v0, a, span.q1, span.v1, span.a1)
         came = first_near(span, plan.flat, plan.near)
     if came < 1.0:
@@ -241,7 +241,7 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
 
 @lean
 def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, books: Reals) -> None:
-    """Note an event and carry it out; saves the state before it, as what is between steps follows from both ends."""
+    """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step."""
     mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
@@ -266,9 +266,9 @@ def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, b
 
 @lean
 def _arrive(simulation: Simulation, flat: bool, short: bool, a: Reals, books: Reals) -> None:
-    """End a step without an event: free joints whose stops would have to pull, unless all is over.
+    """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
-    short : whether a pull has ended it where it began; the next step stands, if it was none.
+    short : whether a pull ended the step near its start; unless a joint is freed, the next step ignores pulls.
     """
     hold, pace = simulation.hold, simulation.pace
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
@@ -284,7 +284,7 @@ def _arrive(simulation: Simulation, flat: bool, short: bool, a: Reals, books: Re
 
 @lean
 def _tally(pace: Reals, q: Reals, books: Reals) -> None:
-    """Record the largest energy; restart the count of events where a joint has moved by `UNMOVED_JOINT_ANGLE`."""
+    """Update the largest energy; restart the count of events when a joint has moved by `UNMOVED_JOINT_ANGLE`."""
     away = False
     for i in range(len(q)):
         away = away or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
@@ -298,7 +298,7 @@ def _tally(pace: Reals, q: Reals, books: Reals) -> None:
 
 @lean
 def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
-    """How the simulation ends after a step, or that it goes on."""
+    """Return the ending reached after a step, or `ENDING_NONE`."""
     apart = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
     ending = ENDING_NONE
     if not gap <= apart:
@@ -317,14 +317,14 @@ def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, 
 
 @lean
 def _ending_before(simulation: Simulation, a: Reals) -> int:
-    """How the simulation ends before a step, or that it goes on."""
+    """Return the ending reached before a step, or `ENDING_NONE`."""
     hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
     q, v, time = simulation.q, simulation.v, pace[PACE_TIME]
     near = plan.near >= 0.0
     for i in range(len(q)):
         near = near and not abs(q[i] - plan.flat[i]) > plan.near
     still = plan.rest >= 0.0
-    left = max(1.0, plan.end - time)  # a slow motion that has long to go is none at rest
+    left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
     for i in range(len(q)):
         still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest and abs(a[i]) * left**2 <= plan.rest))
     ending = ENDING_NONE
@@ -343,7 +343,7 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
 
 @lean
 def _happen(simulation: Simulation, joint: int, kind: int, a: Reals, books: Reals) -> None:
-    """Carry out an event, and book the energy that it takes."""
+    """Apply an impact or snap, and record the energy lost in it."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, scale = simulation.q, simulation.v, simulation.pace[PACE_SCALE]
     before = _balance(simulation, books)
@@ -358,7 +358,7 @@ def _happen(simulation: Simulation, joint: int, kind: int, a: Reals, books: Real
 
 @compiled
 def _let_go(simulation: Simulation, a: Reals) -> bool:
-    """Free the joints that their stops would have to pull, where the others do not hold them; whether any is free."""
+    """Free joints whose stops would have to pull, where nothing else holds them; return whether any was freed."""
     hold, q, v, pace = simulation.hold, simulation.q, simulation.v, simulation.pace
     before = hold.held.copy()
     update_held_joints(simulation.mechanism, hold, simulation.plan.slow, q, v, pace[PACE_SCALE], simulation.work, a)
@@ -372,7 +372,7 @@ def _let_go(simulation: Simulation, a: Reals) -> bool:
 
 @lean
 def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
-    """Pull (N m) up to which stops hold all the same: rounding, beside the moments at the start."""
+    """Return the pull (N m) up to which stops hold: the rounding error relative to the initial hinge moments."""
     grip = 1e-300
     for i in range(len(q)):
         value, _ = law_moment(mechanism.hinges, i, hold.branches[i], q[i])
@@ -382,7 +382,7 @@ def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
 
 @lean
 def _balance(simulation: Simulation, books: Reals) -> float:
-    """Write the energies of a state into the first four entries; their sum."""
+    """Write the energies of the current state into the first four entries; return their sum."""
     mechanism, hold, q, work = simulation.mechanism, simulation.hold, simulation.q, simulation.work
     parts = books[:4]
     place_bodies(mechanism.tree, q, work)

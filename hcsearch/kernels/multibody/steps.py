@@ -1,4 +1,4 @@
-"""One step of a motion: with which method, how long, and repeated so that it ends where something happens."""
+"""Steps of a simulation: choice of the method, first step size, and repetition of steps up to events and releases."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, explicit_step, implicit_step, write_stage
 
 REACHED_STOP_ANGLE = 1e-11
-"""A joint is at a stop within this (rad)."""
+"""Distance from a stop (rad) at which a joint has reached it."""
 IMMEDIATE_EVENT_SHARE = 1e-9
-"""An event within this share of a step is at its start."""
+"""An event within this share of a step counts as at its start."""
 PULL_JUMP_SHARE = 1e-4
-"""A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
+"""Share of a step within which a pull that remains large counts as a jump, not as growing from zero."""
 MAX_SECANT_STEPS = 6
-"""After so many secants the interval is halved: they creep towards a jump."""
+"""Secant steps before bisection takes over: near a jump the secants converge too slowly."""
 MIN_JUMP_STEP_SHARE = 1e-4
-"""Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
+"""Least share of a step that is taken where the pull jumps, so that the motion progresses."""
 ROUNDING_PULL_SHARE = 1e-9
-"""A pull within this share of a step is rounding at its start; `MIN_JUMP_STEP_SHARE` of the step is taken, too."""
+"""A pull within this share of a step is due to rounding at its start; `MIN_JUMP_STEP_SHARE` of the step is taken."""
 PARABOLA_TOLERANCE_SHARE = 0.01
-"""Share of the tolerance that the last bit of a step to an event may be off."""
+"""Share of the tolerance that the error of the final parabola up to an event may have."""
 
 
 class StepPlan(NamedTuple):
-    """What a simulation is asked for.
+    """Tolerances and end conditions of a simulation.
 
-    end : s. tolerance, floor : relative and absolute. first : first step (s), 0 to find one; longest : longest step.
+    end : last time, s. tolerance, floor : relative and absolute error of a step. first : first step (s), 0 to estimate
+        it. longest : longest step (s).
     restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
-    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them that counts as
-        flat; below 0 never.
-    rest : what a joint may move by its speed or acceleration in the time left, or in 1 s, to be at rest (rad); below 0
-        never. closed : residual after projection.
+    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them (rad) that counts
+        as flat; below 0, no state does.
+    rest : angle (rad) by which a joint at rest may move, by its speed or acceleration, in the time left or 1 s, the
+        longer; below 0, no state is at rest. closed : closure residual after projection.
     """
 
     end: float
@@ -53,7 +54,7 @@ class StepPlan(NamedTuple):
 
 @lean
 def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
-    """One step by the method; its error. The last stage holds the derivative at its end."""
+    """Take one step; return its error over the tolerance. The last stage is the derivative at its end."""
     if not method.columns:
         stepper.counts[2] += len(method.b)
         return explicit_step(method, stepper, h)
@@ -67,7 +68,7 @@ def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
 
 @lean
 def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
-    """Write the accelerations at a state; as `accelerate`."""
+    """Write the accelerations at a state (q, v, energy lost, time) to `work.accelerations`; see `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
     q, v = state[:n], state[n : 2 * n]
     work.clock[0] = state[2 * n + 1]
@@ -76,7 +77,7 @@ def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
 
 @lean
 def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> float:
-    """A first step from the size of the motion (Hairer, Norsett and Wanner 1993, section II.4, in part)."""
+    """Estimate the first step from the size of the motion (after Hairer, Norsett and Wanner 1993, section II.4)."""
     if plan.first > 0.0:
         return plan.first
     n = len(q)
@@ -95,10 +96,10 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
 def land_on_event(
     method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int, kind: int
 ) -> float:
-    """Repeat the step so that it ends where the joint has its event; its length, 0 where the joint is there already.
+    """Repeat a step so that it ends at an event of a joint; return its length, 0 if the joint is there already.
 
-    The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then
-    accelerations are no rates of the velocities.
+    The last part of the step, over which accelerations hardly change, is a parabola; not without inertia, where
+    accelerations are not the derivatives of the velocities.
     """
     mechanism, stages, start, end = stepper.mechanism, stepper.stages, stepper.start, stepper.end
     n = len(stepper.hold.held)
@@ -139,9 +140,9 @@ def land_on_event(
 
 @lean
 def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
-    """Whether accelerations change so little in a time that what they add to velocities is below the tolerance.
+    """Return whether a step can be extended by a parabola with an error well below the tolerance.
 
-    more : the time (s), beside the step h in which they change from the first stage to the last.
+    more : length of the extension (s), over which accelerations are assumed to change as fast as in the step h.
     """
     first, end = stepper.stages[0], stepper.end
     n = len(end) // 2 - 1
@@ -156,12 +157,15 @@ def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
 def step_to_release(
     method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float
 ) -> float:
-    """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
+    """Repeat a step so that it ends where a stop begins to pull, if one pulls at its end but not at its start.
 
-    A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows. Where stops are firm, one seemed to pull at the start and
-    was kept: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
-    steps: in singular states rounding decides which forces of stops and loops stand for each other.
+    Returns the length of the step. A step across a release would have an error of the order of its length squared,
+    whatever the tolerance. The factor left in `work` is that at the end, for the projection that follows. If the pull
+    jumps, the motion goes on in small steps: in singular states rounding decides how forces are shared between stops
+    and loops.
+
+    firm : whether a stop seemed to pull at the start and was kept; the step is then accepted as it is, as the same pull
+        would end every step after it.
     """
     some = False
     for i in range(len(stepper.hold.held)):
@@ -200,16 +204,16 @@ def step_to_release(
     if h < high:
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, high)
-    elif high == longest:  # nothing was repeated, and the factor is one at the start
+    elif high == longest:  # the step was not repeated, and the factor is that at the start
         _accelerate(stepper, stepper.end, True)
     return high
 
 
 @lean
 def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
-    """By how much a stop would have to pull at most at a state (q, v, energy lost, time), N m.
+    """Return the greatest pull needed at a stop (N m) in a projected state (q, v, energy lost, time).
 
-    closed : residual after projection.
+    closed : closure residual after projection.
     """
     mechanism, hold, work = stepper.mechanism, stepper.hold, stepper.work
     n = len(hold.held)

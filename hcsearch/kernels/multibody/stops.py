@@ -1,9 +1,9 @@
-"""Impacts at one-sided stops, and which stops go on holding afterwards (a cone complementarity problem).
+"""Impacts at unilateral stops, and the stops that keep holding afterwards (a cone complementarity problem).
 
-Velocities and accelerations are taken in the space of the recursion's innovations, where the inertia is the identity:
-y_i = (s_i + U_i . a_i) / sqrt(d_i). There the nearest admissible vector is a least-distance problem with inequalities,
-solved by nonnegative least squares (Lawson and Hanson 1974, chapter 23): Gauss's principle of least constraint. The
-answer is unique even where the forces at redundant stops are not.
+Velocities and accelerations are represented in the space of the recursion's innovations, where the inertia is the
+identity: y_i = (s_i + U_i . a_i) / sqrt(d_i). There the nearest admissible vector is a least-distance problem with
+inequalities, solved by nonnegative least squares (Lawson and Hanson 1974, chapter 23): Gauss's principle of least
+constraint. The solution is unique even where the forces at redundant stops are not.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ from hcsearch.kernels.multibody.tree import (
 from hcsearch.kernels.multibody.welds import MIN_ROW_PIVOT_SHARE, choose_rows, close_rows, factor_chosen_rows
 
 MIN_STOP_MOBILITY = 1e-4
-"""A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops
-give way that much, so that nearly immobile joints do not ask for impossible forces."""
+"""A joint counts as held by the loops, not by its stop, if its mobility is less than this share of that without loops;
+stops are compliant by this share, so that nearly immobile joints do not require impossible forces."""
 
 
 @lean
 def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
-    """Write an orthonormal basis of the closure rows in the space of innovations, by rows; how many; after `gather`."""
+    """Write an orthonormal basis of the closure rows in innovation space; return its size; after `gather_inertias`."""
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
         for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
@@ -85,12 +85,14 @@ def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: 
 def push_apart(
     tree: BodyTree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
 ) -> bool:
-    """The least change of velocities (or accelerations) that gives touching joints what they want at least.
+    """Write the least change of velocities (or accelerations) that moves touching joints off their stops as required.
 
-    touching : (n,), -1 where the joint is at its lower stop and may only grow, 1 at its upper, 0 elsewhere.
-    wanted : (n,), least change away from the stop. scale : of `choose`. change : (n,), of all joints.
-    pushed : (n,), not 0 where a stop pushes.
-    False, and nothing changed, where rounding hides the answer. After `gather` with all joints free.
+    Returns False, with a change of 0, where rounding hides the solution. Call `gather_inertias` first, with all joints
+    free.
+
+    touching : (n,), -1 at the lower stop, where the coordinate may only grow, 1 at the upper, 0 elsewhere.
+    wanted : (n,), least change away from the stop. scale : as of `choose_rows`. change : (n,), written for all joints.
+    pushed : (n,), written, not 0 where a stop pushes.
     """
     n, m = len(touching), len(tree.rows)
     free = np.zeros(n, np.int8)
@@ -135,7 +137,7 @@ def push_apart(
     for j in range(n):
         innovations[j] = -left[j] / left[height - 1] * greatest
     for k in range(len(which)):
-        # a stop that could hardly move its joint is left to the loops
+        # a joint that its stop could hardly move is held by the loops
         mobile = 0.0
         for j in range(n):
             mobile += (columns[k, j] * sizes[k]) ** 2
@@ -147,7 +149,7 @@ def push_apart(
 
 @lean
 def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
-    """Write the velocities of joints from their innovations, as `sweeps.release` does from forces."""
+    """Write joint velocities from their innovations, as `sweeps.release_joints` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -163,7 +165,7 @@ def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> No
 
 @lean
 def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
-    """Write which joints are at their lower (-1) and upper (1) stops; whether any is."""
+    """Write -1 for joints at their lower stops, 1 at their upper ones, else 0; return whether any is at a stop."""
     hinges = mechanism.hinges
     some = False
     for i in range(len(q)):
@@ -181,7 +183,7 @@ def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
 def update_held_joints(
     mechanism: Mechanism, hold: DiscreteState, slow: float, q: Reals, v: Reals, scale: float, work: Work, a: Reals
 ) -> bool:
-    """Find which of the joints at rest at their stops are held there; whether that has changed. Writes accelerations.
+    """Update the set of joints held at their stops, and the accelerations; return whether the set has changed.
 
     slow : speed (rad/s) below which a joint at its stop is at rest.
     """
@@ -204,7 +206,7 @@ def update_held_joints(
     solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
     changed, creeping = False, False
     for i in range(n):
-        # a joint at rest that neither pushes nor leaves stays held, so that rounding does not decide
+        # a joint at rest without contact force or acceleration stays held, so that rounding does not decide
         rests = abs(a[i] + change[i]) <= 1e-9 * largest
         if touching[i] and (not solved or pushed[i] > 0.0 or rests):
             hold.held[i] = touching[i]
@@ -230,10 +232,10 @@ def collide_joints(
     closed: float,
     work: Work,
 ) -> None:
-    """Velocities after impacts of all joints at their stops that move against them (Newton's law, as Moreau has it).
+    """Apply impacts to all joints that move against their stops (Newton's law of impact in Moreau's form).
 
-    restitution : 0 to 1. slow : speed (rad/s) below which nothing bounces: joints that knock each other off their
-    stops, ever more slowly, come to rest together.
+    restitution : 0 to 1. slow : speed (rad/s) below which nothing bounces, so that joints that knock each other off
+        their stops, ever more slowly, come to rest together.
     """
     n = len(q)
     touching = np.empty(n, np.int8)
@@ -270,7 +272,7 @@ def collide_joints(
 
 @compiled
 def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: float, work: Work) -> None:
-    """The velocities nearest to some, by kinetic energy, with held joints at rest and loops closed; after `place`."""
+    """Project velocities, in the kinetic metric, onto held joints at rest and closed loops; after `place_bodies`."""
     n = len(v)
     tree, held = mechanism.tree, hold.held
     momenta = np.empty(n)
@@ -289,6 +291,6 @@ def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: fl
 
 @lean
 def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
-    """Twice the kinetic energy of joint velocities; after `place`."""
+    """Return twice the kinetic energy of joint velocities; call `place_bodies` first."""
     move_bodies(mechanism.tree, v, work)
     return 2.0 * kinetic_energy(mechanism.tree, work)

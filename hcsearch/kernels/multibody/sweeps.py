@@ -1,9 +1,9 @@
 """Articulated-body recursions: outward for positions and velocities, inward for inertias, outward for accelerations.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 7 and 8, in world axes about the joints, so that bodies
-far from the origin lose no accuracy. The forces that close loops are carried inward beside the inertias; what a row's
-unit force does along each joint gives the Delassus matrix as a sum over joints (Rodriguez, Jain and Kreutz-Delgado
-1992). A held joint is left out of all three: its bodies move as one.
+far from the origin lose no accuracy. The forces that close loops are carried inward together with the inertias; the
+effect of each row's unit force along each joint gives the Delassus matrix as a sum over joints (Rodriguez, Jain and
+Kreutz-Delgado 1992). A held joint is skipped in all three recursions: its bodies move as one.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ from hcsearch.kernels.multibody.tree import (
 
 @lean
 def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
-    """Positions of all bodies and of the closure rows."""
+    """Write the positions of all bodies, and directions and points of the closure rows."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -127,7 +127,7 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
 
 @lean
 def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
-    """Velocities of all bodies, and the accelerations that they cause; after `place_bodies`."""
+    """Write velocities of all bodies, and velocity-dependent accelerations; call `place_bodies` first."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -153,7 +153,7 @@ def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
 
 @lean
 def _load_body(tree: BodyTree, i: int, work: Work) -> None:
-    """Inertia and bias of one body on its own, about its joint."""
+    """Write the inertia and bias force of one rigid body about its joint."""
     b = work.bodies
     mass = tree.bodies[i, BODY_MASS]
     c = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
@@ -182,7 +182,7 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
 
 @lean
 def _load_rows(tree: BodyTree, work: Work) -> None:
-    """The unit forces of the closure rows on the bodies where they act."""
+    """Write the unit forces of the closure rows on the bodies on which they act."""
     slots = work.slots
     for slot in range(len(slots)):
         for k in range(6):
@@ -210,7 +210,7 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
 
 @lean
 def _pass_on(i: int, p: int, work: Work) -> None:
-    """Add the inertia left at joint i to that of its parent, about the parent's joint."""
+    """Add the articulated inertia of body i to that of its parent, about the parent's joint."""
     b = work.bodies
     r = vector_at(b, i, WORK_ARM)
     d = symmetric_at(b, i, WORK_FORCES)
@@ -243,7 +243,7 @@ def _pass_on(i: int, p: int, work: Work) -> None:
 
 @lean
 def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
-    """Articulated inertias, what each closure row does along each joint, and the Delassus matrix; after `move_bodies`.
+    """Write articulated inertias, joint components of closure rows, and the Delassus matrix; after `move_bodies`.
 
     held : (n,), not 0 where the joint is held.
     """
@@ -303,7 +303,7 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
 
 @lean
 def _free(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> None:
-    """Take what moves with the joint out of the inertia."""
+    """Remove the part that a free joint accelerates from its articulated inertia."""
     b = work.bodies
     s = -1.0 / along
     add_symmetric(b, i, WORK_COUPLES, outer_product(s, couple))
@@ -315,10 +315,12 @@ def _free(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> 
 
 @lean
 def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work: Work) -> None:
-    """Forces left over for acceleration at each joint, and what they do to the rows; after `gather_inertias`, once.
+    """Write net joint forces, and the row accelerations that they cause; call `gather_inertias` first.
 
-    rates : the relative accelerations of the welds without the forces that close them.
-    moving : whether velocities, gravity and pulls count; else `torques` are impulses at rest, in one call or several.
+    `work.rates` receives the relative accelerations of the welds without constraint forces.
+
+    moving : whether velocities, gravity and external forces count, which allows one call only; else `torques` are
+        impulses at rest, and calls may be repeated.
     """
     b = work.bodies
     work.rates[:] = 0.0
@@ -337,7 +339,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
             work.rates[tree.slots[slot, SLOT_ROW]] += work.slots[slot, WORK_SLOT_POWER] * share
         if moving:
             turn, shift = vector_at(b, i, WORK_SPIN_DRIFT), vector_at(b, i, WORK_DRIFT)
-            for slot in range(first, last):  # `gather_inertias` left in them the part that the joint carries on
+            for slot in range(first, last):  # `gather_inertias` left in them the part that the joint transmits
                 rate = dot(vector_at(work.slots, slot, WORK_SLOT_COUPLE), turn) + dot(
                     vector_at(work.slots, slot, WORK_SLOT_FORCE), shift
                 )
@@ -369,7 +371,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
 
 @lean
 def _own_rates(tree: BodyTree, work: Work) -> None:
-    """Add what the spin of welded bodies does to their common point, and that of body a to the direction of the row."""
+    """Add centripetal terms of welded bodies, and those of rotating row directions, to the row accelerations."""
     b = work.bodies
     for r in range(len(tree.rows)):
         way = vector_at(work.ways, r, WAY_DIRECTION)
@@ -400,7 +402,7 @@ def _own_rates(tree: BodyTree, work: Work) -> None:
 
 @lean
 def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
-    """Write joint accelerations, (n,), or velocities from impulses, and constraint forces; call `load_joints` first."""
+    """Write joint accelerations (or velocities, from impulses) under the constraint forces; after `load_joints`."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -426,7 +428,7 @@ def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates:
 
 @inlined
 def carry_body(tree: BodyTree, i: int, rate: float, turn: Vector3, shift: Vector3, work: Work) -> None:
-    """Write how a body moves that is carried by a turn and a shift, and moved by its joint at a rate."""
+    """Write the acceleration of a body: that of its parent at the joint (turn, shift) plus the rate of the joint."""
     own = scaled_vector(rate, vector_at(work.bodies, i, WORK_LINE))
     if tree.links[i, LINK_SLIDES]:
         shift = vector_sum(shift, own)

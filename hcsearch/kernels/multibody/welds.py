@@ -1,15 +1,16 @@
 """Closure of loops: exact, by welds; or by springs, across the welds or at hinges cut open (thesis 4.2.2).
 
-Loops of overconstrained linkages have rows that say nothing new where the loops are closed, but contradict the others
-as soon as rounding opens them: solved with all rows they lock. So at the start of each step independent rows are
-chosen by pivoted Cholesky of the Delassus matrix, and stay for the step; the projection afterwards closes all rows.
+Exact closure: overconstrained loops have redundant rows, which agree with the others while the loops are closed but
+contradict them as soon as rounding opens the loops; solved with all rows, the linkage locks. So at the start of each
+step independent rows are chosen by pivoted Cholesky of the Delassus matrix, and kept for the step; the projection
+afterwards closes all rows.
 
-Every row counts, so nothing has to be decided where rows say nothing new: what is singular for exact closure is not
-for springs. They are stiff, and meant for linearly implicit steps, whose equations are those of exact closure with
-rows that yield a little.
+Springs across the welds act on every row, so that no rows have to be chosen: states that are singular for exact closure
+are regular for springs. The springs are stiff, and meant for linearly implicit steps, whose equations are those of
+exact closure with slightly compliant rows.
 
-At both ends M and N of the hinge line springs and dampers of no length join the two panels: along three directions at
-M, and along the two across the hinge at N. The hinge's own law, damper and stops act about the line.
+At cut hinges, springs and dampers of zero length join the two panels at both ends M and N of the hinge line: along
+three directions at M, and along the two across the hinge at N. The hinge's law, damper and stops act about the line.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ MIN_ROW_PIVOT_SHARE = 1e-11
 
 @lean
 def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
-    """Write the closure residual: turns (rad) and gaps over the size; return the largest; after `place`."""
+    """Write closure residuals, rotations (rad) and gaps over size; return the largest; call `place_bodies` first."""
     worst = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
@@ -96,7 +97,7 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
 
 @lean
 def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
-    """Write the relative velocities of the welded bodies along the rows; return the largest; after `move`."""
+    """Write relative velocities of welded bodies along the rows; return the largest; call `move_bodies` first."""
     worst = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
@@ -154,7 +155,7 @@ def choose_rows(work: Work, scale: float) -> None:
 
 @lean
 def factor_chosen_rows(work: Work, scale: float) -> bool:
-    """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
+    """Factor the Delassus matrix on the chosen rows (Cholesky); return whether they are still independent."""
     count = work.chosen_count[0]
     factor, chosen = work.factor, work.chosen
     least = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
@@ -176,7 +177,7 @@ def factor_chosen_rows(work: Work, scale: float) -> bool:
 
 @lean
 def close_rows(work: Work, unwanted: Reals) -> None:
-    """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factor_chosen_rows`."""
+    """Write the row forces that cancel a residual on the chosen rows, 0 on others; call `factor_chosen_rows` first."""
     count = work.chosen_count[0]
     factor, chosen, forces = work.factor, work.chosen, work.forces
     forces[:] = 0.0
@@ -196,7 +197,7 @@ def close_rows(work: Work, unwanted: Reals) -> None:
 
 @lean
 def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) -> None:
-    """Write the forces of the rows: -k g - c g'; after `place` and `move`."""
+    """Write the spring forces of the rows, -k g - c g'; call `place_bodies` and `move_bodies` first."""
     weld_errors(tree, work, work.errors)
     weld_rates(tree, work, work.opening)
     for r in range(len(work.forces)):
@@ -205,10 +206,10 @@ def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) 
 
 @lean
 def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, work: Work) -> None:
-    """Write the forces of the rows as they will be after a time h; after `gather` and `load`.
+    """Write the spring forces of the rows after a time h; call `gather_inertias` and `load_joints` first.
 
-    Then the gap is g + h g' + h^2 g'', its rate g' + h g'': with g'' linear in the forces, a row yields by
-    1 / (h^2 k + h c).
+    The gap after h is g + h g' + h^2 g'', and its rate g' + h g''; as g'' is linear in the forces, each row has a
+    compliance of 1 / (h^2 k + h c).
     """
     m = len(work.forces)
     stiff = h * (h * stiffness + damping)
@@ -225,7 +226,7 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, wor
 
 @lean
 def spring_loss(damping: float, work: Work) -> float:
-    """Power lost in the dampers, where `weld_rates` wrote the rates of the rows last."""
+    """Return the power lost in the dampers of closure springs, from the rates in `work.opening`."""
     lost = 0.0
     for r in range(len(work.opening)):
         lost += damping * work.opening[r] ** 2
@@ -234,7 +235,7 @@ def spring_loss(damping: float, work: Work) -> float:
 
 @lean
 def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
-    """Energy in the springs, and power lost in their dampers; after `place` and `move`."""
+    """Return energy of the closure springs and power lost in their dampers; after `place_bodies` and `move_bodies`."""
     stored = lost = 0.0
     if stiffness > 0.0:
         weld_errors(tree, work, work.errors)
@@ -246,11 +247,11 @@ def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) 
 
 
 class CutHinges(NamedTuple):
-    """Cut hinges, c of them.
+    """Hinges cut open and closed by springs, c of them.
 
     bodies : (c, 2), first and second, -1 the ground. points : (c, 12), M and N from the joint of the first body, then
         from that of the second. frames : (c, 9), the hinge's direction and two across it, fixed to the first body.
-    hinges : what acts about the lines. stiffness, damping : of each of the five springs, N/m and Ns/m.
+    hinges : laws, dampers and stops about the lines. stiffness, damping : of each of the five springs, N/m and Ns/m.
     """
 
     bodies: WholeNumbers
@@ -273,7 +274,7 @@ def _spin(work: Work, body: int) -> Vector3:
 
 @lean
 def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
-    """Position and velocity of a point of a body, or of the ground."""
+    """Return position and velocity of a point of a body, or of the ground."""
     if body < 0:
         return arm, (0.0, 0.0, 0.0)
     b = work.bodies
@@ -284,7 +285,7 @@ def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
 
 @lean
 def cut_angles(cuts: CutHinges, work: Work, angles: Reals, speeds: Reals) -> None:
-    """Fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; after `move`."""
+    """Write fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; call `move_bodies` first."""
     for c in range(len(cuts.bodies)):
         first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
         line = _turned(work, first, vector_at(cuts.frames, c, 0))
@@ -297,7 +298,7 @@ def cut_angles(cuts: CutHinges, work: Work, angles: Reals, speeds: Reals) -> Non
 
 @compiled
 def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
-    """Add the forces of cut hinges to the pulls on bodies; after `move`."""
+    """Add the forces of cut hinges to the external forces on bodies; call `move_bodies` first."""
     count = len(cuts.bodies)
     angles, speeds, torques = np.empty(count), np.empty(count), np.empty(count)
     cut_angles(cuts, work, angles, speeds)
@@ -318,7 +319,7 @@ def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
 
 @lean
 def _gap(cuts: CutHinges, c: int, end: int, one: Vector3, two: Vector3, work: Work) -> tuple[Vector3, Vector3]:
-    """What a spring feels between the two points, and its rate: at N nothing along the hinge."""
+    """Return the gap of a spring between its two points, and its rate; at N without the component along the hinge."""
     first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
     here, slow = _point(work, first, one)
     there, fast = _point(work, second, two)
@@ -339,7 +340,7 @@ def _push(work: Work, body: int, arm: Vector3, force: Vector3, couple: Vector3) 
 
 @lean
 def cut_gap(cuts: CutHinges, work: Work) -> float:
-    """The greatest gap that a spring feels, m; after `move`."""
+    """Return the greatest gap of a spring at cut hinges, m; call `move_bodies` first."""
     worst = 0.0
     for c in range(len(cuts.bodies)):
         for end in range(2):
@@ -352,7 +353,7 @@ def cut_gap(cuts: CutHinges, work: Work) -> float:
 
 @compiled
 def cut_energy(cuts: CutHinges, branches: Signs, work: Work) -> tuple[float, float, float, float]:
-    """Energy of the laws, of the stops, of the springs across, and power lost in all dampers; after `move`."""
+    """Return energies of laws, stops and springs of cut hinges, and power lost in dampers; after `move_bodies`."""
     count = len(cuts.bodies)
     angles, speeds = np.empty(count), np.empty(count)
     cut_angles(cuts, work, angles, speeds)
