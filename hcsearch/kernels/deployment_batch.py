@@ -69,8 +69,8 @@ class SceneTables(NamedTuple):
     prisms: Prisms
     shrunk: Prisms
     pairs: PrismPairs
-    deepest: float
-    reach: float
+    max_margin: float
+    residual_lever: float
 
 
 class CheckingRules(NamedTuple):
@@ -88,7 +88,7 @@ class CheckingRules(NamedTuple):
     closure_damping: float
     margin: float
     resolution: float
-    whole: bool
+    follow_collisions: bool
 
 
 class CheckFindings(NamedTuple):
@@ -110,10 +110,10 @@ class CheckFindings(NamedTuple):
     times: Reals
     gaps: Reals
     speeds: Reals
-    lefts: Reals
-    drifts: Reals
-    openings: Reals
-    looses: Reals
+    remaining_angles: Reals
+    energy_drifts: Reals
+    closure_residuals: Reals
+    open_state_shares: Reals
 
 
 @compiled
@@ -133,7 +133,7 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
         simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART_STEPS, MOTION_CLEAR
+        clear, most, verdict = 0, len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS, MOTION_CLEAR
         start_simulation(simulation)
         while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
             continue_simulation(simulation, most)
@@ -142,18 +142,18 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
             motion = _states(record, clear, states)
             if not cubic:
                 motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
-            findings.openings[i] = max(findings.openings[i], largest_opening(tree, motion, cubic, work))
+            findings.closure_residuals[i] = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
             course = _course(subject, motion, cubic)
             wanted = ClearanceTolerances(
-                subject.reach * findings.openings[i], rules.margin, subject.deepest, rules.resolution
+                subject.residual_lever * findings.closure_residuals[i], rules.margin, subject.max_margin, rules.resolution
             )
             verdict = judge_clearance(
                 subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer
             )
-            findings.counts[i, 3] += answer.looks[0]
+            findings.counts[i, 3] += answer.bound_counts[0]
             clear = states - 1 if verdict == MOTION_CLEAR else clear
             most = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
-        findings.looses[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
+        findings.open_state_shares[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
         _report(record, verdict, answer, findings, i)
         _report_end(subject, course, verdict, answer, findings, i)
 
@@ -193,7 +193,7 @@ def _report(record: SimulationRecord, verdict: int, answer: ClearanceReport, fin
     states = record.counts[0]
     findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
-    findings.drifts[i] = _drift(record, states)
+    findings.energy_drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
     findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     findings.gaps[i] = answer.gaps[0]
@@ -205,13 +205,13 @@ def _report_end(
 ) -> None:
     """Write the approach speed of colliding panels, and the remaining fold angles."""
     angles = course.angles[len(course.times) - 1].copy()
-    findings.lefts[i, 1], findings.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    findings.remaining_angles[i, 1], findings.remaining_angles[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
     findings.speeds[i] = 0.0
     if verdict != MOTION_CLEAR and len(course.times) > 1:
         pair, time = answer.pairs[0], answer.times[0]
         findings.speeds[i] = approach_speed(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
-    findings.lefts[i, 0] = np.abs(angles).mean() / math.pi
+    findings.remaining_angles[i, 0] = np.abs(angles).mean() / math.pi
 
 
 @compiled
@@ -229,12 +229,12 @@ def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
 
 @compiled
 def _drift(record: SimulationRecord, states: int) -> float:
-    first = record.books[0].sum()
+    first = record.energies[0].sum()
     worst = 0.0
     largest = 1e-300
     for k in range(states):
-        worst = max(worst, abs(record.books[k].sum() - first))
-        largest = max(largest, np.abs(record.books[k]).max())
+        worst = max(worst, abs(record.energies[k].sum() - first))
+        largest = max(largest, np.abs(record.energies[k]).max())
     return worst / largest
 
 
@@ -272,8 +272,8 @@ def _nth(s: Any, i: int) -> SceneTables:
         _nth_prisms(p, i),
         _nth_prisms(s.shrunk, i),
         PrismPairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
-        s.deepest[i],
-        s.reach[i],
+        s.max_margin[i],
+        s.residual_lever[i],
     )
 
 

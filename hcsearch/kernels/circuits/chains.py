@@ -53,11 +53,11 @@ class HalfChains(NamedTuple):
     """
 
     codes: NDArray[np.uint64]
-    back: NDArray[np.uint64]
+    reversed_codes: NDArray[np.uint64]
     sums: NDArray[np.int16]
     steps: NDArray[np.int8]
     masks: NDArray[np.uint64]
-    carried: NDArray[np.uint64]
+    flat_bit_planes: NDArray[np.uint64]
 
 
 @compiled
@@ -152,7 +152,7 @@ def _walk(
         for t in range(h - 1, 0, -1):
             reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
         chains.codes[written] = (code[k] << width) | np.uint64(letter)
-        chains.back[written] = reverse
+        chains.reversed_codes[written] = reverse
         chains.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
         for t in range(1, h):
             chains.steps[written, t - 1] = heading[t]
@@ -237,7 +237,7 @@ def _carry(chains: HalfChains, directions: int, mate: bool) -> None:
                 at = np.uint64(h + 1 - k)
             for plane in range(3):
                 if (u >> plane) & 1:
-                    chains.carried[plane, i] |= one << at
+                    chains.flat_bit_planes[plane, i] |= one << at
 
 
 @compiled
@@ -255,7 +255,7 @@ def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> Half
         to = free[chains.sums[i] + offset]
         free[chains.sums[i] + offset] += 1
         ordered.codes[to] = chains.codes[i]
-        ordered.back[to] = chains.back[i]
+        ordered.reversed_codes[to] = chains.reversed_codes[i]
         ordered.sums[to] = chains.sums[i]
         ordered.steps[to] = chains.steps[i]
         ordered.masks[:, to] = chains.masks[:, i]

@@ -158,8 +158,8 @@ def join_chains(
                 continue
             flat = full
             for p in range(3):
-                flat &= ~(first.carried[p, i] ^ second.carried[p, j])
-            order = _order(first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters)
+                flat &= ~(first.flat_bit_planes[p, i] ^ second.flat_bit_planes[p, j])
+            order = _order(first.codes[i], second.codes[j], first.reversed_codes[i], second.reversed_codes[j], flat, stabiliser, letters)
             if order == 0:
                 continue
             totals[0] += 1

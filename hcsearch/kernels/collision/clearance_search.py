@@ -44,7 +44,7 @@ class ClearanceTolerances(NamedTuple):
 
     slack: float
     margin: float
-    deepest: float
+    max_margin: float
     resolution: float
 
 
@@ -58,7 +58,7 @@ class ClearanceReport(NamedTuple):
     times: Reals
     pairs: WholeNumbers
     gaps: Reals
-    looks: WholeNumbers
+    bound_counts: WholeNumbers
 
 
 @compiled
@@ -79,15 +79,15 @@ def judge_clearance(
     """
     slack = max(wanted.slack, PLACEMENT_ROUNDING)
     answer.gaps[0] = math.inf
-    answer.looks[0] = 0
+    answer.bound_counts[0] = 0
     verdict = search_collision(chain, shrunk, pairs, course, slack, answer)
     if verdict == MOTION_CLEAR:
         if measured:
             gap, looks = smallest_dip(chain, prisms, pairs, course, 2.0 * wanted.margin, wanted.resolution)
             answer.gaps[0] = max(gap - slack, 0.0)
-            answer.looks[0] += looks
+            answer.bound_counts[0] += looks
         return MOTION_CLEAR
-    if wanted.margin + 0.5 * slack >= wanted.deepest:
+    if wanted.margin + 0.5 * slack >= wanted.max_margin:
         return MOTION_UNDECIDED
     time, pair = answer.times[0], answer.pairs[0]
     k = max(np.searchsorted(course.times, time) - 1, 0)
@@ -110,13 +110,13 @@ def search_collision(
         h = start_step_intervals(chain, prisms, pairs, course, k, slack, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
+            share = book.end_shares[top] - book.start_shares[top]
             left = _look(prisms, pairs, slack, share * h, top, book, answer)
             if not left:
                 top -= 1
             elif share <= 0.5**MAX_INTERVAL_HALVINGS:
-                p = book.lists[top, 0]
-                answer.times[0], answer.pairs[0] = course.times[k] + book.high[top] * h, p
+                p = book.pair_lists[top, 0]
+                answer.times[0], answer.pairs[0] = course.times[k] + book.end_shares[top] * h, p
                 return MOTION_COLLIDES if _overlap(chain, prisms, pairs, p, top, book) else MOTION_UNDECIDED
             else:
                 halve_interval(chain, left, top, book)
@@ -130,10 +130,10 @@ def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, 
 
     The interval is of the shortest length: at its end rounding may still hide an overlap.
     """
-    poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
+    poses, share, wait = book.end_poses[top], book.end_shares[top], book.end_shares[top] - book.start_shares[top]
     while True:
-        write_relative_pose(prisms, pairs, p, poses, book.seen[1])
-        if pair_distance(prisms, pairs, p, book.seen[1], book)[0] <= 0.0:
+        write_relative_pose(prisms, pairs, p, poses, book.relative_poses[1])
+        if pair_distance(prisms, pairs, p, book.relative_poses[1], book)[0] <= 0.0:
             return True
         share += wait
         wait *= 2.0
@@ -155,10 +155,10 @@ def _look(
 ) -> int:
     """Bound the gaps of the pairs of an interval; move those within the slack to the front, and return their number."""
     left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
-        answer.looks[0] += 1
+    for i in range(book.pair_counts[top]):
+        p = book.pair_lists[top, i]
+        answer.bound_counts[0] += 1
         if not bound_gap(prisms, pairs, p, slack, wait, top, book)[0] > slack:
-            book.lists[top, left] = p
+            book.pair_lists[top, left] = p
             left += 1
     return left

@@ -136,7 +136,7 @@ class _Memory(NamedTuple):
     """
 
     gaps: Reals
-    ways: Reals
+    directions: Reals
     corners: WholeNumbers
     axes: WholeNumbers
     nearest: WholeNumbers
@@ -181,7 +181,7 @@ def _write(
     gaps: Reals,
 ) -> None:
     """Write the gaps at one state."""
-    ways, corners, nearest = memory.ways, memory.corners, memory.nearest
+    ways, corners, nearest = memory.directions, memory.corners, memory.nearest
     memory.turned[:] = False
     for p in range(len(gaps)):
         begin, best, least = pairs.starts[p], nearest[p], math.inf

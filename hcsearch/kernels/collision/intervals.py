@@ -58,23 +58,23 @@ class IntervalTables(NamedTuple):
         relative to the first panel.
     """
 
-    low: Reals
-    high: Reals
-    lows: Reals
-    highs: Reals
-    lists: WholeNumbers
-    counts: WholeNumbers
-    ways: Reals
-    keepers: WholeNumbers
+    start_shares: Reals
+    end_shares: Reals
+    start_poses: Reals
+    end_poses: Reals
+    pair_lists: WholeNumbers
+    pair_counts: WholeNumbers
+    directions: Reals
+    direction_panels: WholeNumbers
     corners: WholeNumbers
-    spare: Reals
+    gap_bounds: Reals
     bends: Reals
     speeds: Reals
     course: Reals
     rates: Reals
     accelerations: Reals
     angles: Reals
-    seen: Reals
+    relative_poses: Reals
     points: Reals
 
 
@@ -83,26 +83,26 @@ def new_interval_tables(chain: Chain, prisms: Prisms, pairs: PrismPairs, course:
     """Return tables for a search, with the panels placed at the start of the motion."""
     depth, panels, count, hinges = MAX_INTERVAL_HALVINGS + 2, len(chain.order), len(pairs.prisms), len(chain.points)
     book = IntervalTables(
-        low=np.zeros(depth),
-        high=np.zeros(depth),
-        lows=np.zeros((depth, panels, 3, 4)),
-        highs=np.zeros((depth, panels, 3, 4)),
-        lists=np.zeros((depth, count), np.int64),
-        counts=np.zeros(depth, np.int64),
-        ways=np.zeros((count, 3)),
-        keepers=np.zeros(count, np.int64),
+        start_shares=np.zeros(depth),
+        end_shares=np.zeros(depth),
+        start_poses=np.zeros((depth, panels, 3, 4)),
+        end_poses=np.zeros((depth, panels, 3, 4)),
+        pair_lists=np.zeros((depth, count), np.int64),
+        pair_counts=np.zeros(depth, np.int64),
+        directions=np.zeros((count, 3)),
+        direction_panels=np.zeros(count, np.int64),
         corners=np.full((count, 4), -1),
-        spare=np.full(count, -math.inf),
+        gap_bounds=np.full(count, -math.inf),
         bends=np.zeros((count, 2)),
         speeds=np.zeros(count),
         course=np.zeros((hinges, COURSE_TERM_COUNT)),
         rates=np.zeros(hinges),
         accelerations=np.zeros(hinges),
         angles=np.zeros(hinges),
-        seen=np.zeros((2, 3, 4)),
+        relative_poses=np.zeros((2, 3, 4)),
         points=np.zeros((prisms.vertices.shape[1], 3)),
     )
-    place_panels(chain, course.angles[0], book.highs[0])
+    place_panels(chain, course.angles[0], book.end_poses[0])
     return book
 
 
@@ -116,8 +116,8 @@ def start_step_intervals(
     two states have the same time.
     """
     h = course.times[k + 1] - course.times[k]
-    _copy(book.highs[0], book.lows[0])
-    place_panels(chain, course.angles[k + 1], book.highs[0])
+    _copy(book.end_poses[0], book.start_poses[0])
+    place_panels(chain, course.angles[k + 1], book.end_poses[0])
     if h <= 0.0:
         return 0.0
     q, v, a = course.angles, course.rates, course.accelerations
@@ -126,32 +126,32 @@ def start_step_intervals(
     listed = 0
     for p in range(len(pairs.prisms)):
         speed = path_speed(pairs, p, 0, book.rates, prisms.panels)
-        book.spare[p] -= speed * h
-        if book.spare[p] > need:
+        book.gap_bounds[p] -= speed * h
+        if book.gap_bounds[p] > need:
             continue
-        book.spare[p] = -math.inf
+        book.gap_bounds[p] = -math.inf
         book.speeds[p] = speed
         for back in range(2):
             book.bends[p, back] = path_bend(pairs, p, back, book.rates, book.accelerations, prisms.panels) / 8.0
-        book.lists[0, listed] = p
+        book.pair_lists[0, listed] = p
         listed += 1
-    book.low[0], book.high[0], book.counts[0] = 0.0, 1.0, listed
+    book.start_shares[0], book.end_shares[0], book.pair_counts[0] = 0.0, 1.0, listed
     return float(h)
 
 
 @lean
 def halve_interval(chain: Chain, left: int, top: int, book: IntervalTables) -> None:
     """Split an interval for its first `left` pairs: push its first half onto the stack above its second."""
-    middle = 0.5 * (book.low[top] + book.high[top])
+    middle = 0.5 * (book.start_shares[top] + book.end_shares[top])
     write_course_angles(book.course, middle, book.angles)
-    book.low[top + 1], book.high[top + 1] = book.low[top], middle
-    _copy(book.lows[top], book.lows[top + 1])
-    place_panels(chain, book.angles, book.highs[top + 1])
-    book.low[top] = middle
-    _copy(book.highs[top + 1], book.lows[top])
+    book.start_shares[top + 1], book.end_shares[top + 1] = book.start_shares[top], middle
+    _copy(book.start_poses[top], book.start_poses[top + 1])
+    place_panels(chain, book.angles, book.end_poses[top + 1])
+    book.start_shares[top] = middle
+    _copy(book.end_poses[top + 1], book.start_poses[top])
     for i in range(left):
-        book.lists[top + 1, i] = book.lists[top, i]
-    book.counts[top] = book.counts[top + 1] = left
+        book.pair_lists[top + 1, i] = book.pair_lists[top, i]
+    book.pair_counts[top] = book.pair_counts[top + 1] = left
 
 
 @lean
@@ -173,14 +173,14 @@ def bound_gap(
 
     need : gap needed, m. wait : length of the interval, s.
     """
-    write_relative_pose(prisms, pairs, p, book.lows[top], book.seen[0])
-    low = sphere_gap_bound(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
+    write_relative_pose(prisms, pairs, p, book.start_poses[top], book.relative_poses[0])
+    low = sphere_gap_bound(prisms, pairs, p, book.relative_poses[0]) - book.speeds[p] * wait
     if low > need:
-        book.spare[p] = low
+        book.gap_bounds[p] = low
         return low, low, low
-    write_relative_pose(prisms, pairs, p, book.highs[top], book.seen[1])
+    write_relative_pose(prisms, pairs, p, book.end_poses[top], book.relative_poses[1])
     low, first, second = _separate(prisms, pairs, p, need, wait, book)
-    book.spare[p] = second
+    book.gap_bounds[p] = second
     return low, first, second
 
 
@@ -192,23 +192,23 @@ def _separate(
 
     The direction that last separated the pair is tried first, then those of the shortest distance at either end.
     """
-    way = vector_at(book.ways, p, 0)
-    low, first, second = chord_gap(prisms, pairs, p, book.keepers[p], way, wait, book)
+    way = vector_at(book.directions, p, 0)
+    low, first, second = chord_gap(prisms, pairs, p, book.direction_panels[p], way, wait, book)
     if low > need:
         return low, first, second
     for end in range(2):
-        distance, way = pair_distance(prisms, pairs, p, book.seen[end], book)
+        distance, way = pair_distance(prisms, pairs, p, book.relative_poses[end], book)
         if end:
             second = distance
         else:
             first = distance
         for keeper in range(2):
-            own = scaled_vector(-1.0, _turned_back(book.seen[end], way)) if keeper else way
+            own = scaled_vector(-1.0, _turned_back(book.relative_poses[end], way)) if keeper else way
             gap, _, _ = chord_gap(prisms, pairs, p, keeper, own, wait, book)
             if gap > low:
                 low = gap
-                book.keepers[p] = keeper
-                put_vector(book.ways, p, 0, own)
+                book.direction_panels[p] = keeper
+                put_vector(book.directions, p, 0, own)
     return low, first, second
 
 
@@ -225,7 +225,7 @@ def chord_gap(
     top = _extent(prisms, own, way)
     gaps = (math.inf, math.inf)
     for end in range(2):
-        seen = book.seen[end]
+        seen = book.relative_poses[end]
         if keeper:  # the place of the first panel, from the second, is -R^T t
             other_way = rotated_by_pose(seen, way)
             shift = -dot(other_way, (seen[0, 3], seen[1, 3], seen[2, 3]))
@@ -255,8 +255,8 @@ def pair_distance(
     for k in range(prisms.counts[g, 0]):
         x = rotated_by_pose(seen, vector_at(prisms.vertices[g], k, 0))
         put_vector(book.points, k, 0, (x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]))
-    guess = vector_at(book.ways, p, 0)
-    if book.keepers[p]:
+    guess = vector_at(book.directions, p, 0)
+    if book.direction_panels[p]:
         guess = scaled_vector(-1.0, rotated_by_pose(seen, guess))
     last = (book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3])
     gap, way, last = hull_gap(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)

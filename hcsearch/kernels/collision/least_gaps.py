@@ -53,7 +53,7 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
         h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
+            share = book.end_shares[top] - book.start_shares[top]
             left, least = _look(prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, book)
             if not left:
                 top -= 1
@@ -69,9 +69,9 @@ def _first(prisms: Prisms, pairs: PrismPairs, book: IntervalTables) -> float:
     least = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
-            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[end])
-        if sphere_gap_bound(prisms, pairs, p, book.seen[1]) < least:
-            gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
+            write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[end])
+        if sphere_gap_bound(prisms, pairs, p, book.relative_poses[1]) < least:
+            gap = pair_distance(prisms, pairs, p, book.relative_poses[1], book)[0]
             least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, book)[0])
     return least
 
@@ -94,12 +94,12 @@ def _look(
     wait : length of the interval, s. last : whether the interval is not halved any further.
     """
     left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
+    for i in range(book.pair_counts[top]):
+        p = book.pair_lists[top, i]
         low, first, second = bound_gap(prisms, pairs, p, least - resolution, wait, top, book)
         if low > least - resolution:
             if not second > 0.0:  # a distance of 0 is no measure of the overlap
-                book.spare[p] = low
+                book.gap_bounds[p] = low
             continue
         if not first > 0.0:
             first, own = _along_axes(prisms, pairs, p, 0, wait, book)
@@ -107,10 +107,10 @@ def _look(
         if not second > 0.0:
             second, own = _along_axes(prisms, pairs, p, 1, wait, book)
             low = max(low, own)
-        book.spare[p] = second
+        book.gap_bounds[p] = second
         least = min(least, first, second)
         if not (low > least - resolution or last):
-            book.lists[top, left] = p
+            book.pair_lists[top, left] = p
             left += 1
     return left, least
 
@@ -134,7 +134,7 @@ def _along_axes(
             keeper, way = 1, vector_at(prisms.normals[g], number - a, 0)
         else:
             one = vector_at(prisms.edges[f], (number - a - b) // b, 0)
-            two = rotated_by_pose(book.seen[end], vector_at(prisms.edges[g], (number - a - b) % b, 0))
+            two = rotated_by_pose(book.relative_poses[end], vector_at(prisms.edges[g], (number - a - b) % b, 0))
             way = cross(one, two)
             length = math.sqrt(dot(way, way))
             if length < GAP_PARALLEL_ANGLE:
@@ -146,8 +146,8 @@ def _along_axes(
             gap = max(gap, second if end else first)
             if lower > low:
                 low = lower
-                book.keepers[p] = keeper
-                put_vector(book.ways, p, 0, own)
+                book.direction_panels[p] = keeper
+                put_vector(book.directions, p, 0, own)
     return gap, low
 
 
@@ -164,7 +164,7 @@ class _Dips(NamedTuple):
 
     widest: Reals
     lows: Reals
-    ups: Reals
+    highs: Reals
     best: Reals
 
 
@@ -185,8 +185,8 @@ def smallest_dip(
         h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
-            looks += book.counts[top]
+            share = book.end_shares[top] - book.start_shares[top]
+            looks += book.pair_counts[top]
             left = _fall(prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, book, dips)
             if not left:
                 top -= 1
@@ -211,8 +211,8 @@ def _fall(
 ) -> int:
     """Update the dips by the gaps in an interval; move pairs with loose bounds to the front; return their number."""
     left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
+    for i in range(book.pair_counts[top]):
+        p = book.pair_lists[top, i]
         need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
         if need <= 0.0:
             continue
@@ -221,13 +221,13 @@ def _fall(
         if low >= need:
             continue
         up = min(first, second)
-        if low < min(up, dips.ups[p], dips.best[1]) - resolution and not last:
-            book.lists[top, left] = p
+        if low < min(up, dips.highs[p], dips.best[1]) - resolution and not last:
+            book.pair_lists[top, left] = p
             left += 1
             continue
         dips.lows[p] = low
         if up <= dips.widest[p] - rise:
-            dips.ups[p] = min(dips.ups[p], up)
+            dips.highs[p] = min(dips.highs[p], up)
     return left
 
 
@@ -235,18 +235,18 @@ def _fall(
 def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
     """Complete the dips of pairs whose gap has risen by the end of a step."""
     for p in range(len(pairs.prisms)):
-        gap, enough = book.spare[p], dips.best[0] + rise
+        gap, enough = book.gap_bounds[p], dips.best[0] + rise
         if not gap > enough:  # else the gap is wide enough, whatever its value
-            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[1])
-            gap = sphere_gap_bound(prisms, pairs, p, book.seen[1])
+            write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[1])
+            gap = sphere_gap_bound(prisms, pairs, p, book.relative_poses[1])
             if not gap > enough:
-                gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
-            book.spare[p] = gap
+                gap = pair_distance(prisms, pairs, p, book.relative_poses[1], book)[0]
+            book.gap_bounds[p] = gap
         dips.widest[p] = max(dips.widest[p], gap)
         if gap >= dips.lows[p] + rise:
             dips.best[0] = min(dips.best[0], dips.lows[p])
-            dips.best[1] = min(dips.best[1], dips.ups[p])
-            dips.lows[p] = dips.ups[p] = math.inf
+            dips.best[1] = min(dips.best[1], dips.highs[p])
+            dips.lows[p] = dips.highs[p] = math.inf
 
 
 APPROACH_INTERVAL, MAX_APPROACH_INTERVALS = 1e-4, 100
@@ -281,9 +281,9 @@ def approach_speed(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, cour
         if before < course.times[0]:
             return 0.0
         angles_at(course, before, book.angles)
-        place_panels(chain, book.angles, book.highs[0])
-        write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[0])
-        gap = pair_distance(prisms, pairs, p, book.seen[0], book)[0]
+        place_panels(chain, book.angles, book.end_poses[0])
+        write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[0])
+        gap = pair_distance(prisms, pairs, p, book.relative_poses[0], book)[0]
         if k > 0 and gap > 0.0:
             return float(max(gap - last, 0.0) / APPROACH_INTERVAL)
         last = gap

@@ -86,8 +86,8 @@ class Stepper(NamedTuple):
     mechanism: Mechanism
     hold: DiscreteState
     scale: float
-    tolerance: float
-    floor: float
+    relative_tolerance: float
+    absolute_tolerance: float
     work: Work
     stages: Reals
     start: Reals
@@ -171,11 +171,11 @@ def accelerate_inlined(
     """The same as `accelerate`, but inlined: integration steps spend most of their time here."""
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    write_drive_targets(mechanism.targets, work.clock[0], work)
+    write_drive_targets(mechanism.targets, work.time[0], work)
     add_drive_torques(mechanism.targets, q, v, work, work.torques)
     if mechanism.overdamped:
-        for i in range(len(work.soft)):
-            work.soft[i] = mechanism.hinges.damping[i]
+        for i in range(len(work.added_inertia)):
+            work.added_inertia[i] = mechanism.hinges.damping[i]
     return solve_accelerations(mechanism, hold, scale, fresh, work, a)
 
 
@@ -198,8 +198,8 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     """Return the largest diagonal entry of the Delassus matrix with all joints free: the scale of pivots."""
     tree, n = mechanism.tree, len(q)
     if mechanism.overdamped:
-        for i in range(len(work.soft)):
-            work.soft[i] = mechanism.hinges.damping[i]
+        for i in range(len(work.added_inertia)):
+            work.added_inertia[i] = mechanism.hinges.damping[i]
     place_bodies(tree, q, work)
     move_bodies(tree, np.zeros(n), work)
     gather_inertias(tree, np.zeros(n, np.int8), work)
@@ -238,9 +238,9 @@ def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float
 @lean
 def _correct(tree: BodyTree, held: Signs, state: Reals, work: Work) -> None:
     """Correct joint coordinates or velocities by the closure errors in `work.errors`."""
-    load_joints(tree, held, work.still, False, work)
+    load_joints(tree, held, work.zeros, False, work)
     close_rows(work, work.errors)
-    release_joints(tree, held, False, work, work.change)
+    release_joints(tree, held, False, work, work.projection_change)
     for i in range(len(state)):
         if not held[i]:
-            state[i] += work.change[i]
+            state[i] += work.projection_change[i]

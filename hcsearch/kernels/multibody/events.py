@@ -222,7 +222,7 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
                         and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
                     )
                     hold.held[i] = 1 if still else 0
-                work.clock[0] = 0.5 * (times[k] + times[k + 1])
+                work.time[0] = 0.5 * (times[k] + times[k + 1])
                 wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
         more = wide.sum()
         if more == 0:

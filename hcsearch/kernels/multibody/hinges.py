@@ -320,9 +320,9 @@ def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
         q1, v1, t1 = _planned(targets, last, d, begun + h)
         rise = q1 - q0
         b, c = 3.0 * rise - h * (2.0 * v0 + v1), h * (v0 + v1) - 2.0 * rise
-        work.asked[d, TARGET_ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
-        work.asked[d, TARGET_RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
-        work.asked[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
+        work.drive_targets[d, TARGET_ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
+        work.drive_targets[d, TARGET_RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
+        work.drive_targets[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
 
 
 @lean
@@ -337,7 +337,7 @@ def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work
     """The same as `add_drive_torques`, but implicit over a time h, at the end of which the targets were written."""
     for d in range(len(targets.joints)):
         i = targets.joints[d]
-        work.soft[i] += h * targets.damping[d] + h * h * targets.stiffness[d]
+        work.added_inertia[i] += h * targets.damping[d] + h * h * targets.stiffness[d]
         work.torques[i] += _torque(targets, d, q, v, work) - h * targets.stiffness[d] * v[i]
 
 
@@ -352,6 +352,6 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
 
 @lean
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
-    i, asked = targets.joints[d], work.asked[d]
+    i, asked = targets.joints[d], work.drive_targets[d]
     pull: float = targets.stiffness[d] * (asked[TARGET_ANGLE] - q[i]) + targets.damping[d] * (asked[TARGET_RATE] - v[i])
     return pull + float(asked[TARGET_TORQUE])

@@ -47,7 +47,7 @@ class IntegrationMethod(NamedTuple):
     b: Reals
     errors: Reals
     order: int
-    columns: int
+    extrapolation_order: int
 
 
 @lean
@@ -59,7 +59,7 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
         _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
-        work.clock[0] = end[2 * n + 1]
+        work.time[0] = end[2 * n + 1]
         accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
     return h * _error(method.errors, stepper)
@@ -88,7 +88,7 @@ def _error(weights: Reals, stepper: Stepper) -> float:
         for i in range(len(stages)):
             one += weights[0, i] * stages[i, j]
             two += weights[1, i] * stages[i, j]
-        allowed = stepper.floor + stepper.tolerance * max(abs(start[j]), abs(end[j]))
+        allowed = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[j]), abs(end[j]))
         first += (one / allowed) ** 2
         second += (two / allowed) ** 2
     if first == 0.0:
@@ -131,7 +131,7 @@ def _part(
             q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
         ):
             drag += mechanism.hinges.stop_damping
-        work.soft[i] = h * drag + h * h * slope
+        work.added_inertia[i] = h * drag + h * h * slope
         work.torques[i] -= h * slope * v[i]
     state[2 * n + 1] += h
     write_drive_targets(mechanism.targets, state[2 * n + 1], work)
@@ -173,11 +173,11 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
                 table[k, i] = value
                 value += (value - old) / ((j + 1.0) / (j - k) - 1.0)
             table[j, i] = value
-    work.soft[:] = 0.0
+    work.added_inertia[:] = 0.0
     end[2 * n] = table[columns - 1, 2 * n]
     end[2 * n + 1] = start[2 * n + 1] + h
     for i in range(2 * n):
         end[i] = table[columns - 1, i]
-        weight = stepper.floor + stepper.tolerance * max(abs(start[i]), abs(end[i]))
+        weight = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[i]), abs(end[i]))
         error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2
     return math.sqrt(error / (2 * n))

@@ -31,8 +31,8 @@ class SimulationRecord(NamedTuple):
     q: Reals
     v: Reals
     a: Reals
-    books: Reals
-    gaps: Reals
+    energies: Reals
+    closure_residuals: Reals
     counts: WholeNumbers
     event_times: Reals
     event_joints: WholeNumbers
@@ -52,8 +52,8 @@ def record_state(
             record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
         for i in range(len(books)):
-            record.books[k, i] = books[i]
-        record.gaps[k] = gap
+            record.energies[k, i] = books[i]
+        record.closure_residuals[k] = gap
         record.counts[0] += 1
 
 

@@ -140,12 +140,12 @@ def start_simulation(simulation: Simulation) -> None:
     a, books = np.zeros(len(q)), np.zeros(6)
     record.counts[:] = 0
     record.counts[4] = ENDING_NONE
-    work.clock[0] = 0.0
+    work.time[0] = 0.0
     scale = largest_pivot(mechanism, q, work)
     pace[:PACE_COORDINATES], pace[PACE_COORDINATES:] = 0.0, q
     pace[PACE_SCALE], pace[PACE_GRIP] = scale, _grip(mechanism, hold, q)
-    collide_joints(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
-    update_held_joints(mechanism, hold, plan.slow, q, v, scale, work, a)
+    collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
+    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     pace[PACE_START_ENERGY] = _balance(simulation, books)
     pace[PACE_LARGEST_ENERGY] = np.abs(books).max()
     accelerate(mechanism, hold, q, v, scale, True, work, a)
@@ -166,10 +166,10 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
     start, end = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     a = np.zeros(n)
     counts = record.counts
-    books = record.books[counts[0] - 1].copy()
+    books = record.energies[counts[0] - 1].copy()
     scale, rejected = pace[PACE_SCALE], False
-    stepper = Stepper(mechanism, hold, scale, plan.tolerance, plan.floor, work, stages, start, end, counts)
-    work.clock[0] = pace[PACE_TIME]
+    stepper = Stepper(mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts)
+    work.time[0] = pace[PACE_TIME]
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
@@ -179,7 +179,7 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
         counts[4] = _ending_before(simulation, a)
         if counts[4] != ENDING_NONE:
             break
-        pace[PACE_STEP] = min(pace[PACE_STEP], plan.longest, plan.end - pace[PACE_TIME])
+        pace[PACE_STEP] = min(pace[PACE_STEP], plan.max_step, plan.end - pace[PACE_TIME])
         error = take_step(method, stepper, pace[PACE_STEP])
         if not error <= 1.0:
             counts[3] += 1
@@ -189,8 +189,8 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
         took, came, joint, kind = _shorten(simulation, stepper, a)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         pace[PACE_TIME] += took
-        work.clock[0] = pace[PACE_TIME]
-        gap, _ = project_state(mechanism.tree, hold.held, q, v, plan.closed, work)
+        work.time[0] = pace[PACE_TIME]
+        gap, _ = project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
         if len(mechanism.cuts.bodies):
             gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if kind >= 0:
@@ -227,12 +227,12 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
     if kind >= 0:
         took = land_on_event(method, stepper, share * h, h, joint, kind)
     else:
-        took = step_to_release(method, stepper, plan.closed, pace[PACE_GRIP], firm, h)
+        took = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], firm, h)
     came = 2.0
-    if plan.near >= 0.0 and took > 0.0:
+    if plan.flat_distance >= 0.0 and took > 0.0:
         # the tables now hold the repeated step
         span = IntegrationStep(took, span.q0, span.v0, a, span.q1, span.v1, span.a1)
-        came = first_near(span, plan.flat, plan.near)
+        came = first_near(span, plan.flat, plan.flat_distance)
     if came < 1.0:
         took, kind = came * took, -1
         take_step(method, stepper, took)
@@ -320,13 +320,13 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
     """Return the ending reached before a step, or `ENDING_NONE`."""
     hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
     q, v, time = simulation.q, simulation.v, pace[PACE_TIME]
-    near = plan.near >= 0.0
+    near = plan.flat_distance >= 0.0
     for i in range(len(q)):
-        near = near and not abs(q[i] - plan.flat[i]) > plan.near
-    still = plan.rest >= 0.0
+        near = near and not abs(q[i] - plan.flat[i]) > plan.flat_distance
+    still = plan.rest_distance >= 0.0
     left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
     for i in range(len(q)):
-        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest and abs(a[i]) * left**2 <= plan.rest))
+        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest_distance and abs(a[i]) * left**2 <= plan.rest_distance))
     ending = ENDING_NONE
     if near:
         ending = ENDING_FLAT
@@ -348,11 +348,11 @@ def _happen(simulation: Simulation, joint: int, kind: int, a: Reals, books: Real
     q, v, scale = simulation.q, simulation.v, simulation.pace[PACE_SCALE]
     before = _balance(simulation, books)
     if kind < 2:
-        collide_joints(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
+        collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
     else:
         hold.branches[joint] = 1 - hold.branches[joint]
-    update_held_joints(mechanism, hold, plan.slow, q, v, scale, work, a)
-    project_state(mechanism.tree, hold.held, q, v, plan.closed, work)
+    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
+    project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
     books[5] += before - _balance(simulation, books)
 
 
@@ -361,7 +361,7 @@ def _let_go(simulation: Simulation, a: Reals) -> bool:
     """Free joints whose stops would have to pull, where nothing else holds them; return whether any was freed."""
     hold, q, v, pace = simulation.hold, simulation.q, simulation.v, simulation.pace
     before = hold.held.copy()
-    update_held_joints(simulation.mechanism, hold, simulation.plan.slow, q, v, pace[PACE_SCALE], simulation.work, a)
+    update_held_joints(simulation.mechanism, hold, simulation.plan.min_bounce_speed, q, v, pace[PACE_SCALE], simulation.work, a)
     free = False
     for i in range(len(q)):
         if before[i] and not hold.held[i]:

@@ -40,25 +40,25 @@ class StepPlan(NamedTuple):
     """
 
     end: float
-    tolerance: float
-    floor: float
-    first: float
-    longest: float
+    relative_tolerance: float
+    absolute_tolerance: float
+    first_step_size: float
+    max_step: float
     restitution: float
-    slow: float
+    min_bounce_speed: float
     flat: Reals
-    near: float
-    rest: float
-    closed: float
+    flat_distance: float
+    rest_distance: float
+    closure_tolerance: float
 
 
 @lean
 def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take one step; return its error over the tolerance. The last stage is the derivative at its end."""
-    if not method.columns:
+    if not method.extrapolation_order:
         stepper.counts[2] += len(method.b)
         return explicit_step(method, stepper, h)
-    columns, work = method.columns, stepper.work
+    columns, work = method.extrapolation_order, stepper.work
     stepper.counts[2] += columns * (columns + 1) // 2 + 1
     error = implicit_step(columns, stepper, h)
     _accelerate(stepper, stepper.end, False)
@@ -71,25 +71,25 @@ def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
     """Write the accelerations at a state (q, v, energy lost, time) to `work.accelerations`; see `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
     q, v = state[:n], state[n : 2 * n]
-    work.clock[0] = state[2 * n + 1]
+    work.time[0] = state[2 * n + 1]
     accelerate(stepper.mechanism, stepper.hold, q, v, stepper.scale, fresh, work, work.accelerations)
 
 
 @lean
 def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     """Estimate the first step from the size of the motion (after Hairer, Norsett and Wanner 1993, section II.4)."""
-    if plan.first > 0.0:
-        return plan.first
+    if plan.first_step_size > 0.0:
+        return plan.first_step_size
     n = len(q)
     size = rate = 0.0
     for i in range(n):
-        weight_q, weight_v = plan.floor + plan.tolerance * abs(q[i]), plan.floor + plan.tolerance * abs(v[i])
+        weight_q, weight_v = plan.absolute_tolerance + plan.relative_tolerance * abs(q[i]), plan.absolute_tolerance + plan.relative_tolerance * abs(v[i])
         size += (q[i] / weight_q) ** 2 + (v[i] / weight_v) ** 2
         rate += (v[i] / weight_q) ** 2 + (a[i] / weight_v) ** 2
     if rate == 0.0:
-        return plan.longest
+        return plan.max_step
     guess = 0.01 * math.sqrt(size / rate) if size > 0.0 else 1e-6
-    return min(plan.longest, max(guess, 1e-9 * plan.end))
+    return min(plan.max_step, max(guess, 1e-9 * plan.end))
 
 
 @lean
@@ -147,7 +147,7 @@ def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
     first, end = stepper.stages[0], stepper.end
     n = len(end) // 2 - 1
     for j in range(n, 2 * n):
-        allowed = PARABOLA_TOLERANCE_SHARE * (stepper.floor + stepper.tolerance * abs(end[j]))
+        allowed = PARABOLA_TOLERANCE_SHARE * (stepper.absolute_tolerance + stepper.relative_tolerance * abs(end[j]))
         if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
             return False
     return True
@@ -221,6 +221,6 @@ def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
     for i in range(n):
         q[i], v[i] = state[i], state[n + i]
     project_state(mechanism.tree, hold.held, q, v, closed, work)
-    work.clock[0] = state[2 * n + 1]
+    work.time[0] = state[2 * n + 1]
     accelerate(mechanism, hold, q, v, stepper.scale, True, work, work.accelerations)
     return greatest_pull(hold, work.accelerations)

@@ -116,13 +116,13 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
         first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
         way = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * (kind if kind < 3 else kind - 3))
         arm = rotated(b, second, WORK_ROTATION, vector_at(tree.weld_places, weld, WELD_POINT_B))
-        put_vector(work.ways, r, WAY_ARM_B, arm)
+        put_vector(work.row_lines, r, WAY_ARM_B, arm)
         if first >= 0:
             way = rotated(b, first, WORK_ROTATION, way)
             # body a carries the row where body b is, which may be elsewhere along directions that are not closed
             arm = vector_difference(vector_sum(vector_at(b, second, WORK_PLACE), arm), vector_at(b, first, WORK_PLACE))
-        put_vector(work.ways, r, WAY_DIRECTION, way)
-        put_vector(work.ways, r, WAY_ARM_A, arm)
+        put_vector(work.row_lines, r, WAY_DIRECTION, way)
+        put_vector(work.row_lines, r, WAY_ARM_A, arm)
 
 
 @lean
@@ -188,7 +188,7 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
         for k in range(6):
             slots[slot, k] = 0.0
     for r in range(len(tree.rows)):
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        way = vector_at(work.row_lines, r, WAY_DIRECTION)
         gap = tree.rows[r, ROW_KIND] >= 3
         for side in range(2):
             slot = tree.rows[r, ROW_SLOT_B if side else ROW_SLOT_A]
@@ -201,7 +201,7 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
                     slots,
                     slot,
                     WORK_SLOT_COUPLE,
-                    cross(vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A), force),
+                    cross(vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A), force),
                 )
                 add_vector(slots, slot, WORK_SLOT_FORCE, force)
             else:
@@ -262,10 +262,10 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
         w = vector_at(b, i, WORK_LINE)
         if slides:
             couple, force = rotated(b, i, WORK_CROSSED, w), apply_symmetric(symmetric_at(b, i, WORK_FORCES), w)
-            along = dot(w, force) + work.soft[i]
+            along = dot(w, force) + work.added_inertia[i]
         else:
             couple, force = apply_symmetric(symmetric_at(b, i, WORK_COUPLES), w), rotated_back(b, i, WORK_CROSSED, w)
-            along = dot(w, couple) + work.soft[i]
+            along = dot(w, couple) + work.added_inertia[i]
         put_vector(b, i, WORK_HEAD_COUPLE, couple)
         put_vector(b, i, WORK_HEAD_FORCE, force)
         b[i, WORK_ALONG] = along
@@ -374,17 +374,17 @@ def _own_rates(tree: BodyTree, work: Work) -> None:
     """Add centripetal terms of welded bodies, and those of rotating row directions, to the row accelerations."""
     b = work.bodies
     for r in range(len(tree.rows)):
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        way = vector_at(work.row_lines, r, WAY_DIRECTION)
         first, second = tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_A], tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_B]
         if first >= 0:
             turning = vector_at(b, first, WORK_SPIN)
             if tree.rows[r, ROW_KIND] < 3:
                 work.rates[r] -= dot(way, cross(turning, vector_difference(vector_at(b, second, WORK_SPIN), turning)))
             else:
-                here = vector_sum(vector_at(b, first, WORK_SPEED), cross(turning, vector_at(work.ways, r, WAY_ARM_A)))
+                here = vector_sum(vector_at(b, first, WORK_SPEED), cross(turning, vector_at(work.row_lines, r, WAY_ARM_A)))
                 there = vector_sum(
                     vector_at(b, second, WORK_SPEED),
-                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.ways, r, WAY_ARM_B)),
+                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.row_lines, r, WAY_ARM_B)),
                 )
                 work.rates[r] -= 2.0 * dot(way, cross(turning, vector_difference(there, here))) / tree.size
         if tree.rows[r, ROW_KIND] < 3:
@@ -393,7 +393,7 @@ def _own_rates(tree: BodyTree, work: Work) -> None:
             body = tree.welds[tree.rows[r, ROW_WELD], side]
             if body >= 0:
                 spin = vector_at(work.bodies, body, WORK_SPIN)
-                inward = dot(way, cross(spin, cross(spin, vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A))))
+                inward = dot(way, cross(spin, cross(spin, vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A))))
                 work.rates[r] += (inward if side else -inward) / tree.size
             else:  # the ground, too, rises against gravity
                 fall = way[0] * tree.gravity[0] + way[1] * tree.gravity[1] + way[2] * tree.gravity[2]

@@ -102,24 +102,24 @@ class Work(NamedTuple):
 
     bodies: Reals
     slots: Reals
-    ways: Reals
+    row_lines: Reals
     errors: Reals
     rates: Reals
     forces: Reals
-    opening: Reals
+    residual_rates: Reals
     delassus: Reals
     factor: Reals
     chosen: WholeNumbers
     chosen_count: WholeNumbers
     pivots: Reals
     torques: Reals
-    soft: Reals
+    added_inertia: Reals
     accelerations: Reals
-    change: Reals
-    still: Reals
+    projection_change: Reals
+    zeros: Reals
     trial: Reals
-    clock: Reals
-    asked: Reals
+    time: Reals
+    drive_targets: Reals
 
 
 @compiled
@@ -129,22 +129,22 @@ def work_for(tree: BodyTree) -> Work:
     return Work(
         bodies=np.zeros((n, WORK_BODY_COLUMNS)),
         slots=np.zeros((slots, 7)),
-        ways=np.zeros((m, 9)),
+        row_lines=np.zeros((m, 9)),
         errors=np.zeros(m),
         rates=np.zeros(m),
         forces=np.zeros(m),
-        opening=np.zeros(m),
+        residual_rates=np.zeros(m),
         delassus=np.zeros((m, m)),
         factor=np.zeros((m, m)),
         chosen=np.zeros(m, np.int64),
         chosen_count=np.zeros(1, np.int64),
         pivots=np.zeros(m),
         torques=np.zeros(n),
-        soft=np.zeros(n),
+        added_inertia=np.zeros(n),
         accelerations=np.zeros(n),
-        change=np.zeros(n),
-        still=np.zeros(n),
+        projection_change=np.zeros(n),
+        zeros=np.zeros(n),
         trial=np.zeros((2, n)),
-        clock=np.zeros(1),
-        asked=np.zeros((n, 3)),
+        time=np.zeros(1),
+        drive_targets=np.zeros((n, 3)),
     )

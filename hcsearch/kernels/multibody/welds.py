@@ -67,7 +67,7 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
     for r in range(len(tree.rows)):
         weld, kind = tree.rows[r, ROW_WELD], tree.rows[r, ROW_KIND]
         first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        way = vector_at(work.row_lines, r, WAY_DIRECTION)
         if kind < 3:
             # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
             # where b may turn about one axis, that axis alone says how it tilts, however far b has turned
@@ -83,10 +83,10 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
             own = vector_at(tree.weld_places, weld, WELD_POINT_A)
             # from the joint of body a to the point of body b, less to its own
             gap = (
-                vector_difference(vector_at(work.ways, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, own))
+                vector_difference(vector_at(work.row_lines, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, own))
                 if first >= 0
                 else vector_difference(
-                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.ways, r, WAY_ARM_B)), own
+                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.row_lines, r, WAY_ARM_B)), own
                 )
             )
             value = dot(way, gap) / tree.size
@@ -102,7 +102,7 @@ def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
     b = work.bodies
     for r in range(len(tree.rows)):
         weld = tree.rows[r, ROW_WELD]
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        way = vector_at(work.row_lines, r, WAY_DIRECTION)
         value = 0.0
         for side in range(2):
             body = tree.welds[weld, side]
@@ -110,7 +110,7 @@ def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
                 continue
             part = dot(way, vector_at(b, body, WORK_SPIN))
             if tree.rows[r, ROW_KIND] >= 3:
-                arm = vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A)
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
                 flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
                 part = dot(way, flow) / tree.size
             value += part if side else -part
@@ -199,9 +199,9 @@ def close_rows(work: Work, unwanted: Reals) -> None:
 def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) -> None:
     """Write the spring forces of the rows, -k g - c g'; call `place_bodies` and `move_bodies` first."""
     weld_errors(tree, work, work.errors)
-    weld_rates(tree, work, work.opening)
+    weld_rates(tree, work, work.residual_rates)
     for r in range(len(work.forces)):
-        work.forces[r] = -stiffness * work.errors[r] - damping * work.opening[r]
+        work.forces[r] = -stiffness * work.errors[r] - damping * work.residual_rates[r]
 
 
 @lean
@@ -214,11 +214,11 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, wor
     m = len(work.forces)
     stiff = h * (h * stiffness + damping)
     weld_errors(tree, work, work.errors)
-    weld_rates(tree, work, work.opening)
+    weld_rates(tree, work, work.residual_rates)
     for r in range(m):
         work.chosen[r] = r
         work.delassus[r, r] += 1.0 / stiff
-        work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.opening[r]) / stiff
+        work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.residual_rates[r]) / stiff
     work.chosen_count[0] = m
     factor_chosen_rows(work, 0.0)
     close_rows(work, work.rates)
@@ -228,8 +228,8 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, wor
 def spring_loss(damping: float, work: Work) -> float:
     """Return the power lost in the dampers of closure springs, from the rates in `work.opening`."""
     lost = 0.0
-    for r in range(len(work.opening)):
-        lost += damping * work.opening[r] ** 2
+    for r in range(len(work.residual_rates)):
+        lost += damping * work.residual_rates[r] ** 2
     return lost
 
 
@@ -239,7 +239,7 @@ def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) 
     stored = lost = 0.0
     if stiffness > 0.0:
         weld_errors(tree, work, work.errors)
-        weld_rates(tree, work, work.opening)
+        weld_rates(tree, work, work.residual_rates)
         for r in range(len(work.forces)):
             stored += 0.5 * stiffness * work.errors[r] ** 2
         lost = spring_loss(damping, work)
