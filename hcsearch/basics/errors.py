@@ -8,7 +8,9 @@ def printable(text: str) -> str:
     """Return the text with control characters and undecodable bytes escaped, so that terminals do not act on them."""
     if text.isprintable():
         return text
-    return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in text)
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode() for character in text
+    )
 
 
 def one_line(text: str) -> str:
@@ -21,10 +23,10 @@ def one_line(text: str) -> str:
     return _shortened(" ".join(words), MAX_MESSAGE_LINE_LENGTH)
 
 
-def _shortened(text: str, longest: int) -> str:
+def _shortened(text: str, max_length: int) -> str:
     """Return the text, cut in the middle if too long: messages begin with the input and end with the remedy."""
-    end = longest // 3
-    return text if len(text) <= longest else f"{text[: longest - end - 3]}...{text[-end:]}"
+    end_length = max_length // 3
+    return text if len(text) <= max_length else f"{text[: max_length - end_length - 3]}...{text[-end_length:]}"
 
 
 class HcsearchError(ValueError):

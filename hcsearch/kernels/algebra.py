@@ -153,17 +153,17 @@ def turn_row(r: Vector3, columns: tuple[Vector3, Vector3, Vector3]) -> Vector3:
 
 
 @lean
-def add_bracket(one: Reals, two: Reals, total: Reals) -> None:
+def add_bracket(a: Reals, b: Reals, total: Reals) -> None:
     """Add the Lie bracket of two screws, (6,) each, to a total."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        total[i] += one[j] * two[k] - one[k] * two[j]
-        total[3 + i] += one[j] * two[3 + k] - one[k] * two[3 + j]
-        total[3 + i] += one[3 + j] * two[k] - one[3 + k] * two[j]
+        total[i] += a[j] * b[k] - a[k] * b[j]
+        total[3 + i] += a[j] * b[3 + k] - a[k] * b[3 + j]
+        total[3 + i] += a[3 + j] * b[k] - a[3 + k] * b[j]
 
 
 @lean
-def row_product(one: Reals, i: int, two: Reals, j: int, n: int) -> float:
+def row_product(first: Reals, i: int, second: Reals, j: int, n: int) -> float:
     """Return the scalar product of the first n entries of row i of one table and row j of another.
 
     np.dot would call BLAS, whose last bits depend on the processor, and which takes longer to load than many kernels to
@@ -171,22 +171,22 @@ def row_product(one: Reals, i: int, two: Reals, j: int, n: int) -> float:
     """
     value = 0.0
     for k in range(n):
-        value += one[i, k] * two[j, k]
+        value += first[i, k] * second[j, k]
     return value
 
 
 @lean
-def subtract_row(one: Reals, i: int, part: float, two: Reals, j: int, n: int) -> None:
-    """Subtract `part` times row j of one table from row i of another, in the first n entries."""
+def subtract_row(target: Reals, i: int, factor: float, source: Reals, j: int, n: int) -> None:
+    """Subtract `factor` times row j of one table from row i of another, in the first n entries."""
     for k in range(n):
-        one[i, k] -= part * two[j, k]
+        target[i, k] -= factor * source[j, k]
 
 
 @lean
-def divide_row(table: Reals, i: int, by: float, n: int) -> None:
+def divide_row(table: Reals, i: int, divisor: float, n: int) -> None:
     """Divide the first n entries of row i by a number."""
     for k in range(n):
-        table[i, k] /= by
+        table[i, k] /= divisor
 
 
 @lean

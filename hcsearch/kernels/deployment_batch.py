@@ -57,8 +57,8 @@ class SceneTables(NamedTuple):
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,), joint of each hinge. prisms, shrunk : of the
         panels, as they are and shrunk by the margin. pairs : that may collide.
-    deepest, reach : m, margin at which a panel would vanish, and lever by which closure residuals (over size) are
-        multiplied to bound the displacement of panels.
+    max_margin, residual_lever : m, margin at which a panel would vanish, and lever by which closure residuals
+        (over size) are multiplied to bound the displacement of panels.
     """
 
     tree: BodyTree
@@ -77,7 +77,7 @@ class CheckingRules(NamedTuple):
     """Settings shared by all foldings of a call: of the simulation, and of the measurement of gaps.
 
     struts, cuts : empty tables of the right type. margin, resolution : m, as of `ClearanceTolerances`.
-    whole : whether motions that collide are simulated to their end, too.
+    follow_collisions : whether motions that collide are simulated to their end, too.
     """
 
     method: IntegrationMethod
@@ -97,10 +97,11 @@ class CheckFindings(NamedTuple):
     endings : (k,), as of `simulate_motion`. verdicts : (k,), as of `judge_clearance`. pairs : (k,), that collide.
     counts : (k, 4), states, evaluations, rejected steps, bounds of gaps. times : (k, 2), of the end, and of the
         collision (s). gaps : (k,), smallest gap (m) of motions that come flat and clear, else infinite.
-    speeds : (k,), approach speed of the colliding panels, 0 in clear motions, m/s. lefts : (k, 3), fold angles over pi:
-        mean at the collision (at the end of clear motions), mean at the end, and greatest at the end.
-    drifts : (k,), error of the energy balance, as a share of the largest energy. openings : (k,), greatest closure
-        residual. looses : (k,), share of states with open loops, 0 where springs close them.
+    speeds : (k,), approach speed of the colliding panels, 0 in clear motions, m/s.
+    remaining_angles : (k, 3), fold angles over pi: mean at the collision (at the end of clear motions), mean at the
+        end, and greatest at the end.
+    energy_drifts : (k,), error of the energy balance, as a share of the largest energy. closure_residuals : (k,),
+        greatest. open_state_shares : (k,), share of states with open loops, 0 where springs close them.
     """
 
     endings: WholeNumbers
@@ -125,37 +126,46 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
     """
     cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
     plan, method = rules.plan, rules.method
-    answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
-        subject = _nth(stack, i)
+        subject = _tables_at(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
         simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        clear, most, verdict = 0, len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS, MOTION_CLEAR
+        clear_states, max_states, verdict = (
+            0,
+            len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS,
+            MOTION_CLEAR,
+        )
         start_simulation(simulation)
         while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
-            continue_simulation(simulation, most)
+            continue_simulation(simulation, max_states)
             states, flat = record.counts[0], record.counts[4] == ENDING_FLAT
-            clear = 0 if flat else clear  # a gap may dip across parts
-            motion = _states(record, clear, states)
+            clear_states = 0 if flat else clear_states  # a gap may dip across parts
+            motion = _states(record, clear_states, states)
             if not cubic:
                 motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
-            findings.closure_residuals[i] = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
+            findings.closure_residuals[i] = max(
+                findings.closure_residuals[i], largest_opening(tree, motion, cubic, work)
+            )
             course = _course(subject, motion, cubic)
-            wanted = ClearanceTolerances(
-                subject.residual_lever * findings.closure_residuals[i], rules.margin, subject.max_margin, rules.resolution
+            tolerances = ClearanceTolerances(
+                subject.residual_lever * findings.closure_residuals[i],
+                rules.margin,
+                subject.max_margin,
+                rules.resolution,
             )
             verdict = judge_clearance(
-                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer
+                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
             )
-            findings.counts[i, 3] += answer.bound_counts[0]
-            clear = states - 1 if verdict == MOTION_CLEAR else clear
-            most = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
+            findings.counts[i, 3] += report.bound_counts[0]
+            clear_states = states - 1 if verdict == MOTION_CLEAR else clear_states
+            max_states = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
         findings.open_state_shares[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
-        _report(record, verdict, answer, findings, i)
-        _report_end(subject, course, verdict, answer, findings, i)
+        _report(record, verdict, report, findings, i)
+        _report_end(subject, course, verdict, report, findings, i)
 
 
 @compiled
@@ -189,26 +199,29 @@ def _hold(subject: SceneTables) -> DiscreteState:
 
 
 @compiled
-def _report(record: SimulationRecord, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int) -> None:
+def _report(record: SimulationRecord, verdict: int, report: ClearanceReport, findings: CheckFindings, i: int) -> None:
     states = record.counts[0]
     findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
     findings.energy_drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
-    findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
-    findings.gaps[i] = answer.gaps[0]
+    findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, report.pairs[0], report.times[0]
+    findings.gaps[i] = report.gaps[0]
 
 
 @compiled
 def _report_end(
-    subject: SceneTables, course: Course, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int
+    subject: SceneTables, course: Course, verdict: int, report: ClearanceReport, findings: CheckFindings, i: int
 ) -> None:
     """Write the approach speed of colliding panels, and the remaining fold angles."""
     angles = course.angles[len(course.times) - 1].copy()
-    findings.remaining_angles[i, 1], findings.remaining_angles[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    findings.remaining_angles[i, 1], findings.remaining_angles[i, 2] = (
+        np.abs(angles).mean() / math.pi,
+        np.abs(angles).max() / math.pi,
+    )
     findings.speeds[i] = 0.0
     if verdict != MOTION_CLEAR and len(course.times) > 1:
-        pair, time = answer.pairs[0], answer.times[0]
+        pair, time = report.pairs[0], report.times[0]
         findings.speeds[i] = approach_speed(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
     findings.remaining_angles[i, 0] = np.abs(angles).mean() / math.pi
@@ -239,9 +252,9 @@ def _drift(record: SimulationRecord, states: int) -> float:
 
 
 @compiled
-def _nth(s: Any, i: int) -> SceneTables:
+def _tables_at(stack: Any, i: int) -> SceneTables:
     """Return the tables of the i-th folding of a stack, in which numbers are tables."""
-    t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
+    t, h, c, r, p = stack.tree, stack.hinges, stack.chain, stack.pairs, stack.prisms
     return SceneTables(
         BodyTree(
             t.bodies[i],
@@ -266,17 +279,17 @@ def _nth(s: Any, i: int) -> SceneTables:
             h.stop_stiffness[i],
             h.stop_damping[i],
         ),
-        s.start[i],
-        s.joint_of[i],
+        stack.start[i],
+        stack.joint_of[i],
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
-        _nth_prisms(p, i),
-        _nth_prisms(s.shrunk, i),
+        _prisms_at(p, i),
+        _prisms_at(stack.shrunk, i),
         PrismPairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
-        s.max_margin[i],
-        s.residual_lever[i],
+        stack.max_margin[i],
+        stack.residual_lever[i],
     )
 
 
 @compiled
-def _nth_prisms(p: Prisms, i: int) -> Prisms:
+def _prisms_at(p: Prisms, i: int) -> Prisms:
     return Prisms(p.panels[i], p.counts[i], p.vertices[i], p.middles[i], p.reaches[i], p.normals[i], p.edges[i])

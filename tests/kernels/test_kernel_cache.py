@@ -279,8 +279,8 @@ def test_a_claim_ends_with_the_process_that_holds_it(tmp_path):
     script = """
         import sys, time
         from pathlib import Path
-        from hcsearch.kernels.compiling.cache_folder import claim
-        held = claim(Path(sys.argv[1]), "0123456789abcdef")
+        from hcsearch.kernels.compiling.cache_folder import claim_kernel
+        held = claim_kernel(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         time.sleep(60)
     """
@@ -302,8 +302,8 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.compiling.cache_folder import claim
-        held = claim(Path(sys.argv[1]), "0123456789abcdef")
+        from hcsearch.kernels.compiling.cache_folder import claim_kernel
+        held = claim_kernel(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         sys.stdin.read()
     """
@@ -327,9 +327,9 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
         import sys
         from pathlib import Path
         from hcsearch.kernels.compiling import cache_folder
-        cache_folder.PATIENCE = 0.0
+        cache_folder.LOCK_TIMEOUT_SECONDS = 0.0
         for name in sys.argv[2:]:
-            cache_folder.claim(Path(sys.argv[1]), name)
+            cache_folder.claim_kernel(Path(sys.argv[1]), name)
         print("claimed")
     """
     other = run(script, folder, *(name for _, name in claimed))

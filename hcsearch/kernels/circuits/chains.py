@@ -44,12 +44,12 @@ class Plane(NamedTuple):
 class HalfChains(NamedTuple):
     """Half-chains of one key, grouped by the alternating sum of their turns.
 
-    codes, back : code of the chain, and of the chain walked from its end.
+    codes, reversed_codes : code of the chain, and of the chain walked from its end.
     sums : alternating sum of turns, the first with a plus.
     steps : shape (n_chains, h), directions.
     masks : shape (words, n_chains), bit sets of the occupied cells that the other half-chain can reach.
-    carried : shape (3, n_chains), bit planes of h numbers below `directions`: crease k is flat in another folding if
-              the numbers of the first and the second half-chain are equal.
+    flat_bit_planes : shape (3, n_chains), of h numbers below `directions`: crease k is flat in another folding if the
+              numbers of the first and the second half-chain are equal.
     """
 
     codes: NDArray[np.uint64]
@@ -166,7 +166,7 @@ def _walk(
 
 
 @compiled
-def _room(n_chains: int, h: int, words: int) -> HalfChains:
+def _new_chains(n_chains: int, h: int, words: int) -> HalfChains:
     return HalfChains(
         np.empty(n_chains, np.uint64),
         np.empty(n_chains, np.uint64),
@@ -184,36 +184,38 @@ def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
     blocked = np.zeros(len(plane.distance), np.uint8)
     blocked[plane.home + plane.moves[0]] = 1
     bit = np.empty(0, np.int16)
-    return _walk(plane, -1, toward, bit, blocked, sizes, _room(0, plane.h, 1))
+    return _walk(plane, -1, toward, bit, blocked, sizes, _new_chains(0, plane.h, 1))
 
 
 @lean
 def _steps_between(plane: Plane, end: int, place: int) -> int:
     """Return the steps from the last place of a half-chain to another place."""
-    away = end - place if plane.turned else place - end
-    return int(plane.distance[plane.home + away])
+    offset = end - place if plane.turned else place - end
+    return int(plane.distance[plane.home + offset])
 
 
 @compiled
-def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> HalfChains:
+def _chains_of_key(
+    plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int
+) -> HalfChains:
     """Return the half-chains of one key."""
     size = len(plane.distance)
     toward = np.full(size, np.int16(UNREACHED_DISTANCE))
     blocked = np.zeros(size, np.uint8)
     for place in plane.reach:
-        away = _steps_between(plane, end, place)
-        if plane.distance[place] + away <= plane.h:
-            toward[place] = away
+        remaining = _steps_between(plane, end, place)
+        if plane.distance[place] + remaining <= plane.h:
+            toward[place] = remaining
     blocked[plane.home + plane.moves[0]] = 1
     blocked[end + plane.moves[exit_face]] = 1
-    chains = _room(n_chains, plane.h, words)
+    chains = _new_chains(n_chains, plane.h, words)
     _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), chains)
     return chains
 
 
 @lean
-def _carry(chains: HalfChains, directions: int, mate: bool) -> None:
-    """Fill `carried` for first half-chains, or for their mates.
+def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
+    """Fill `flat_bit_planes` for first half-chains, or for their mates.
 
     Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
     first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m
@@ -250,7 +252,7 @@ def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> Half
     for i in range(1, len(starts)):
         starts[i] += starts[i - 1]
     free = starts.copy()
-    ordered = _room(n_chains, chains.steps.shape[1], len(chains.masks))
+    ordered = _new_chains(n_chains, chains.steps.shape[1], len(chains.masks))
     for i in range(n_chains):
         to = free[chains.sums[i] + offset]
         free[chains.sums[i] + offset] += 1
@@ -285,10 +287,10 @@ def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[HalfChains, HalfC
             mate_bit[other] = n_bits
             n_bits += 1
     n_words = max(1, (n_bits + 63) // 64)
-    first = _list(plane, end, face, key[2], bit, n_words)
-    _carry(first, len(moves), False)
+    first = _chains_of_key(plane, end, face, key[2], bit, n_words)
+    _fill_bit_planes(first, len(moves), False)
     offset = 4 * (h + 1)
     starts = np.zeros(2 * offset + 2, np.int64)
-    second = _grouped(_list(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
-    _carry(second, len(moves), True)
+    second = _grouped(_chains_of_key(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
+    _fill_bit_planes(second, len(moves), True)
     return first, second, starts

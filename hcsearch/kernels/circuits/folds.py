@@ -20,9 +20,9 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32]
     half = n // 2
     goal = half * (directions // 2)
     sums = np.zeros(n, np.int64)  # x_0 + .. + x_k, of turns not reduced mod m, as only residues matter
-    most = 2 * n * directions + goal  # greatest absolute value of the sums below
-    divisible = np.zeros(2 * most + 1, np.bool_)  # a table, as a division would take longer than the rest
-    divisible[most % directions :: directions] = True
+    max_sum = 2 * n * directions + goal  # greatest absolute value of the sums below
+    divisible = np.zeros(2 * max_sum + 1, np.bool_)  # a table, as a division would take longer than the rest
+    divisible[max_sum % directions :: directions] = True
     written = 0
     for row in range(n_words):
         before = np.int64(words[row, n - 1])
@@ -33,10 +33,10 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32]
             total = sums[k] - odd + even
             sums[k + 1] = total
             before = odd
-        if not divisible[most + total]:
+        if not divisible[max_sum + total]:
             continue
         for j in range(half):
-            if divisible[most + sums[j + half] - sums[j] - goal]:
+            if divisible[max_sum + sums[j + half] - sums[j] - goal]:
                 rows[written] = row
                 creases[written] = j
                 written += 1
@@ -48,12 +48,12 @@ def twist_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32
     """Write the twist |Lk| = |T_even - T_odd| / m of each folding, from its circuit; `rows` must ascend."""
     n = words.shape[1]
     flip = directions // 2
-    known = -1
+    last_row = -1
     linking = np.int64(0)
     for i in range(len(rows)):
         row = rows[i]
-        if row != known:
-            known = row
+        if row != last_row:
+            last_row = row
             total = np.int64(0)
             before = np.int64(words[row, n - 1])
             for k in range(n):  # turn at panel k, between steps k - 1 and k

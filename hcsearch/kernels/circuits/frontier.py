@@ -68,17 +68,17 @@ def _find(
     h = (lo ^ (hi * np.uint64(0x9E3779B97F4A7C15))) * np.uint64(0xD6E8FEB86659FD93)
     h ^= h >> np.uint64(32)
     h *= np.uint64(0xD6E8FEB86659FD93)
-    at = (h ^ (h >> np.uint64(29))) & mask
+    entry = (h ^ (h >> np.uint64(29))) & mask
     while True:
-        index = table[at]
+        index = table[entry]
         if index < 0:
-            table[at] = size
+            table[entry] = size
             next_lo[size] = lo
             next_hi[size] = hi
             return size
         if next_lo[index] == lo and next_hi[index] == hi:
             return int(index)
-        at = (at + _ONE) & mask
+        entry = (entry + _ONE) & mask
 
 
 @lean
@@ -207,9 +207,9 @@ def list_completions(
     n_edges = len(offsets) - 1
     node = np.empty(n_edges + 1, np.int64)
     choice = np.empty(n_edges + 1, np.int64)
-    at = 0
+    written = 0
     for s in range(offsets[layer + 1] - offsets[layer]):
-        start[s] = at
+        start[s] = written
         if counts[offsets[layer] + s] == 0:
             continue
         k = layer
@@ -220,17 +220,17 @@ def list_completions(
             if choice[k] > 1:
                 k -= 1
                 continue
-            to = child[offsets[k] + node[k], choice[k]]
-            if to == CHILD_COMPLETE:
+            next_state = child[offsets[k] + node[k], choice[k]]
+            if next_state == CHILD_COMPLETE:
                 for e in range(layer, k + 1):
                     if choice[e] == 1:
-                        masks[at, e >> 6] |= _ONE << np.uint64(63 - (e & 63))
-                at += 1
-            elif _live(to, counts, offsets[k + 1]):
+                        masks[written, e >> 6] |= _ONE << np.uint64(63 - (e & 63))
+                written += 1
+            elif _live(next_state, counts, offsets[k + 1]):
                 k += 1
-                node[k] = to
+                node[k] = next_state
                 choice[k] = -1
-    start[offsets[layer + 1] - offsets[layer]] = at
+    start[offsets[layer + 1] - offsets[layer]] = written
 
 
 @lean
@@ -356,8 +356,8 @@ def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions:
     edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.
     """
     n = words.shape[1]
-    to = np.empty((n, 2), np.int64)
-    way = np.empty((n, 2), np.int8)
+    neighbours = np.empty((n, 2), np.int64)
+    step_directions = np.empty((n, 2), np.int8)
     degree = np.empty(n, np.int64)
     half = directions // 2
     for i in range(len(masks)):
@@ -365,16 +365,16 @@ def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions:
         for e in range(len(edges)):
             if (masks[i, e >> 6] >> np.uint64(63 - (e & 63))) & _ONE:
                 u, v, d = edges[e, 0], edges[e, 1], edges[e, 2]
-                to[u, degree[u]] = v
-                way[u, degree[u]] = d
+                neighbours[u, degree[u]] = v
+                step_directions[u, degree[u]] = d
                 degree[u] += 1
-                to[v, degree[v]] = u
-                way[v, degree[v]] = d - half if d >= half else d + half
+                neighbours[v, degree[v]] = u
+                step_directions[v, degree[v]] = d - half if d >= half else d + half
                 degree[v] += 1
-        at = 0
-        last = -1
+        cell = 0
+        last_cell = -1
         for k in range(n):
-            side = 1 if k > 0 and to[at, 0] == last else 0
-            words[i, k] = way[at, side]
-            last = at
-            at = to[at, side]
+            side = 1 if k > 0 and neighbours[cell, 0] == last_cell else 0
+            words[i, k] = step_directions[cell, side]
+            last_cell = cell
+            cell = neighbours[cell, side]

@@ -101,10 +101,10 @@ def _order(
 @lean
 def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
     """Return the h letters after the first `skip` ones (0 < skip < h + 1) of two words of h + 1 letters each."""
-    rest = np.uint64(bits * (h + 1 - skip))
-    more = np.uint64(bits * (skip - 1))
-    kept = first & ((np.uint64(1) << rest) - np.uint64(1))
-    return (kept << more) | (second >> (np.uint64(bits * (h + 1)) - more))
+    head_bits = np.uint64(bits * (h + 1 - skip))
+    tail_shift = np.uint64(bits * (skip - 1))
+    head = first & ((np.uint64(1) << head_bits) - np.uint64(1))
+    return (head << tail_shift) | (second >> (np.uint64(bits * (h + 1)) - tail_shift))
 
 
 @lean
@@ -139,7 +139,7 @@ def join_chains(
         flips = (flips << np.uint64(bits)) | np.uint64(top)
     letters = (h, bits, np.uint64(top), flips)
     capacity = len(words)
-    full = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
+    all_creases = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
     written = 0
     for i in range(state[0], len(first.codes)):
         if i % parts != part:
@@ -151,15 +151,23 @@ def join_chains(
         for j in range(max(lo, state[1]), hi):
             if mask & second.masks[0, j] != 0:
                 continue
-            meet = np.uint64(0)
+            common = np.uint64(0)
             for w in range(1, len(first.masks)):
-                meet |= first.masks[w, i] & second.masks[w, j]
-            if meet != 0:
+                common |= first.masks[w, i] & second.masks[w, j]
+            if common != 0:
                 continue
-            flat = full
+            flat = all_creases
             for p in range(3):
                 flat &= ~(first.flat_bit_planes[p, i] ^ second.flat_bit_planes[p, j])
-            order = _order(first.codes[i], second.codes[j], first.reversed_codes[i], second.reversed_codes[j], flat, stabiliser, letters)
+            order = _order(
+                first.codes[i],
+                second.codes[j],
+                first.reversed_codes[i],
+                second.reversed_codes[j],
+                flat,
+                stabiliser,
+                letters,
+            )
             if order == 0:
                 continue
             totals[0] += 1

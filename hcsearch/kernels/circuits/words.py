@@ -112,11 +112,11 @@ def canonicalise(
                     first = kind
                     ties = 0
                 ties += kind == first
-        best, begin = (ahead, start) if order <= 0 else (back, mirrored)
+        best, first_letter = (ahead, start) if order <= 0 else (back, mirrored)
         d = first
         for k in range(n):
             canonical[row, k] = d
-            d -= best[begin + k]
+            d -= best[first_letter + k]
             if d < 0:
                 d += directions
             elif d >= directions:
@@ -177,29 +177,29 @@ def array_rows(
             if height[g] != least:
                 continue
             x = moves[g, words[row, 0], 2]
-            left, y = x, np.int64(0)
+            leftmost, y = x, np.int64(0)
             for k in range(n):
                 column[k] = x
                 level[k] = y - low[g]
-                left = min(left, x)
+                leftmost = min(leftmost, x)
                 x += moves[g, words[row, k], 0]
                 y += moves[g, words[row, k], 1]
-            left -= left % bits
+            leftmost -= leftmost % bits
             image[:least] = 0
             for k in range(n):
-                image[level[k]] |= one << np.uint64(column[k] - left)
-            less = ties == 0
-            equal = not less
-            if equal:
+                image[level[k]] |= one << np.uint64(column[k] - leftmost)
+            is_less = ties == 0
+            is_equal = not is_less
+            if is_equal:
                 for k in range(least):
                     if image[k] != rows[row, k]:
-                        less = image[k] < rows[row, k]
-                        equal = False
+                        is_less = image[k] < rows[row, k]
+                        is_equal = False
                         break
-            if less:
+            if is_less:
                 rows[row, :least] = image[:least]
                 ties = 1
-            elif equal:
+            elif is_equal:
                 ties += 1
         heights[row] = least
         symmetry[row] = ties
@@ -212,21 +212,21 @@ def write_rows(
     """Write rows as hexadecimal text after a prefix; return the greatest length. The caller must zero `text`."""
     longest = 0
     for i in range(len(rows)):
-        at = len(prefix)
-        text[i, :at] = prefix
+        length = len(prefix)
+        text[i, :length] = prefix
         for y in range(heights[i]):
             if y > 0:
-                text[i, at] = 46
-                at += 1
+                text[i, length] = 46
+                length += 1
             bits = 4
             while bits < 64 and rows[i, y] >> np.uint64(bits) != 0:
                 bits += 4
             while bits > 0:
                 bits -= 4
                 digit = (rows[i, y] >> np.uint64(bits)) & np.uint64(15)
-                text[i, at] = digit + (48 if digit < 10 else 87)
-                at += 1
-        longest = max(longest, at)
+                text[i, length] = digit + (48 if digit < 10 else 87)
+                length += 1
+        longest = max(longest, length)
     return longest
 
 
@@ -259,23 +259,23 @@ def insert_fingerprints(fingerprints: NDArray[np.uint64], table: NDArray[np.uint
     """
     mask = np.uint64(len(table) - 1)
     block = 32
-    known = np.empty(block, np.bool_)
-    fresh = 0
+    is_known = np.empty(block, np.bool_)
+    new_count = 0
     for start in range(0, len(fingerprints), block):
         stop = min(start + block, len(fingerprints))
         for i in range(start, stop):
-            at = fingerprints[i, 0] & mask
-            known[i - start] = (table[at, 0] == fingerprints[i, 0]) & (table[at, 1] == fingerprints[i, 1])
+            entry = fingerprints[i, 0] & mask
+            is_known[i - start] = (table[entry, 0] == fingerprints[i, 0]) & (table[entry, 1] == fingerprints[i, 1])
         for i in range(start, stop):
-            if known[i - start] or (fingerprints[i, 0] == 0 and fingerprints[i, 1] == 0):
+            if is_known[i - start] or (fingerprints[i, 0] == 0 and fingerprints[i, 1] == 0):
                 continue
-            at = fingerprints[i, 0] & mask
-            while table[at, 0] != 0 or table[at, 1] != 0:
-                if table[at, 0] == fingerprints[i, 0] and table[at, 1] == fingerprints[i, 1]:
+            entry = fingerprints[i, 0] & mask
+            while table[entry, 0] != 0 or table[entry, 1] != 0:
+                if table[entry, 0] == fingerprints[i, 0] and table[entry, 1] == fingerprints[i, 1]:
                     break
-                at = (at + np.uint64(1)) & mask
+                entry = (entry + np.uint64(1)) & mask
             else:
-                table[at, 0] = fingerprints[i, 0]
-                table[at, 1] = fingerprints[i, 1]
-                fresh += 1
-    return fresh
+                table[entry, 0] = fingerprints[i, 0]
+                table[entry, 1] = fingerprints[i, 1]
+                new_count += 1
+    return new_count

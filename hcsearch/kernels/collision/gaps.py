@@ -64,19 +64,19 @@ def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: R
 
 
 @lean
-def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: WholeNumbers, pair: int) -> float:
+def prism_overlap(prisms: Prisms, first: int, second: int, enough: float, last: WholeNumbers, pair: int) -> float:
     """Return the least overlap of two prisms along all separating axes, or any overlap that is at most `enough`.
 
     last : of each pair, the axis that settled it last, which is tried first; updated.
     """
-    if sphere_distance(prisms, one, two) >= 0.0:
+    if sphere_distance(prisms, first, second) >= 0.0:
         return 0.0
-    least = _along(prisms, one, two, last[pair])
+    least = _along(prisms, first, second, last[pair])
     if least <= enough:
         return least
-    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
+    a, b = prisms.counts[first, 1], prisms.counts[second, 1]
     for number in range(a + b + a * b):
-        depth = _along(prisms, one, two, number)
+        depth = _along(prisms, first, second, number)
         least = min(least, depth)
         if least <= enough:
             last[pair] = number
@@ -85,36 +85,38 @@ def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole
 
 
 @inlined
-def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
+def _along(prisms: Prisms, first: int, second: int, number: int) -> float:
     """Return the overlap along a numbered axis: normals of the first, of the second, cross products of edges."""
-    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
+    a, b = prisms.counts[first, 1], prisms.counts[second, 1]
     if number < a:
-        x, y, z = prisms.normals[one, number]
+        x, y, z = prisms.normals[first, number]
     elif number < a + b:
-        x, y, z = prisms.normals[two, number - a]
+        x, y, z = prisms.normals[second, number - a]
     else:
-        s, t, u = prisms.edges[one, (number - a - b) // b]
-        e, f, g = prisms.edges[two, (number - a - b) % b]
+        s, t, u = prisms.edges[first, (number - a - b) // b]
+        e, f, g = prisms.edges[second, (number - a - b) % b]
         x, y, z = t * g - u * f, u * e - s * g, s * f - t * e
         length = math.sqrt(x * x + y * y + z * z)
         if length < OVERLAP_PARALLEL_ANGLE:
             return math.inf
         x, y, z = x / length, y / length, z / length
-    low, high = _extent(prisms, one, (x, y, z))
-    low_two, high_two = _extent(prisms, two, (x, y, z))
-    return min(high - low_two, high_two - low)
+    low, high = _extent(prisms, first, (x, y, z))
+    second_low, second_high = _extent(prisms, second, (x, y, z))
+    return min(high - second_low, second_high - low)
 
 
 @inlined
-def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
+def _extent(prisms: Prisms, f: int, direction: Vector3) -> tuple[float, float]:
     """Return the extent of a prism along a direction, lowest and highest, from its bottom vertices and its height."""
     low, high = math.inf, -math.inf
     half = prisms.counts[f, 0] // 2
     for k in range(half):
-        far = dot(way, vector_at(prisms.vertices[f], k, 0))
-        low, high = min(low, far), max(high, far)
-    up = dot(way, vector_at(prisms.vertices[f], half, 0)) - dot(way, vector_at(prisms.vertices[f], 0, 0))
-    return low + min(up, 0.0), high + max(up, 0.0)
+        coordinate = dot(direction, vector_at(prisms.vertices[f], k, 0))
+        low, high = min(low, coordinate), max(high, coordinate)
+    height = dot(direction, vector_at(prisms.vertices[f], half, 0)) - dot(
+        direction, vector_at(prisms.vertices[f], 0, 0)
+    )
+    return low + min(height, 0.0), high + max(height, 0.0)
 
 
 class PanelPairs(NamedTuple):
@@ -130,9 +132,9 @@ class PanelPairs(NamedTuple):
 class _Memory(NamedTuple):
     """Results of the last state, from which searches in the next state start.
 
-    gaps, ways, corners : (q,), (q, 3), (q, 4), of `hull_gap` for pairs of prisms. axes : (q,), of `prism_overlap`.
-    nearest : (p,), nearest pair of prisms for each pair of panels. turned : (f,), whether the axes of a prism have been
-        rotated to this state.
+    gaps, directions, corners : (q,), (q, 3), (q, 4), of `hull_gap` for pairs of prisms. axes : (q,), of
+        `prism_overlap`. nearest : (p,), nearest pair of prisms for each pair of panels.
+    turned : (f,), whether the axes of a prism have been rotated to this state.
     """
 
     gaps: Reals
@@ -181,30 +183,30 @@ def _write(
     gaps: Reals,
 ) -> None:
     """Write the gaps at one state."""
-    ways, corners, nearest = memory.directions, memory.corners, memory.nearest
+    directions, corners, nearest = memory.directions, memory.corners, memory.nearest
     memory.turned[:] = False
     for p in range(len(gaps)):
-        begin, best, least = pairs.starts[p], nearest[p], math.inf
+        start, last_nearest, least = pairs.starts[p], nearest[p], math.inf
         # the nearest prisms of the last state come first: others are not searched if a bound is no less
-        for turn in range(begin - 1, pairs.starts[p + 1]):
-            k = best if turn < begin else turn
-            if turn == best:
+        for number in range(start - 1, pairs.starts[p + 1]):
+            k = last_nearest if number < start else number
+            if number == last_nearest:
                 continue
-            one, two = pairs.prisms[k, 0], pairs.prisms[k, 1]
+            f, g = pairs.prisms[k, 0], pairs.prisms[k, 1]
             enough = min(reach, least)
-            gap = sphere_distance(placed, one, two)
+            gap = sphere_distance(placed, f, g)
             if gap < enough:
-                first, second = placed.vertices[one], placed.vertices[two]
-                a, b = placed.counts[one, 0], placed.counts[two, 0]
-                way = (ways[k, 0], ways[k, 1], ways[k, 2])
+                first, second = placed.vertices[f], placed.vertices[g]
+                a, b = placed.counts[f, 0], placed.counts[g, 0]
+                direction = (directions[k, 0], directions[k, 1], directions[k, 2])
                 if memory.gaps[k] >= enough:
-                    gap = gap_along(first, a, second, b, way)
+                    gap = gap_along(first, a, second, b, direction)
                 if not gap >= enough:
-                    at = (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-                    gap, way, at = hull_gap(first, a, second, b, way, at)
+                    simplex = (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+                    gap, direction, simplex = hull_gap(first, a, second, b, direction, simplex)
                     memory.gaps[k] = gap
-                    ways[k, 0], ways[k, 1], ways[k, 2] = way
-                    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
+                    directions[k, 0], directions[k, 1], directions[k, 2] = direction
+                    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
             if gap < least:
                 least = gap
                 nearest[p] = k

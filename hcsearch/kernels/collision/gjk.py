@@ -50,8 +50,8 @@ def hull_distance(
     first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from,
         usually the last result; zero for none.
     """
-    gap, way, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
-    return max(gap, 0.0), way[0], way[1], way[2]
+    gap, direction, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
+    return max(gap, 0.0), direction[0], direction[1], direction[2]
 
 
 @inlined
@@ -63,10 +63,10 @@ def hull_gap(
     Like `hull_distance`, but where the hulls touch or overlap the result is the gap along the direction, at most 0; the
     overlap is no greater than that.
     """
-    long = math.sqrt(dot(guess, guess))
-    guessed = MIN_DIRECTION_LENGTH < long < 1.0 / MIN_DIRECTION_LENGTH
-    n = scaled_vector(1.0 / long, guess) if guessed else vector_difference(_row(second, 0), _row(first, 0))
-    best, way = -math.inf, n if guessed else (1.0, 0.0, 0.0)
+    length = math.sqrt(dot(guess, guess))
+    guessed = MIN_DIRECTION_LENGTH < length < 1.0 / MIN_DIRECTION_LENGTH
+    n = scaled_vector(1.0 / length, guess) if guessed else vector_difference(_row(second, 0), _row(first, 0))
+    best, direction = -math.inf, n if guessed else (1.0, 0.0, 0.0)
     c0, c1, c2, c3 = corners
     if c0 < 0:
         c0 = _facing(first, n_first, second, n_second, n)
@@ -101,10 +101,12 @@ def hull_gap(
         upper = min(upper, math.sqrt(square))
         if upper <= DISTANCE_RELATIVE_TOLERANCE * size:
             if best == -math.inf:
-                best = gap_along(first, n_first, second, n_second, way)
+                best = gap_along(first, n_first, second, n_second, direction)
             if best < -DISTANCE_RELATIVE_TOLERANCE * size and k > 2:
-                best, way = _better(first, n_first, second, n_second, across_flat(k, p0, p1, p2, p3), best, way)
-            return min(best, 0.0), way, (c0, c1, c2, c3)
+                best, direction = _best_gap(
+                    first, n_first, second, n_second, across_flat(k, p0, p1, p2, p3), best, direction
+                )
+            return min(best, 0.0), direction, (c0, c1, c2, c3)
         if k == 4:
             break
         n = simplex_normal(k, p0, p1, p2)
@@ -113,9 +115,9 @@ def hull_gap(
         size = max(size, _size(first, second, corner))
         lower = dot(n, point)
         if lower > best:
-            best, way = lower, n
+            best, direction = lower, n
         if upper - best <= DISTANCE_RELATIVE_TOLERANCE * size:
-            return best, way, (c0, c1, c2, c3)
+            return best, direction, (c0, c1, c2, c3)
         if corner in (c0, c1, c2):
             break
         if k == 1:
@@ -125,8 +127,8 @@ def hull_gap(
         else:
             p3, c3 = point, corner
         k += 1
-    best, way = exhaustive_gap(first, n_first, second, n_second)
-    return best, way, (-1, -1, -1, -1)
+    best, direction = exhaustive_gap(first, n_first, second, n_second)
+    return best, direction, (-1, -1, -1, -1)
 
 
 @lean
@@ -135,17 +137,17 @@ def write_hull_gaps(
     n_first: WholeNumbers,
     second: Reals,
     n_second: WholeNumbers,
-    ways: Reals,
+    directions: Reals,
     corners: WholeNumbers,
     gaps: Reals,
 ) -> None:
     """Write the gaps of pairs of hulls, and the directions and simplices at which the searches end; see `hull_gap`.
 
-    first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), directions and simplices
-        from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
+    first, second : (k, >= n, 3). n_first, n_second : (k,). directions, corners : (k, 3), (k, 4), directions and
+        simplices from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
     """
     for k in range(len(gaps)):
-        _write(first, n_first, second, n_second, ways, corners, gaps, k)
+        _write(first, n_first, second, n_second, directions, corners, gaps, k)
 
 
 @lean
@@ -154,15 +156,15 @@ def _write(
     n_first: WholeNumbers,
     second: Reals,
     n_second: WholeNumbers,
-    ways: Reals,
+    directions: Reals,
     corners: WholeNumbers,
     gaps: Reals,
     k: int,
 ) -> None:
-    way, at = _row(ways, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-    gaps[k], way, at = hull_gap(first[k], n_first[k], second[k], n_second[k], way, at)
-    ways[k, 0], ways[k, 1], ways[k, 2] = way
-    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
+    direction, simplex = _row(directions, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+    gaps[k], direction, simplex = hull_gap(first[k], n_first[k], second[k], n_second[k], direction, simplex)
+    directions[k, 0], directions[k, 1], directions[k, 2] = direction
+    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
 
 
 @inlined
@@ -171,28 +173,28 @@ def _row(points: Reals, k: int) -> Vector3:
 
 
 @inlined
-def _outermost(points: Reals, n: int, way: Vector3) -> int:
+def _outermost(points: Reals, n: int, direction: Vector3) -> int:
     """Return the index of the point furthest along a direction."""
-    best, most = 0, -math.inf
+    best, furthest = 0, -math.inf
     for k in range(n):
-        far = points[k, 0] * way[0] + points[k, 1] * way[1] + points[k, 2] * way[2]
-        if far > most:
-            best, most = k, far
+        coordinate = points[k, 0] * direction[0] + points[k, 1] * direction[1] + points[k, 2] * direction[2]
+        if coordinate > furthest:
+            best, furthest = k, coordinate
     return best
 
 
 @inlined
-def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> int:
+def _facing(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> int:
     """Return the packed difference of vertices that is least along a direction."""
-    return (_outermost(first, n_first, way) << CORNER_INDEX_BITS) | _outermost(
-        second, n_second, scaled_vector(-1.0, way)
+    return (_outermost(first, n_first, direction) << CORNER_INDEX_BITS) | _outermost(
+        second, n_second, scaled_vector(-1.0, direction)
     )
 
 
 @inlined
-def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> float:
+def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> float:
     """Return the gap of two hulls along a direction."""
-    return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
+    return dot(direction, _difference(first, second, _facing(first, n_first, second, n_second, direction)))
 
 
 @inlined
@@ -204,8 +206,15 @@ def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
     i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
-    one, two = _row(first, i), _row(second, j)
-    return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
+    first_point, second_point = _row(first, i), _row(second, j)
+    return max(
+        abs(first_point[0]),
+        abs(first_point[1]),
+        abs(first_point[2]),
+        abs(second_point[0]),
+        abs(second_point[1]),
+        abs(second_point[2]),
+    )
 
 
 @lean
@@ -215,40 +224,42 @@ def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> 
     The candidates, thousands of them, are the directions across all pairs of vertices, edges and faces. The gap is
     negative where the hulls overlap. This is the fallback where rounding makes the search fail.
     """
-    best, way = -math.inf, (1.0, 0.0, 0.0)
+    best, direction = -math.inf, (1.0, 0.0, 0.0)
     for i in range(n_first):
         a = _row(first, i)
         for j in range(n_second):
             b = _row(second, j)
-            best, way = _better(first, n_first, second, n_second, unit_vector(vector_difference(b, a)), best, way)
+            best, direction = _best_gap(
+                first, n_first, second, n_second, unit_vector(vector_difference(b, a)), best, direction
+            )
             for m in range(j):
                 n = across_edge(vector_difference(b, a), vector_difference(_row(second, m), a))
-                best, way = _better(first, n_first, second, n_second, n, best, way)
+                best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
             for k in range(i):
                 e = vector_difference(_row(first, k), a)
                 n = across_edge(vector_difference(b, a), vector_difference(b, _row(first, k)))
-                best, way = _better(first, n_first, second, n_second, n, best, way)
+                best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
                 for m in range(j):
                     n = unit_vector(cross(e, vector_difference(_row(second, m), b)))
-                    best, way = _better(first, n_first, second, n_second, n, best, way)
+                    best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
     for points, count in ((first, n_first), (second, n_second)):
         for i in range(count):
             a = _row(points, i)
             for j in range(i):
                 for k in range(j):
                     n = unit_vector(cross(vector_difference(_row(points, j), a), vector_difference(_row(points, k), a)))
-                    best, way = _better(first, n_first, second, n_second, n, best, way)
-    return best, way
+                    best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
+    return best, direction
 
 
 @lean
-def _better(
-    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, way: Vector3
+def _best_gap(
+    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, direction: Vector3
 ) -> tuple[float, Vector3]:
     """Return the best gap and its direction, updated by a direction and its opposite."""
     for sign in (1.0, -1.0):
         m = scaled_vector(sign, n)
         gap = gap_along(first, n_first, second, n_second, m)
         if gap > best:
-            best, way = gap, m
-    return best, way
+            best, direction = gap, m
+    return best, direction

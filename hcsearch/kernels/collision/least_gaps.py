@@ -47,77 +47,79 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
 
     The result is attained by some pair; no gap is smaller by more than the resolution (m).
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
-    least = _first(prisms, pairs, book)
+    tables = new_interval_tables(chain, prisms, pairs, course)
+    least = _first_gap(prisms, pairs, tables)
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.end_shares[top] - book.start_shares[top]
-            left, least = _look(prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, book)
-            if not left:
+            share = tables.end_shares[top] - tables.start_shares[top]
+            undecided, least = _bound_pairs(
+                prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, tables
+            )
+            if not undecided:
                 top -= 1
             else:
-                halve_interval(chain, left, top, book)
+                halve_interval(chain, undecided, top, tables)
                 top += 1
     return least
 
 
 @lean
-def _first(prisms: Prisms, pairs: PrismPairs, book: IntervalTables) -> float:
+def _first_gap(prisms: Prisms, pairs: PrismPairs, tables: IntervalTables) -> float:
     """Return the least gap at the start of the motion."""
     least = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
-            write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[end])
-        if sphere_gap_bound(prisms, pairs, p, book.relative_poses[1]) < least:
-            gap = pair_distance(prisms, pairs, p, book.relative_poses[1], book)[0]
-            least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, book)[0])
+            write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[end])
+        if sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1]) < least:
+            gap = pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0]
+            least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, tables)[0])
     return least
 
 
 @lean
-def _look(
+def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,
     resolution: float,
     least: float,
-    wait: float,
+    duration: float,
     last: bool,
     top: int,
-    book: IntervalTables,
+    tables: IntervalTables,
 ) -> tuple[int, float]:
     """Bound the gaps of the pairs of an interval, and move those that may have a smaller gap to the front.
 
     Returns the number of these pairs, and the least gap, updated by the gaps at both ends of the interval.
 
-    wait : length of the interval, s. last : whether the interval is not halved any further.
+    duration : of the interval, s. last : whether the interval is not halved any further.
     """
-    left = 0
-    for i in range(book.pair_counts[top]):
-        p = book.pair_lists[top, i]
-        low, first, second = bound_gap(prisms, pairs, p, least - resolution, wait, top, book)
+    undecided = 0
+    for i in range(tables.pair_counts[top]):
+        p = tables.pair_lists[top, i]
+        low, first, second = bound_gap(prisms, pairs, p, least - resolution, duration, top, tables)
         if low > least - resolution:
             if not second > 0.0:  # a distance of 0 is no measure of the overlap
-                book.gap_bounds[p] = low
+                tables.gap_bounds[p] = low
             continue
         if not first > 0.0:
-            first, own = _along_axes(prisms, pairs, p, 0, wait, book)
-            low = max(low, own)
+            first, axis_bound = _along_axes(prisms, pairs, p, 0, duration, tables)
+            low = max(low, axis_bound)
         if not second > 0.0:
-            second, own = _along_axes(prisms, pairs, p, 1, wait, book)
-            low = max(low, own)
-        book.gap_bounds[p] = second
+            second, axis_bound = _along_axes(prisms, pairs, p, 1, duration, tables)
+            low = max(low, axis_bound)
+        tables.gap_bounds[p] = second
         least = min(least, first, second)
         if not (low > least - resolution or last):
-            book.pair_lists[top, left] = p
-            left += 1
-    return left, least
+            tables.pair_lists[top, undecided] = p
+            undecided += 1
+    return undecided, least
 
 
 @lean
 def _along_axes(
-    prisms: Prisms, pairs: PrismPairs, p: int, end: int, wait: float, book: IntervalTables
+    prisms: Prisms, pairs: PrismPairs, p: int, end: int, duration: float, tables: IntervalTables
 ) -> tuple[float, float]:
     """Return the gap of an overlapping pair at an end of an interval, and a lower bound in the whole interval.
 
@@ -127,27 +129,29 @@ def _along_axes(
     a, b = prisms.counts[f, 1], prisms.counts[g, 1]
     gap, low = -math.inf, -math.inf
     for number in range(a + b + a * b):
-        keeper = 0
+        panel_side = 0
         if number < a:
-            way = vector_at(prisms.normals[f], number, 0)
+            direction = vector_at(prisms.normals[f], number, 0)
         elif number < a + b:
-            keeper, way = 1, vector_at(prisms.normals[g], number - a, 0)
+            panel_side, direction = 1, vector_at(prisms.normals[g], number - a, 0)
         else:
-            one = vector_at(prisms.edges[f], (number - a - b) // b, 0)
-            two = rotated_by_pose(book.relative_poses[end], vector_at(prisms.edges[g], (number - a - b) % b, 0))
-            way = cross(one, two)
-            length = math.sqrt(dot(way, way))
+            first_edge = vector_at(prisms.edges[f], (number - a - b) // b, 0)
+            second_edge = rotated_by_pose(
+                tables.relative_poses[end], vector_at(prisms.edges[g], (number - a - b) % b, 0)
+            )
+            direction = cross(first_edge, second_edge)
+            length = math.sqrt(dot(direction, direction))
             if length < GAP_PARALLEL_ANGLE:
                 continue
-            way = scaled_vector(1.0 / length, way)
+            direction = scaled_vector(1.0 / length, direction)
         for side in range(2):
-            own: Vector3 = scaled_vector(-1.0, way) if side else way
-            lower, first, second = chord_gap(prisms, pairs, p, keeper, own, wait, book)
+            oriented: Vector3 = scaled_vector(-1.0, direction) if side else direction
+            lower, first, second = chord_gap(prisms, pairs, p, panel_side, oriented, duration, tables)
             gap = max(gap, second if end else first)
             if lower > low:
                 low = lower
-                book.direction_panels[p] = keeper
-                put_vector(book.directions, p, 0, own)
+                tables.direction_panels[p] = panel_side
+                put_vector(tables.directions, p, 0, oriented)
     return gap, low
 
 
@@ -158,7 +162,7 @@ MIN_DIP_INTERVAL = 0.5**20
 class _Dips(NamedTuple):
     """State of the search for dips, m; per pair, shape (p,), except `best`.
 
-    widest : widest gap at a state so far. lows, ups : lower and upper bound of the least gap since the pair last rose
+    widest : widest gap at a state so far. lows, highs : lower and upper bound of the least gap since the pair last rose
         and then narrowed by the rise; infinite before. best : (2,), least of either bound over all completed dips.
     """
 
@@ -176,72 +180,74 @@ def smallest_dip(
 
     Also returns how often the gap of a pair was bounded.
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
+    tables = new_interval_tables(chain, prisms, pairs, course)
     count = len(pairs.prisms)
     dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))
-    _rise(prisms, pairs, rise, book, dips)
-    looks = 0
+    _complete_dips(prisms, pairs, rise, tables, dips)
+    bound_count = 0
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.end_shares[top] - book.start_shares[top]
-            looks += book.pair_counts[top]
-            left = _fall(prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, book, dips)
-            if not left:
+            share = tables.end_shares[top] - tables.start_shares[top]
+            bound_count += tables.pair_counts[top]
+            undecided = _narrow_dips(
+                prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, tables, dips
+            )
+            if not undecided:
                 top -= 1
             else:
-                halve_interval(chain, left, top, book)
+                halve_interval(chain, undecided, top, tables)
                 top += 1
-        _rise(prisms, pairs, rise, book, dips)
-    return dips.best[0], looks
+        _complete_dips(prisms, pairs, rise, tables, dips)
+    return dips.best[0], bound_count
 
 
 @lean
-def _fall(
+def _narrow_dips(
     prisms: Prisms,
     pairs: PrismPairs,
     rise: float,
     resolution: float,
-    wait: float,
+    duration: float,
     last: bool,
     top: int,
-    book: IntervalTables,
+    tables: IntervalTables,
     dips: _Dips,
 ) -> int:
     """Update the dips by the gaps in an interval; move pairs with loose bounds to the front; return their number."""
-    left = 0
-    for i in range(book.pair_counts[top]):
-        p = book.pair_lists[top, i]
-        need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
-        if need <= 0.0:
+    undecided = 0
+    for i in range(tables.pair_counts[top]):
+        p = tables.pair_lists[top, i]
+        needed_gap = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
+        if needed_gap <= 0.0:
             continue
-        low, first, second = bound_gap(prisms, pairs, p, need, wait, top, book)
+        low, first, second = bound_gap(prisms, pairs, p, needed_gap, duration, top, tables)
         low = max(low, 0.0)
-        if low >= need:
+        if low >= needed_gap:
             continue
-        up = min(first, second)
-        if low < min(up, dips.highs[p], dips.best[1]) - resolution and not last:
-            book.pair_lists[top, left] = p
-            left += 1
+        high = min(first, second)
+        if low < min(high, dips.highs[p], dips.best[1]) - resolution and not last:
+            tables.pair_lists[top, undecided] = p
+            undecided += 1
             continue
         dips.lows[p] = low
-        if up <= dips.widest[p] - rise:
-            dips.highs[p] = min(dips.highs[p], up)
-    return left
+        if high <= dips.widest[p] - rise:
+            dips.highs[p] = min(dips.highs[p], high)
+    return undecided
 
 
 @lean
-def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
+def _complete_dips(prisms: Prisms, pairs: PrismPairs, rise: float, tables: IntervalTables, dips: _Dips) -> None:
     """Complete the dips of pairs whose gap has risen by the end of a step."""
     for p in range(len(pairs.prisms)):
-        gap, enough = book.gap_bounds[p], dips.best[0] + rise
+        gap, enough = tables.gap_bounds[p], dips.best[0] + rise
         if not gap > enough:  # else the gap is wide enough, whatever its value
-            write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[1])
-            gap = sphere_gap_bound(prisms, pairs, p, book.relative_poses[1])
+            write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[1])
+            gap = sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1])
             if not gap > enough:
-                gap = pair_distance(prisms, pairs, p, book.relative_poses[1], book)[0]
-            book.gap_bounds[p] = gap
+                gap = pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0]
+            tables.gap_bounds[p] = gap
         dips.widest[p] = max(dips.widest[p], gap)
         if gap >= dips.lows[p] + rise:
             dips.best[0] = min(dips.best[0], dips.lows[p])
@@ -274,17 +280,17 @@ def approach_speed(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, cour
     A collision is reported when prisms certainly overlap, which can be some time after contact. The result is 0 if the
     pair was not apart in all of the time searched back.
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
-    last = 0.0
+    tables = new_interval_tables(chain, prisms, pairs, course)
+    last_gap = 0.0
     for k in range(MAX_APPROACH_INTERVALS):
-        before = time - APPROACH_INTERVAL * k
-        if before < course.times[0]:
+        earlier = time - APPROACH_INTERVAL * k
+        if earlier < course.times[0]:
             return 0.0
-        angles_at(course, before, book.angles)
-        place_panels(chain, book.angles, book.end_poses[0])
-        write_relative_pose(prisms, pairs, p, book.end_poses[0], book.relative_poses[0])
-        gap = pair_distance(prisms, pairs, p, book.relative_poses[0], book)[0]
+        angles_at(course, earlier, tables.angles)
+        place_panels(chain, tables.angles, tables.end_poses[0])
+        write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[0])
+        gap = pair_distance(prisms, pairs, p, tables.relative_poses[0], tables)[0]
         if k > 0 and gap > 0.0:
-            return float(max(gap - last, 0.0) / APPROACH_INTERVAL)
-        last = gap
+            return float(max(gap - last_gap, 0.0) / APPROACH_INTERVAL)
+        last_gap = gap
     return 0.0

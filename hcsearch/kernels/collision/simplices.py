@@ -32,13 +32,13 @@ def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3
 @inlined
 def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
     e = vector_difference(b, a)
-    long = dot(e, e)
+    square_length = dot(e, e)
     t = -dot(a, e)
-    if t <= 0.0 or long == 0.0:
+    if t <= 0.0 or square_length == 0.0:
         return dot(a, a), 1.0, 0.0
-    if t >= long:
+    if t >= square_length:
         return dot(b, b), 0.0, 1.0
-    t /= long
+    t /= square_length
     s = 1.0 - t
     x, y, z = s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]
     return x * x + y * y + z * z, s, t
@@ -114,12 +114,12 @@ def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares)
 @lean
 def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> CornerShares:
     """Return corrected barycentric coordinates of the origin in a tetrahedron, which may be nearly flat."""
-    off = _point(a, b, c, d, shares)
+    error = _point(a, b, c, d, shares)
     x, y, z = vector_difference(b, a), vector_difference(c, a), vector_difference(d, a)
-    whole = dot(x, cross(y, z))
-    if whole == 0.0:
+    volume = dot(x, cross(y, z))
+    if volume == 0.0:
         return shares
-    t, u, v = dot(off, cross(y, z)) / whole, dot(off, cross(z, x)) / whole, dot(off, cross(x, y)) / whole
+    t, u, v = dot(error, cross(y, z)) / volume, dot(error, cross(z, x)) / volume, dot(error, cross(x, y)) / volume
     shifted = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
     return shifted if shifted[0] > 0.0 and shifted[1] > 0.0 and shifted[2] > 0.0 and shifted[3] > 0.0 else shares
 
@@ -127,14 +127,14 @@ def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShare
 @lean
 def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
     """Return, as 1 or 0 per corner, the side nearest to the origin among those with a tetrahedron's last corner."""
-    one, two, three = (
+    opposite_a, opposite_b, opposite_c = (
         _of_triangle(b, c, d)[0],
         _of_triangle(a, c, d)[0],
         _of_triangle(a, b, d)[0],
     )
-    if one <= two and one <= three:
+    if opposite_a <= opposite_b and opposite_a <= opposite_c:
         return 0.0, 1.0, 1.0, 1.0
-    return (1.0, 0.0, 1.0, 1.0) if two <= three else (1.0, 1.0, 0.0, 1.0)
+    return (1.0, 0.0, 1.0, 1.0) if opposite_b <= opposite_c else (1.0, 1.0, 0.0, 1.0)
 
 
 @lean
@@ -168,27 +168,27 @@ def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
     elif ff >= gg:
         f = g
     n = cross(e, f)
-    long = dot(n, a)
-    return unit_vector(scaled_vector(-1.0, n) if long < 0.0 else n)
+    height = dot(n, a)
+    return unit_vector(scaled_vector(-1.0, n) if height < 0.0 else n)
 
 
 @inlined
 def across_edge(a: Vector3, b: Vector3) -> Vector3:
     """Return the unit direction from the origin to the line through two points."""
     e = vector_difference(b, a)
-    long = dot(e, e)
+    square_length = dot(e, e)
     if dot(b, b) < dot(a, a):
         a = b
-    if long == 0.0:
+    if square_length == 0.0:
         return unit_vector(a)
-    share = 1.0 / long
+    share = 1.0 / square_length
     t = share * dot(a, e)
     n = unit_vector((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
     # again: the rounding error along the line is relative to the line's length, not to the distance
     t = share * dot(n, e)
     n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
-    off = 1.0 - dot(n, n)
-    return scaled_vector(1.0 + 0.5 * off, n) if off < 1e-8 else unit_vector(n)
+    excess = 1.0 - dot(n, n)
+    return scaled_vector(1.0 + 0.5 * excess, n) if excess < 1e-8 else unit_vector(n)
 
 
 @inlined

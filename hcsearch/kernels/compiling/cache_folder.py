@@ -22,7 +22,7 @@ import numba
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-_TOTAL = 512 * 2**20
+_MAX_FOLDER_SIZE = 512 * 2**20
 """Size (bytes) to which the folder is pruned: about ten sets of kernels."""
 _REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
 KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN = "*.kernel", "*.part", "*.lock"
@@ -51,25 +51,25 @@ def writable_folder() -> Path | None:
 
 
 @cache
-def _writable(wanted: Path) -> Path | None:
+def _writable(preferred: Path) -> Path | None:
     try:
-        _make(wanted)
+        _ensure_writable(preferred)
     except OSError as error:
-        trouble = f"compiled kernels cannot be kept in {wanted} ({error.strerror or error})"
+        problem = f"compiled kernels cannot be kept in {preferred} ({error.strerror or error})"
     else:
-        return wanted
-    spare = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
+        return preferred
+    fallback = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
     try:
-        _make(spare, 0o700)
-        _check_private(spare)
+        _ensure_writable(fallback, 0o700)
+        _check_private(fallback)
     except OSError:
-        warn_once(f"{trouble}: they are compiled at every start; {_REMEDY}")
+        warn_once(f"{problem}: they are compiled at every start; {_REMEDY}")
         return None
-    warn_once(f"{trouble} but are in {spare}; {_REMEDY}")
-    return spare
+    warn_once(f"{problem} but are in {fallback}; {_REMEDY}")
+    return fallback
 
 
-def _make(folder: Path, mode: int = 0o777) -> None:
+def _ensure_writable(folder: Path, mode: int = 0o777) -> None:
     """Create a folder and check that files can be written there; raises OSError otherwise."""
     if not folder.is_absolute():
         raise FileNotFoundError(0, "the user has no home folder")
@@ -106,8 +106,8 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise
 
 
-def prune_folder(folder: Path, total: int = _TOTAL) -> None:
-    """Delete the least recently used files until the rest take at most `total` bytes."""
+def prune_folder(folder: Path, max_size: int = _MAX_FOLDER_SIZE) -> None:
+    """Delete the least recently used files until the rest take at most `max_size` bytes."""
     files = []
     for path in (
         path for pattern in (KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN) for path in folder.glob(pattern)
@@ -115,17 +115,17 @@ def prune_folder(folder: Path, total: int = _TOTAL) -> None:
         with suppress(OSError):  # another process may be pruning, too
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))
-    taken = 0
+    total_size = 0
     for _, size, path in sorted(files, reverse=True):
-        taken += size
-        if taken > total:
+        total_size += size
+        if total_size > max_size:
             with suppress(OSError):
                 path.unlink()
 
 
 LOCK_TIMEOUT_SECONDS = 600.0
 """Seconds to wait for another process to compile a kernel; it may be suspended."""
-_LOOK = 0.02  # s, between two attempts
+_LOCK_POLL_INTERVAL = 0.02  # s, between two attempts
 
 
 def claim_kernel(folder: Path, name: str) -> BaseFileLock:
@@ -136,7 +136,7 @@ def claim_kernel(folder: Path, name: str) -> BaseFileLock:
     from filelock import FileLock  # noqa: PLC0415 - importing it takes as long as reading kernels, and few runs compile
 
     lock = FileLock(folder / f"{name}.lock", is_singleton=True)  # reentrant within a process
-    lock.acquire(timeout=LOCK_TIMEOUT_SECONDS, poll_interval=_LOOK)
+    lock.acquire(timeout=LOCK_TIMEOUT_SECONDS, poll_interval=_LOCK_POLL_INTERVAL)
     return lock
 
 

@@ -60,9 +60,9 @@ class KernelCache(NullCache):
     @classmethod
     def attach(cls, kernel: Any) -> None:
         """Attach a new cache to a dispatcher."""
-        own = cls(kernel)
-        kernel._cache, kernel.compile, kernel.add_overload = own, own.compile, own.add_overload
-        kernel._compiler._customize_flags = own.set_flags
+        cache = cls(kernel)
+        kernel._cache, kernel.compile, kernel.add_overload = cache, cache.compile, cache.add_overload
+        kernel._compiler._customize_flags = cache.set_flags
 
     def compile(self, sig: Any) -> Any:
         """Compile a signature as the dispatcher does, and release the locks of its files even on failure.
@@ -71,7 +71,7 @@ class KernelCache(NullCache):
         again if Python calls them.
         """
         with global_compiler_lock, use_compiler_settings():
-            held = len(self._claims)  # several signatures if a kernel calls itself
+            claim_count = len(self._claims)  # several signatures if a kernel calls itself
             KernelCache._depth += 1
             try:
                 if KernelCache._depth == 1 and sig in self._bare:
@@ -82,7 +82,7 @@ class KernelCache(NullCache):
                 KernelCache._depth -= 1
                 if KernelCache._depth == 0:
                     under_way.end_compilation()
-                while len(self._claims) > held:
+                while len(self._claims) > claim_count:
                     cache_folder.release_kernel(self._claims.pop())
 
     @staticmethod
@@ -111,7 +111,7 @@ class KernelCache(NullCache):
     def _file(self, signature: Any, codegen: Any) -> str:
         """Return the file name of a signature on this processor."""
         bare = ".bare" if KernelCache._depth > 1 else ""
-        text = f"{self._stamp} {_spelled(signature)} {codegen.magic_tuple()} {bare}"
+        text = f"{self._stamp} {_signature_text(signature)} {codegen.magic_tuple()} {bare}"
         digest = hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
         return f"{digest}-{self._stamp}-{self._kernel.__name__}{bare}.kernel"
 
@@ -135,14 +135,14 @@ class KernelCache(NullCache):
         """Write the compile result of a signature to the cache."""
         name = self._file(sig, data.codegen)
         folder = writable_folder()
-        apart = []
+        entry_points = []
         if not self._kernel.targetoptions.get("forceinline") and _is_large(data):
-            apart = _callable(data)
-            _set_apart(data, name)
+            entry_points = _entry_points(data)
+            _register_separate(data, name)
             _empty_for_linking(data)
         try:
             if folder is not None and not data.library.has_dynamic_globals:  # dynamic globals are addresses
-                content = _dumps((apart, _needed(data), data._reduce()))
+                content = _dumps((entry_points, _separate_callees(data), data._reduce()))
                 write_atomically(folder / name, _checksum(content) + content)
                 if not KernelCache._pruned:
                     KernelCache._pruned = True
@@ -162,31 +162,31 @@ def _read(folder: Path, name: str, target_context: Any) -> Any:
         content = path.read_bytes()
     except OSError:
         return None
-    kept = content[_CHECKED:]
+    payload = content[_CHECKED:]
     try:
-        if content[:_CHECKED] != _checksum(kept):
+        if content[:_CHECKED] != _checksum(payload):
             raise ValueError("damaged")
-        apart, needed, reduced = pickle.loads(kept)
-        for other, symbol in needed:
-            if symbol not in _APART:
-                _read(folder, other, target_context)
-            if symbol not in _APART:
+        entry_points, callees, state = pickle.loads(payload)
+        for callee_file, symbol in callees:
+            if symbol not in _SEPARATE_KERNELS:
+                _read(folder, callee_file, target_context)
+            if symbol not in _SEPARATE_KERNELS:
                 raise ValueError("made for other code than there is now")
-        target_context.codegen()._engine._defined_symbols.update(apart)
-        result = _Result._rebuild(target_context, *reduced)
+        target_context.codegen()._engine._defined_symbols.update(entry_points)
+        result = _Result._rebuild(target_context, *state)
     except Exception:  # whatever the error, recompilation is the remedy
         with suppress(OSError):
             path.unlink()
         return None
-    if apart:
-        _set_apart(result, name)
+    if entry_points:
+        _register_separate(result, name)
     with suppress(OSError):
         if path.stat().st_mtime < time.time() - _DAY:
             path.touch()  # last use, for pruning
     return result
 
 
-_APART: dict[str, tuple[str, Any]] = {}
+_SEPARATE_KERNELS: dict[str, tuple[str, Any]] = {}
 """Kernels called as separate code, not linked into their callers, by symbol: file name and compile result."""
 _SIZE = 300
 """Number of instructions above which no compiler would inline a kernel."""
@@ -197,21 +197,21 @@ def _is_large(result: Any) -> bool:
     return sum(1 for block in function.blocks for _ in block.instructions) > _SIZE
 
 
-def _callable(result: Any) -> list[str]:
+def _entry_points(result: Any) -> list[str]:
     """Return the names of a kernel's entry points, for kernels and, if present, for Python."""
     names = {result.fndesc.llvm_func_name, result.fndesc.llvm_cpython_wrapper_name}
     return [function.name for function in result.library.get_defined_functions() if function.name in names]
 
 
-def _needed(result: Any) -> list[tuple[str, str]]:
+def _separate_callees(result: Any) -> list[tuple[str, str]]:
     """Return files and symbols of the separate kernels that a compile result calls."""
     names = [function.name for function in result.library._final_module.functions if function.is_declaration]
-    return [(_APART[name][0], name) for name in names if name in _APART]
+    return [(_SEPARATE_KERNELS[name][0], name) for name in names if name in _SEPARATE_KERNELS]
 
 
-def _set_apart(result: Any, name: str) -> None:
+def _register_separate(result: Any, name: str) -> None:
     """Register a kernel as separate code; the reference keeps its environment alive."""
-    _APART[result.fndesc.llvm_func_name] = name, result
+    _SEPARATE_KERNELS[result.fndesc.llvm_func_name] = name, result
 
 
 def _empty_for_linking(result: Any) -> None:
@@ -223,11 +223,11 @@ def _empty_for_linking(result: Any) -> None:
     result.library._shared_module = llvm.parse_assembly(f'target datalayout = "{layout}"\ntarget triple = "{triple}"\n')
 
 
-def _spelled(signature: Any) -> str:
+def _signature_text(signature: Any) -> str:
     """Return the text of a signature; named tuples include their modules."""
     if isinstance(signature, tuple):
-        return f"({', '.join(_spelled(part) for part in signature)})"
+        return f"({', '.join(_signature_text(part) for part in signature)})"
     if isinstance(signature, _Tuple):
         kind = getattr(signature, "instance_class", tuple)
-        return f"{kind.__module__}.{kind.__qualname__}({', '.join(_spelled(part) for part in signature.types)})"
+        return f"{kind.__module__}.{kind.__qualname__}({', '.join(_signature_text(part) for part in signature.types)})"
     return str(signature)

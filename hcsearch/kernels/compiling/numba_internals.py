@@ -37,7 +37,7 @@ class NumbaInternal(NamedTuple):
                 part = getattr(part, name)
         except (ImportError, AttributeError):
             return False
-        if self.arguments is not None and not _takes(part, self.arguments):
+        if self.arguments is not None and not _accepts(part, self.arguments):
             return False
         return set(self.sets) <= set(getattr(getattr(part, "__code__", None), "co_names", ()))
 
@@ -73,7 +73,7 @@ def has_internals() -> bool:
     return all(internal.is_present for internal in NUMBA_INTERNALS)
 
 
-def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
+def _accepts(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
     """Return whether a function accepts exactly these positional arguments."""
     try:
         inspect.signature(function).bind(*arguments)
@@ -82,19 +82,19 @@ def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
     return True
 
 
-_OURS: Mapping[str, int] = {"OPT": 1, "LOOP_VECTORIZE": 0}
+_OUR_SETTINGS: Mapping[str, int] = {"OPT": 1, "LOOP_VECTORIZE": 0}
 """With numba's defaults, 3 and 1, compilation takes nearly twice as long, and the kernels run no faster."""
-_OTHERS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+_OTHER_SETTINGS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
 """Other configuration of numba that affects generated code; left unchanged, but part of the settings."""
 
 
 def compiler_settings() -> dict[str, Any]:
     """Return compiler settings by names of numba's configuration; environment variables NUMBA_... take precedence."""
     config: Any = numba.config
-    ours = {name: type(getattr(config, name))(value) for name, value in _OURS.items()}
-    named = {name for name in ours if f"NUMBA_{name}" in os.environ}
-    return {name: ours[name] for name in ours.keys() - named} | {
-        name: getattr(config, name, None) for name in (*sorted(named), *_OTHERS)
+    our_settings = {name: type(getattr(config, name))(value) for name, value in _OUR_SETTINGS.items()}
+    overridden = {name for name in our_settings if f"NUMBA_{name}" in os.environ}
+    return {name: our_settings[name] for name in our_settings.keys() - overridden} | {
+        name: getattr(config, name, None) for name in (*sorted(overridden), *_OTHER_SETTINGS)
     }
 
 
@@ -102,9 +102,9 @@ def compiler_settings() -> dict[str, Any]:
 def use_compiler_settings() -> Iterator[None]:
     """Apply our compiler settings within a block, which must hold numba's compiler lock."""
     config: Any = numba.config
-    before = {name: getattr(config, name) for name in _OURS}
+    before = {name: getattr(config, name) for name in _OUR_SETTINGS}
     chosen = compiler_settings()
-    for name in _OURS:
+    for name in _OUR_SETTINGS:
         setattr(config, name, chosen[name])
     try:
         yield

@@ -30,7 +30,7 @@ def kernel_stamp(kernel: Any) -> str:
     Raises TypeError if a kernel uses a global value that has no stable text form.
     """
     return _digest(
-        "\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached_kernels(kernel))])
+        "\n".join([_environment_text(), _name(kernel), *sorted(_own_digest(one)[0] for one in reached_kernels(kernel))])
     )
 
 
@@ -38,8 +38,8 @@ def kernel_stamp(kernel: Any) -> str:
 def reached_kernels(kernel: Any) -> tuple[Any, ...]:
     """Return a kernel and all its direct and indirect callees, which may be mutually recursive."""
     kernels = [kernel]
-    for one in kernels:  # which grows meanwhile
-        kernels += [used for used in _own(one)[1] if not any(used is other for other in kernels)]
+    for reached in kernels:  # which grows meanwhile
+        kernels += [used for used in _own_digest(reached)[1] if not any(used is known for known in kernels)]
     return tuple(kernels)
 
 
@@ -47,30 +47,30 @@ def _digest(text: str) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def _surroundings() -> str:
+def _environment_text() -> str:
     versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], sys.implementation.name)
     return repr((versions, getattr(sys, "abiflags", ""), sorted(compiler_settings().items())))
 
 
 @cache
-def _own(kernel: Any) -> tuple[str, tuple[Any, ...]]:
+def _own_digest(kernel: Any) -> tuple[str, tuple[Any, ...]]:
     """Return the digest of a single kernel or function, and the functions that it uses directly."""
     function: FunctionType = getattr(kernel, "py_func", kernel)
     names = sorted(_names(function.__code__))
-    used: list[Any] = []
+    callees: list[Any] = []
     values = {name: function.__globals__[name] for name in names if name in function.__globals__}
     values |= {
         name: cell.cell_contents
         for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     }
-    words = [
+    lines = [
         _name(kernel),
         repr(sorted(getattr(kernel, "targetoptions", {}).items())),
-        _spelled(function.__code__, function, used),
-        _spelled((function.__defaults__, function.__kwdefaults__), function, used),
-        *(f"{name}={_spelled(value, function, used)}" for name, value in values.items()),
+        _value_text(function.__code__, function, callees),
+        _value_text((function.__defaults__, function.__kwdefaults__), function, callees),
+        *(f"{name}={_value_text(value, function, callees)}" for name, value in values.items()),
     ]
-    return _digest("\n".join(words)), tuple(used)
+    return _digest("\n".join(lines)), tuple(callees)
 
 
 def _name(value: Any) -> str:
@@ -90,7 +90,7 @@ def _names(code: CodeType) -> set[str]:
     return {name for part in _codes(code) for name in part.co_names}
 
 
-def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
+def _value_text(value: Any, user: FunctionType, used: list[Any]) -> str:
     """Return the text form of a value that a function uses; functions by name, and appended to `used`."""
     if isinstance(value, Dispatcher | FunctionType):
         used.append(value)
@@ -100,17 +100,17 @@ def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
     if isinstance(value, np.ndarray):
         return f"array {value.dtype} {value.shape} {hashlib.blake2b(value.tobytes()).hexdigest()}"
     if isinstance(value, CodeType):
-        return _spelled_code(value, user, used)
-    parts = [f"{name}={_spelled(part, user, used)}" for name, part in _parts(value, user)]
+        return _code_text(value, user, used)
+    parts = [f"{name}={_value_text(part, user, used)}" for name, part in _parts(value, user)]
     return f"{_name(value if hasattr(value, '__name__') else type(value))} {parts}"
 
 
-def _spelled_code(code: CodeType, user: FunctionType, used: list[Any]) -> str:
+def _code_text(code: CodeType, user: FunctionType, used: list[Any]) -> str:
     flat = code.co_name, code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags
     counts = code.co_argcount, code.co_kwonlyargcount, code.co_posonlyargcount
     has_doc = code is user.__code__ and user.__doc__ is not None
     constants = (None, *code.co_consts[1:]) if has_doc else code.co_consts
-    return repr((flat, counts, [_spelled(constant, user, used) for constant in constants]))
+    return repr((flat, counts, [_value_text(constant, user, used) for constant in constants]))
 
 
 def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
@@ -125,8 +125,8 @@ def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
     elif isinstance(value, frozenset):
         parts = enumerate(sorted(value, key=repr))
     elif isinstance(value, ModuleType):
-        ours = value.__name__.partition(".")[0] == user.__module__.partition(".")[0]
-        names = sorted(_names(user.__code__)) if ours else []
+        is_ours = value.__name__.partition(".")[0] == user.__module__.partition(".")[0]
+        names = sorted(_names(user.__code__)) if is_ours else []
         parts = ((name, getattr(value, name)) for name in names if hasattr(value, name))
     elif isinstance(value, type):  # a named tuple, or a type of numbers
         parts = enumerate((*getattr(value, "_fields", ()), getattr(value, "_field_defaults", {})))

@@ -43,14 +43,16 @@ def end_compilation() -> None:
 
 def compilation_under_way() -> Compilation | None:
     """Return the progress of the compilation in this process, waiting included; None if there is none."""
-    name, wanted = _State.name, _State.missing
-    return Compilation(len(wanted - uncompiled_stamps(wanted)), len(wanted), name) if name and wanted else None
+    name, missing = _State.name, _State.missing
+    return Compilation(len(missing - uncompiled_stamps(missing)), len(missing), name) if name and missing else None
 
 
 def missing_stamps(kernels: Iterable[Any]) -> frozenset[str]:
     """Return the stamps of all kernels reached by some that no process has compiled yet."""
     return uncompiled_stamps(
-        frozenset(kernel_stamp(used) for used in {used for kernel in kernels for used in reached_kernels(kernel)})
+        frozenset(
+            kernel_stamp(reached) for reached in {reached for kernel in kernels for reached in reached_kernels(kernel)}
+        )
     )
 
 

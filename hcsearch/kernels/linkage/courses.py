@@ -75,40 +75,40 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
 
 
 @lean
-def path_speed(pairs: PrismPairs, p: int, back: int, speeds: Reals, panels: WholeNumbers) -> float:
+def path_speed(pairs: PrismPairs, p: int, side: int, speeds: Reals, panels: WholeNumbers) -> float:
     """Return an upper bound of the speed (m/s) of points of a pair's second prism relative to the panel of the first.
 
     Each hinge on the path between the panels turns everything beyond it.
 
-    back : 1 for points of the first prism relative to the second panel. panels : of the prisms.
+    side : 1 for points of the first prism relative to the second panel. panels : of the prisms.
     """
-    g = pairs.prisms[p, 1 - back]
-    here, there = panels[pairs.prisms[p, back]], panels[g]
-    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
+    g = pairs.prisms[p, 1 - side]
+    panel, target = panels[pairs.prisms[p, side]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[target], pairs.nexts[target], pairs.reaches[g]
     speed = 0.0
-    while here != there:
-        hinge = hinges[here]
+    while panel != target:
+        hinge = hinges[panel]
         if hinge >= 0:  # none joins panels that stand still
             speed += speeds[hinge] * reaches[hinge]
-        here = nexts[here]
+        panel = nexts[panel]
     return speed
 
 
 @lean
-def path_bend(pairs: PrismPairs, p: int, back: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
+def path_bend(pairs: PrismPairs, p: int, side: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
     """Return an upper bound of the acceleration (m/s^2) of points of a pair's second prism relative to the first panel.
 
-    |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)). back, panels : as of `path_speed`.
+    |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)). side, panels : as of `path_speed`.
     """
-    g = pairs.prisms[p, 1 - back]
-    here, there = panels[pairs.prisms[p, back]], panels[g]
-    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
-    acceleration = before = 0.0
-    while here != there:
-        hinge = hinges[here]
+    g = pairs.prisms[p, 1 - side]
+    panel, target = panels[pairs.prisms[p, side]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[target], pairs.nexts[target], pairs.reaches[g]
+    acceleration = speed_sum = 0.0
+    while panel != target:
+        hinge = hinges[panel]
         if hinge >= 0:
             w = speeds[hinge]
-            acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * before))
-            before += w
-        here = nexts[here]
+            acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * speed_sum))
+            speed_sum += w
+        panel = nexts[panel]
     return acceleration

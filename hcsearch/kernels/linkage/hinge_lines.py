@@ -70,11 +70,11 @@ def write_folded_lines(
         for t in range(half - 1):
             if stack == 0:
                 k = (crease + 1 + t) % n
-                own = word[k]
+                direction = word[k]
             else:
                 k = (crease - 1 - t) % n
-                own = (word[k] + m // 2) % m
-            r = (turn * own + offset) % m
+                direction = (word[k] + m // 2) % m
+            r = (turn * direction + offset) % m
             row = (k - crease - 1) % n
             _put_line(
                 lines[row],
@@ -86,7 +86,7 @@ def write_folded_lines(
                 1 if stack == 0 else -1,
             )
             # the next panel: reflect its directions in the crease, then turn them as this one
-            offset = (turn * (2 * own + m // 2) + offset) % m
+            offset = (turn * (2 * direction + m // 2) + offset) % m
             turn = -turn
     # the edge between the stacks, seen from the second: the first stack's panel lies on its right
     px, py, qx, qy = edges[d, 0], edges[d, 1], edges[d, 2], edges[d, 3]
@@ -158,28 +158,31 @@ def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float
 def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int, int]:
     """Count pairs of panels that meet on a mirror axis, flat and folded, and adjacent pairs of such pairs."""
     n, m = len(word), len(steps)
-    across = np.int64(word[crease])
+    crease_direction = np.int64(word[crease])
     for t in range(n // 2):
-        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * across) % m != 0:
+        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * crease_direction) % m != 0:
             return 0, 0
-    inwards = across + m // 2  # from the first stack to the second
-    x, y = steps[across, 0], steps[across, 1]  # from the second stack's panel to the first's, in the flat state
+    inwards = crease_direction + m // 2  # from the first stack to the second
+    x, y = (
+        steps[crease_direction, 0],
+        steps[crease_direction, 1],
+    )  # from the second stack's panel to the first's, in the flat state
     turn, offset = 1, np.int64(0)  # folded, direction i of the first now faces turn * i + offset
-    pairs = joints = 0
-    met_before = False
+    pairs = adjacent_pairs = 0
+    met_last = False
     for t in range(n // 2):
         # the walk stays on its side of the axis
-        meets = x == steps[across, 0] and y == steps[across, 1]
-        meets = meets and (turn * inwards + offset - inwards) % m == 0
-        pairs += meets
-        joints += meets and met_before
-        met_before = meets
+        do_meet = x == steps[crease_direction, 0] and y == steps[crease_direction, 1]
+        do_meet = do_meet and (turn * inwards + offset - inwards) % m == 0
+        pairs += do_meet
+        adjacent_pairs += do_meet and met_last
+        met_last = do_meet
         ahead, back = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
         x += steps[ahead, 0] + steps[back, 0]
         y += steps[ahead, 1] + steps[back, 1]
         offset = (turn * (2 * ahead + m // 2) + offset) % m
         turn = -turn
-    return pairs, joints
+    return pairs, adjacent_pairs
 
 
 @compiled

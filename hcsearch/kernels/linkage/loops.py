@@ -218,18 +218,18 @@ def _close_one(
     """Close one loop by damped Newton steps of least length; return the remaining residual."""
     n = len(angles)
     gram, weights, pose = np.empty((6, 6)), np.empty(6), np.empty((3, 4))
-    worst = 0.0
+    largest = 0.0
     for step in range(steps + 1):
         close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian, pose)
-        worst = 0.0
+        largest = 0.0
         for i in range(6):
-            worst = max(worst, abs(residual[i]))
-        if worst < 1e-13 or step == steps or not weigh_rows(jacobian, residual, 1e-14, gram, weights):
+            largest = max(largest, abs(residual[i]))
+        if largest < 1e-13 or step == steps or not weigh_rows(jacobian, residual, 1e-14, gram, weights):
             break
         for k in range(n):
             for i in range(6):
                 angles[k] -= jacobian[i, k] * weights[i]
-    return worst
+    return largest
 
 
 @compiled
@@ -251,8 +251,8 @@ def generic_states(
         for _ in range(6):
             angles += heading
             _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 3)
-        worst = _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 40)
-        away = 0.0
+        remaining = _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 40)
+        distance = 0.0
         for k in range(n):
-            away = max(away, abs(angles[k] - folded[k]))
-        residuals[loop] = worst if away > 1e-3 else np.inf
+            distance = max(distance, abs(angles[k] - folded[k]))
+        residuals[loop] = remaining if distance > 1e-3 else np.inf

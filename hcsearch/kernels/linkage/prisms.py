@@ -67,13 +67,13 @@ def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
 
 
 @inlined
-def sphere_distance(prisms: Prisms, one: int, two: int) -> float:
+def sphere_distance(prisms: Prisms, first: int, second: int) -> float:
     """Return the distance of the enclosing spheres of two prisms, negative where they overlap."""
-    x = prisms.middles[one, 0] - prisms.middles[two, 0]
-    y = prisms.middles[one, 1] - prisms.middles[two, 1]
-    z = prisms.middles[one, 2] - prisms.middles[two, 2]
-    between: float = math.sqrt(x * x + y * y + z * z)
-    return between - float(prisms.reaches[one] + prisms.reaches[two])
+    x = prisms.middles[first, 0] - prisms.middles[second, 0]
+    y = prisms.middles[first, 1] - prisms.middles[second, 1]
+    z = prisms.middles[first, 2] - prisms.middles[second, 2]
+    middle_distance: float = math.sqrt(x * x + y * y + z * z)
+    return middle_distance - float(prisms.reaches[first] + prisms.reaches[second])
 
 
 @inlined
@@ -101,7 +101,7 @@ class PrismPairs(NamedTuple):
 
 
 @compiled
-def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPairs:
+def pairs_between(chain: Chain, prisms: Prisms, prism_pairs: WholeNumbers) -> PrismPairs:
     """Return the paths between the panels of given pairs of prisms, shape (p, 2)."""
     n, parents = len(chain.order), chain.parents.copy()
     for panel in chain.order[1:]:
@@ -122,12 +122,12 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPa
     reaches = np.zeros((len(prisms.panels), len(chain.points)))
     lengths = np.zeros(n)
     for f in range(len(prisms.panels)):
-        _reach(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
-    return PrismPairs(wanted, hinges, nexts, reaches)
+        _write_reaches(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
+    return PrismPairs(prism_pairs, hinges, nexts, reaches)
 
 
 @lean
-def _reach(
+def _write_reaches(
     chain: Chain,
     prisms: Prisms,
     parents: WholeNumbers,
@@ -141,19 +141,19 @@ def _reach(
 
     lengths : work table with an entry per panel: length of the path from the corners to the hinge that leads there.
     """
-    own = prisms.panels[f]
+    prism_panel = prisms.panels[f]
     # from the panel to the root first, then outward: a panel comes after the next one on its path to the prism
-    panel = own
+    panel = prism_panel
     while parents[panel] >= 0:
-        _pass(chain, prisms, hinges, nexts, f, parents[panel], lengths, reaches)
+        _write_reach(chain, prisms, hinges, nexts, f, parents[panel], lengths, reaches)
         panel = parents[panel]
     for panel in chain.order:
-        if panel != own and nexts[own, panel] >= 0 and nexts[own, panel] == parents[panel]:
-            _pass(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
+        if panel != prism_panel and nexts[prism_panel, panel] >= 0 and nexts[prism_panel, panel] == parents[panel]:
+            _write_reach(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
 
 
 @lean
-def _pass(
+def _write_reach(
     chain: Chain,
     prisms: Prisms,
     hinges: NDArray[np.int32],
@@ -164,10 +164,10 @@ def _pass(
     reaches: Reals,
 ) -> None:
     """Write the reach of a prism from the hinge that leads towards it from a panel, by that of the next hinge."""
-    own = prisms.panels[f]
-    hinge, after = hinges[own, panel], nexts[own, panel]
+    prism_panel = prisms.panels[f]
+    hinge, after = hinges[prism_panel, panel], nexts[prism_panel, panel]
     point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
-    if after == own:
+    if after == prism_panel:
         length = 0.0
         for c in range(prisms.counts[f, 0]):
             arm = vector_difference(vector_at(prisms.vertices[f], c, 0), point)
@@ -177,7 +177,7 @@ def _pass(
             length = max(length, math.sqrt(dot(arm, arm)))
         lengths[panel] = length
     else:
-        arm = vector_difference(_point(chain, hinges[own, after]), point)
+        arm = vector_difference(_point(chain, hinges[prism_panel, after]), point)
         across = cross(arm, line)
         if hinge >= 0:
             reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]

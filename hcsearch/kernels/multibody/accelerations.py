@@ -77,8 +77,8 @@ class DiscreteState(NamedTuple):
 class Stepper(NamedTuple):
     """The mechanism, tolerances and work tables that each integration step needs.
 
-    scale : `largest_pivot`, which other pivots are compared to. tolerance, floor : relative and absolute error of a
-        step.
+    scale : `largest_pivot`, which other pivots are compared to. relative_tolerance,
+        absolute_tolerance : of the error of a step.
     stages : (s + 1, 2 n + 2), derivatives of the state (q, v, energy lost, time) in a step, the last one at its end.
     start, end : (2 n + 2,), states at both ends of the step. counts : of the record.
     """
@@ -136,16 +136,16 @@ def solve_accelerations(
     tree = mechanism.tree
     gather_inertias(tree, hold.held, work)
     load_joints(tree, hold.held, work.torques, True, work)
-    good = True
+    independent = True
     if mechanism.closure_stiffness > 0.0:
         spring_forces(tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
     else:
         if fresh:
             choose_rows(work, scale)
-        good = factor_chosen_rows(work, scale)
+        independent = factor_chosen_rows(work, scale)
         close_rows(work, work.rates)
     release_joints(tree, hold.held, True, work, a)
-    return good
+    return independent
 
 
 @lean
@@ -185,7 +185,7 @@ def accelerate(
 ) -> bool:
     """Write joint accelerations (holding forces at held joints); return whether the chosen rows were independent.
 
-    In overdamped motion the results are velocities, and `v` is 0. Drives are evaluated at the time `work.clock`. The
+    In overdamped motion the results are velocities, and `v` is 0. Drives are evaluated at the time `work.time`. The
     constraint forces of the rows are left in `work.forces`.
 
     scale : as of `choose_rows`. fresh : whether to choose independent rows anew.
@@ -219,11 +219,11 @@ def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float
 
     closed : residual (and rate) at which to stop; three steps at most.
     """
-    worst = rate = 0.0
+    residual = rate = 0.0
     for k in range(4):
         place_bodies(tree, q, work)
-        worst = weld_errors(tree, work, work.errors)
-        if worst <= closed or k == 3:
+        residual = weld_errors(tree, work, work.errors)
+        if residual <= closed or k == 3:
             break
         _correct(tree, held, q, work)
     for k in range(3):
@@ -232,7 +232,7 @@ def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float
         if rate <= closed or k == 2:
             break
         _correct(tree, held, v, work)
-    return worst, rate
+    return residual, rate
 
 
 @lean

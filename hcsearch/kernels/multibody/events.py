@@ -72,7 +72,7 @@ def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int
 @lean
 def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep) -> tuple[float, int, int]:
     """Locate the first event in a step: share of the step, joint and kind; (2, -1, -1) without an event."""
-    best, joint, what = 2.0, -1, -1
+    best, joint, event_kind = 2.0, -1, -1
     for i in range(len(span.q0)):
         for kind in range(4):
             limit = event_threshold(mechanism, hold, i, kind)
@@ -91,27 +91,27 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
                         else:
                             before = x
                     if after < best:
-                        best, joint, what = after, i, kind
+                        best, joint, event_kind = after, i, kind
                     break
                 before = x
-    return best, joint, what
+    return best, joint, event_kind
 
 
 @lean
-def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
-    """Return the share of a step at which all coordinates first lie within `near` of `place`; 2 if they do not.
+def first_near(span: IntegrationStep, target: Reals, tolerance: float) -> float:
+    """Return the share of a step at which all coordinates first lie within a tolerance of a target; 2 if never.
 
     Only quarters of the step are sampled.
 
-    place : (n,), NaN where a coordinate does not count.
+    target : (n,), NaN where a coordinate does not count.
     """
     before = 0.0
     for k in range(1, 5):
         after = 0.25 * k
-        if _within(after, span, place, near):
+        if _within(after, span, target, tolerance):
             for _ in range(40):
                 x = 0.5 * (before + after)
-                if _within(x, span, place, near):
+                if _within(x, span, target, tolerance):
                     after = x
                 else:
                     before = x
@@ -121,21 +121,21 @@ def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
 
 
 @lean
-def _within(x: float, span: IntegrationStep, place: Reals, near: float) -> bool:
+def _within(x: float, span: IntegrationStep, target: Reals, tolerance: float) -> bool:
     within = True
     for i in range(len(span.q0)):
-        within = within and not abs(_coordinate(span, i, x) - place[i]) > near
+        within = within and not abs(_coordinate(span, i, x) - target[i]) > tolerance
     return within
 
 
 @lean
 def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
     """Return the greatest pull needed at a stop to hold its joint; negative where all stops push."""
-    most = -np.inf
+    greatest = -np.inf
     for i in range(len(forces)):
         if hold.held[i]:
-            most = max(most, hold.held[i] * forces[i])
-    return most
+            greatest = max(greatest, hold.held[i] * forces[i])
+    return greatest
 
 
 StateSeries = tuple[Reals, Reals, Reals, Reals]
@@ -162,18 +162,18 @@ def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work
     """
     times, q, v, a = states
     course, angles = np.empty((q.shape[1], COURSE_TERM_COUNT)), np.empty(q.shape[1])
-    worst = 0.0
+    largest = 0.0
     for k in range(len(times)):
         place_bodies(tree, q[k], work)
-        worst = max(worst, weld_errors(tree, work, work.errors))
+        largest = max(largest, weld_errors(tree, work, work.errors))
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             for share in RESIDUAL_SAMPLE_SHARES:
                 write_course_angles(course, share, angles)
                 place_bodies(tree, angles, work)
-                worst = max(worst, weld_errors(tree, work, work.errors))
-    return worst
+                largest = max(largest, weld_errors(tree, work, work.errors))
+    return largest
 
 
 @compiled
@@ -183,12 +183,12 @@ def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
     Projection closes the chosen rows. The other rows stay closed with them if they depend on them, but not if they only
     seemed to, as on a branch of singular states.
     """
-    loose = 0
+    open_count = 0
     for k in range(len(q)):
         place_bodies(tree, q[k], work)
         if weld_errors(tree, work, work.errors) > SIMULATED_STATE_RESIDUAL:
-            loose += 1
-    return loose / max(1, len(q))
+            open_count += 1
+    return open_count / max(1, len(q))
 
 
 @compiled
@@ -204,7 +204,7 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
     for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
         count = len(times)
-        wide = np.zeros(count, np.bool_)
+        split = np.zeros(count, np.bool_)
         middles = np.empty((3, count, n))
         for k in range(count - 1):
             h = times[k + 1] - times[k]
@@ -213,30 +213,30 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
             write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             write_course_angles(course, 0.5, middles[0, k])
             place_bodies(tree, middles[0, k], work)
-            gap = weld_errors(tree, work, work.errors)
-            if gap > closed:
+            residual = weld_errors(tree, work, work.errors)
+            if residual > closed:
                 write_course_rates(course, 0.5, h, middles[1, k])
                 for i in range(n):
-                    still = (
+                    is_held = (
                         abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE
                         and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
                     )
-                    hold.held[i] = 1 if still else 0
+                    hold.held[i] = 1 if is_held else 0
                 work.time[0] = 0.5 * (times[k] + times[k + 1])
-                wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
-        more = wide.sum()
-        if more == 0:
+                split[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < residual
+        insertions = split.sum()
+        if insertions == 0:
             break
-        rows = count + more
+        rows = count + insertions
         states = (np.empty(rows), np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, n)))
-        at = 0
+        row = 0
         for k in range(count):
-            states[0][at], states[1][at], states[2][at], states[3][at] = times[k], q[k], v[k], a[k]
-            at += 1
-            if wide[k]:
-                states[0][at] = 0.5 * (times[k] + times[k + 1])
-                states[1][at], states[2][at], states[3][at] = middles[0, k], middles[1, k], middles[2, k]
-                at += 1
+            states[0][row], states[1][row], states[2][row], states[3][row] = times[k], q[k], v[k], a[k]
+            row += 1
+            if split[k]:
+                states[0][row] = 0.5 * (times[k] + times[k + 1])
+                states[1][row], states[2][row], states[3][row] = middles[0, k], middles[1, k], middles[2, k]
+                row += 1
     return states
 
 
@@ -246,12 +246,12 @@ def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v:
 
     Near singular states Newton's method may diverge: the residual is then no smaller than before.
     """
-    gap = 0.0
+    residual = 0.0
     for _ in range(2):
         accelerate(mechanism, hold, q, v, scale, True, work, a)
-        gap, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
+        residual, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     for i in range(len(hold.held)):
         if hold.held[i]:
             v[i] = a[i] = 0.0
-    return gap
+    return residual

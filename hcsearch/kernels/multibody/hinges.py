@@ -151,18 +151,18 @@ def pull_struts(struts: Struts, work: Work) -> None:
 def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector3, float, float]:
     """Return the unit direction from a strut's first point to the second, its rate of elongation, and its length."""
     b = work.bodies
-    way, growth = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    offset, rate = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for side in range(2):
         body = struts.bodies[s, side]
-        here, flow = vector_at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
+        point, velocity = vector_at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
         if body >= 0:
-            arm = rotated(b, body, WORK_ROTATION, here)
-            here = vector_sum(vector_at(b, body, WORK_PLACE), arm)
-            flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
-        way, growth = vector_difference(here, way), vector_difference(flow, growth)
-    length = math.sqrt(dot(way, way))
-    line = scaled_vector(1.0 / length, way) if length > 0.0 else way
-    return line, dot(line, growth), length
+            arm = rotated(b, body, WORK_ROTATION, point)
+            point = vector_sum(vector_at(b, body, WORK_PLACE), arm)
+            velocity = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
+        offset, rate = vector_difference(point, offset), vector_difference(velocity, rate)
+    length = math.sqrt(dot(offset, offset))
+    line = scaled_vector(1.0 / length, offset) if length > 0.0 else offset
+    return line, dot(line, rate), length
 
 
 @lean
@@ -176,9 +176,9 @@ def kinetic_energy(tree: BodyTree, work: Work) -> float:
             vector_at(b, i, WORK_SPEED),
             cross(spin, rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))),
         )
-        own = rotated_back(b, i, WORK_ROTATION, spin)
-        turning = dot(own, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), own))
-        energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + turning)
+        body_spin = rotated_back(b, i, WORK_ROTATION, spin)
+        rotational = dot(body_spin, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), body_spin))
+        energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + rotational)
     return energy
 
 
@@ -187,21 +187,23 @@ def joint_momenta(tree: BodyTree, work: Work, momenta: Reals) -> None:
     """Write joint momenta: the mass matrix times the joint velocities; call `move_bodies` first."""
     n = len(tree.links)
     b = work.bodies
-    carried = np.zeros((n, 6))  # angular momentum about the joint, momentum
+    momentum_sums = np.zeros((n, 6))  # angular momentum about the joint, momentum
     for i in range(n):
         spin = vector_at(b, i, WORK_SPIN)
         arm = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
         momentum = scaled_vector(tree.bodies[i, BODY_MASS], vector_sum(vector_at(b, i, WORK_SPEED), cross(spin, arm)))
-        own = apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), rotated_back(b, i, WORK_ROTATION, spin))
-        put_vector(carried, i, 0, vector_sum(rotated(b, i, WORK_ROTATION, own), cross(arm, momentum)))
-        put_vector(carried, i, 3, momentum)
+        body_momentum = apply_symmetric(
+            symmetric_at(tree.bodies, i, BODY_INERTIA), rotated_back(b, i, WORK_ROTATION, spin)
+        )
+        put_vector(momentum_sums, i, 0, vector_sum(rotated(b, i, WORK_ROTATION, body_momentum), cross(arm, momentum)))
+        put_vector(momentum_sums, i, 3, momentum)
     for i in range(n - 1, -1, -1):
-        turning, momentum = vector_at(carried, i, 0), vector_at(carried, i, 3)
-        momenta[i] = dot(vector_at(b, i, WORK_LINE), momentum if tree.links[i, LINK_SLIDES] else turning)
+        angular, momentum = vector_at(momentum_sums, i, 0), vector_at(momentum_sums, i, 3)
+        momenta[i] = dot(vector_at(b, i, WORK_LINE), momentum if tree.links[i, LINK_SLIDES] else angular)
         p = tree.links[i, LINK_PARENT]
         if p >= 0:
-            add_vector(carried, p, 0, vector_sum(turning, cross(vector_at(b, i, WORK_ARM), momentum)))
-            add_vector(carried, p, 3, momentum)
+            add_vector(momentum_sums, p, 0, vector_sum(angular, cross(vector_at(b, i, WORK_ARM), momentum)))
+            add_vector(momentum_sums, p, 3, momentum)
 
 
 @lean
@@ -247,7 +249,7 @@ def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -
 
 
 TARGET_ANGLE, TARGET_RATE, TARGET_TORQUE = 0, 1, 2
-"""Columns of the drive targets in `Work`, one row per drive: rad, rad/s, N m."""
+"""Columns of `Work.drive_targets`, one row per drive: rad, rad/s, N m."""
 
 
 class Targets(NamedTuple):
@@ -352,6 +354,8 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
 
 @lean
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
-    i, asked = targets.joints[d], work.drive_targets[d]
-    pull: float = targets.stiffness[d] * (asked[TARGET_ANGLE] - q[i]) + targets.damping[d] * (asked[TARGET_RATE] - v[i])
-    return pull + float(asked[TARGET_TORQUE])
+    i, target = targets.joints[d], work.drive_targets[d]
+    torque: float = targets.stiffness[d] * (target[TARGET_ANGLE] - q[i]) + targets.damping[d] * (
+        target[TARGET_RATE] - v[i]
+    )
+    return torque + float(target[TARGET_TORQUE])

@@ -40,7 +40,7 @@ class IntegrationMethod(NamedTuple):
 
     a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of the second estimate that DOP853
         combines with it (0 elsewhere); the last stage is at the end of the step. order : of the error estimate plus 1.
-    columns : 0 for explicit methods; else the order of the extrapolated method, which is s, and all coefficients are 0.
+    extrapolation_order : order s of the extrapolated method, all of whose coefficients are 0; 0 for explicit methods.
     """
 
     a: Reals
@@ -58,7 +58,7 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     s = len(method.b)
     a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
-        _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
+        _combine_stages(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
         work.time[0] = end[2 * n + 1]
         accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
@@ -66,7 +66,7 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
 
 
 @lean
-def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
+def _combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
     """Write the start state plus h times the weighted sum of the first stages; zero weights are skipped."""
     for j in range(len(start)):
         end[j] = start[j]
@@ -84,13 +84,13 @@ def _error(weights: Reals, stepper: Stepper) -> float:
     first = second = 0.0
     count = len(start) - 2
     for j in range(count):
-        one = two = 0.0
+        estimate = second_estimate = 0.0
         for i in range(len(stages)):
-            one += weights[0, i] * stages[i, j]
-            two += weights[1, i] * stages[i, j]
+            estimate += weights[0, i] * stages[i, j]
+            second_estimate += weights[1, i] * stages[i, j]
         allowed = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[j]), abs(end[j]))
-        first += (one / allowed) ** 2
-        second += (two / allowed) ** 2
+        first += (estimate / allowed) ** 2
+        second += (second_estimate / allowed) ** 2
     if first == 0.0:
         return 0.0
     # DOP853 joins its estimates of orders 5 and 3 (Hairer, Norsett and Wanner 1993, section II.10)
@@ -116,7 +116,7 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
 
 
 @lean
-def _part(
+def _euler_step(
     mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
 ) -> None:
     """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step."""
@@ -126,12 +126,12 @@ def _part(
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     for i in range(n):
         slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
-        drag = mechanism.hinges.damping[i]
+        damping = mechanism.hinges.damping[i]
         if mechanism.hinges.stop_stiffness > 0.0 and (
             q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
         ):
-            drag += mechanism.hinges.stop_damping
-        work.added_inertia[i] = h * drag + h * h * slope
+            damping += mechanism.hinges.stop_damping
+        work.added_inertia[i] = h * damping + h * h * slope
         work.torques[i] -= h * slope * v[i]
     state[2 * n + 1] += h
     write_drive_targets(mechanism.targets, state[2 * n + 1], work)
@@ -164,7 +164,7 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
         for i in range(2 * n + 2):
             end[i] = start[i]
         for _ in range(j + 1):
-            _part(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
+            _euler_step(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
         # Aitken and Neville: row k of the table holds the extrapolation of order k
         for i in range(2 * n + 2):
             value = end[i]

@@ -21,8 +21,8 @@ RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 
 class SimulationRecord(NamedTuple):
     """The record of a simulation: up to `steps` states and `events` events.
 
-    times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
-        dampers, lost at events. gaps : (steps,), closure residual before projection. counts : (5,), states, events,
+    times : (steps,). q, v, a : (steps, n). energies : (steps, 6): kinetic, stored, of gravity, in stops, lost in
+        dampers, lost at events. closure_residuals : (steps,), before projection. counts : (5,), states, events,
         evaluations, rejected steps, ending.
     event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
     """
@@ -42,7 +42,14 @@ class SimulationRecord(NamedTuple):
 
 @lean
 def record_state(
-    record: SimulationRecord, hold: DiscreteState, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float
+    record: SimulationRecord,
+    hold: DiscreteState,
+    time: float,
+    q: Reals,
+    v: Reals,
+    a: Reals,
+    energies: Reals,
+    residual: float,
 ) -> None:
     """Append a state, if there is room."""
     k = record.counts[0]
@@ -51,9 +58,9 @@ def record_state(
         for i in range(len(q)):
             record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
-        for i in range(len(books)):
-            record.energies[k, i] = books[i]
-        record.closure_residuals[k] = gap
+        for i in range(len(energies)):
+            record.energies[k, i] = energies[i]
+        record.closure_residuals[k] = residual
         record.counts[0] += 1
 
 
@@ -86,34 +93,41 @@ def record_hits(
 
 
 @compiled
-def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals, rates: Reals) -> None:
+def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, coordinates: Reals, rates: Reals) -> None:
     """Write coordinates and velocities of all joints, followed by those of the cut hinges, (n + cuts,)."""
     n = len(q)
-    turns[:n], rates[:n] = q, v
-    if len(turns) > n:
+    coordinates[:n], rates[:n] = q, v
+    if len(coordinates) > n:
         place_bodies(mechanism.tree, q, work)
         move_bodies(mechanism.tree, v, work)
-        cut_angles(mechanism.cuts, work, turns[n:], rates[n:])
+        cut_angles(mechanism.cuts, work, coordinates[n:], rates[n:])
 
 
 @compiled
 def record_compliant_stops(
-    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: SimulationRecord
+    mechanism: Mechanism,
+    time: float,
+    h: float,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    coordinates: Reals,
+    record: SimulationRecord,
 ) -> None:
     """Record the compliant stops that were hit or left in the step of length h that ends at `time`.
 
-    turns : (n + cuts,), coordinates at the start of the step; overwritten by those at its end.
+    coordinates : (n + cuts,), at the start of the step; overwritten by those at its end.
     """
-    n, count = len(q), len(turns)
-    now, rates = np.empty(count), np.empty(count)
-    all_turns(mechanism, q, v, work, now, rates)
+    n, count = len(q), len(coordinates)
+    coordinates_now, rates = np.empty(count), np.empty(count)
+    all_turns(mechanism, q, v, work, coordinates_now, rates)
     for i in range(count):
         hinges, k = mechanism.hinges, i
         if i >= n:
             hinges, k = mechanism.cuts.hinges, i - n
         for limit, sign in ((hinges.lower[k], -1.0), (hinges.upper[k], 1.0)):
-            before, after = sign * (turns[i] - limit), sign * (now[i] - limit)
+            before, after = sign * (coordinates[i] - limit), sign * (coordinates_now[i] - limit)
             if (before > 0.0) != (after > 0.0):
                 moment = time - h * after / (after - before)
                 record_event(record, moment, i, RECORDED_HIT if after > 0.0 else RECORDED_RELEASE, rates[i])
-    turns[:] = now
+    coordinates[:] = coordinates_now

@@ -137,24 +137,24 @@ def start_simulation(simulation: Simulation) -> None:
     """Initialise a simulation: resolve impacts in the first state, record it, and choose the first step size."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
-    a, books = np.zeros(len(q)), np.zeros(6)
+    a, energies = np.zeros(len(q)), np.zeros(6)
     record.counts[:] = 0
     record.counts[4] = ENDING_NONE
     work.time[0] = 0.0
     scale = largest_pivot(mechanism, q, work)
     pace[:PACE_COORDINATES], pace[PACE_COORDINATES:] = 0.0, q
-    pace[PACE_SCALE], pace[PACE_GRIP] = scale, _grip(mechanism, hold, q)
+    pace[PACE_SCALE], pace[PACE_GRIP] = scale, _rounding_pull(mechanism, hold, q)
     collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
     update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
-    pace[PACE_START_ENERGY] = _balance(simulation, books)
-    pace[PACE_LARGEST_ENERGY] = np.abs(books).max()
+    pace[PACE_START_ENERGY] = _write_energies(simulation, energies)
+    pace[PACE_LARGEST_ENERGY] = np.abs(energies).max()
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     pace[PACE_STEP] = first_step(plan, simulation.method.order, q, v, a)
-    record_state(record, hold, 0.0, q, v, a, books, 0.0)
+    record_state(record, hold, 0.0, q, v, a, energies, 0.0)
 
 
 @compiled
-def continue_simulation(simulation: Simulation, most: int) -> None:
+def continue_simulation(simulation: Simulation, max_states: int) -> None:
     """Continue a simulation until it ends or its record holds a given number of states.
 
     The motion does not depend on how often it is paused.
@@ -166,16 +166,18 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
     start, end = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     a = np.zeros(n)
     counts = record.counts
-    books = record.energies[counts[0] - 1].copy()
+    energies = record.energies[counts[0] - 1].copy()
     scale, rejected = pace[PACE_SCALE], False
-    stepper = Stepper(mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts)
+    stepper = Stepper(
+        mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts
+    )
     work.time[0] = pace[PACE_TIME]
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[PACE_TIME]
+    start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
-    turns = np.zeros(n + len(mechanism.cuts.bodies))
-    all_turns(mechanism, q, v, work, turns, turns.copy())
-    while counts[4] == ENDING_NONE and (counts[0] < most or rejected):
+    coordinates = np.zeros(n + len(mechanism.cuts.bodies))
+    all_turns(mechanism, q, v, work, coordinates, coordinates.copy())
+    while counts[4] == ENDING_NONE and (counts[0] < max_states or rejected):
         counts[4] = _ending_before(simulation, a)
         if counts[4] != ENDING_NONE:
             break
@@ -186,27 +188,27 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
             pace[PACE_STEP] *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
             rejected = True
             continue
-        took, came, joint, kind = _shorten(simulation, stepper, a)
-        q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
-        pace[PACE_TIME] += took
+        length, flat_share, joint, kind = _shorten(simulation, stepper, a)
+        q[:], v[:], energies[4] = end[:n], end[n : 2 * n], end[2 * n]
+        pace[PACE_TIME] += length
         work.time[0] = pace[PACE_TIME]
-        gap, _ = project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
+        residual, _ = project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
         if len(mechanism.cuts.bodies):
-            gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
+            residual = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if kind >= 0:
-            _meet(simulation, joint, kind, gap, a, books)
+            _process_event(simulation, joint, kind, residual, a, energies)
         else:
-            _arrive(simulation, came < 1.0, took <= MIN_JUMP_STEP_SHARE * pace[PACE_STEP], a, books)
+            _complete_step(simulation, flat_share < 1.0, length <= MIN_JUMP_STEP_SHARE * pace[PACE_STEP], a, energies)
         if mechanism.hinges.stop_stiffness > 0.0:
-            record_compliant_stops(mechanism, pace[PACE_TIME], took, q, v, work, turns, record)
-        record_state(record, hold, pace[PACE_TIME], q, v, a, books, gap)
-        start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[PACE_TIME]
+            record_compliant_stops(mechanism, pace[PACE_TIME], length, q, v, work, coordinates, record)
+        record_state(record, hold, pace[PACE_TIME], q, v, a, energies, residual)
+        start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        _tally(pace, q, books)
-        counts[4] = _ending_after(mechanism, plan, gap, came < 1.0, pace, books)
-        grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
+        _update_pace(pace, q, energies)
+        counts[4] = _ending_after(mechanism, plan, residual, flat_share < 1.0, pace, energies)
+        growth = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if kind < 0:
-            pace[PACE_STEP] *= max(0.2, min(grow, 1.0) if rejected else grow)
+            pace[PACE_STEP] *= max(0.2, min(growth, 1.0) if rejected else growth)
         rejected = False
 
 
@@ -219,28 +221,28 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
     """
     method, plan, pace = simulation.method, simulation.plan, simulation.pace
     n, h = len(a), pace[PACE_STEP]
-    firm = pace[PACE_STOPS_KEPT] > 0.0
+    keep_stops = pace[PACE_STOPS_KEPT] > 0.0
     pace[PACE_STOPS_KEPT] = 0.0
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
     span = IntegrationStep(h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n])
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
     if kind >= 0:
-        took = land_on_event(method, stepper, share * h, h, joint, kind)
+        length = land_on_event(method, stepper, share * h, h, joint, kind)
     else:
-        took = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], firm, h)
-    came = 2.0
-    if plan.flat_distance >= 0.0 and took > 0.0:
+        length = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], keep_stops, h)
+    flat_share = 2.0
+    if plan.flat_distance >= 0.0 and length > 0.0:
         # the tables now hold the repeated step
-        span = IntegrationStep(took, span.q0, span.v0, a, span.q1, span.v1, span.a1)
-        came = first_near(span, plan.flat, plan.flat_distance)
-    if came < 1.0:
-        took, kind = came * took, -1
-        take_step(method, stepper, took)
-    return took, came, joint, kind
+        span = IntegrationStep(length, span.q0, span.v0, a, span.q1, span.v1, span.a1)
+        flat_share = first_near(span, plan.flat, plan.flat_distance)
+    if flat_share < 1.0:
+        length, kind = flat_share * length, -1
+        take_step(method, stepper, length)
+    return length, flat_share, joint, kind
 
 
 @lean
-def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, books: Reals) -> None:
+def _process_event(simulation: Simulation, joint: int, kind: int, residual: float, a: Reals, energies: Reals) -> None:
     """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step."""
     mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
@@ -257,15 +259,15 @@ def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, b
     else:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
     accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
-    _balance(simulation, books)
-    record_state(record, hold, time, q, v, a, books, gap)
-    _happen(simulation, joint, kind, a, books)
+    _write_energies(simulation, energies)
+    record_state(record, hold, time, q, v, a, energies, residual)
+    _apply_event(simulation, joint, kind, a, energies)
     accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
     record.counts[2] += 2
 
 
 @lean
-def _arrive(simulation: Simulation, flat: bool, short: bool, a: Reals, books: Reals) -> None:
+def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, energies: Reals) -> None:
     """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
     short : whether a pull ended the step near its start; unless a joint is freed, the next step ignores pulls.
@@ -275,35 +277,37 @@ def _arrive(simulation: Simulation, flat: bool, short: bool, a: Reals, books: Re
     simulation.record.counts[2] += 1
     pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
     if not flat and (pulls or short):
-        if pulls and _let_go(simulation, a):
+        if pulls and _release_stops(simulation, a):
             pace[PACE_EVENT_COUNT] += 1.0
         else:
             pace[PACE_STOPS_KEPT] = 1.0
-    _balance(simulation, books)
+    _write_energies(simulation, energies)
 
 
 @lean
-def _tally(pace: Reals, q: Reals, books: Reals) -> None:
+def _update_pace(pace: Reals, q: Reals, energies: Reals) -> None:
     """Update the largest energy; restart the count of events when a joint has moved by `UNMOVED_JOINT_ANGLE`."""
-    away = False
+    moved = False
     for i in range(len(q)):
-        away = away or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
-    if away:
+        moved = moved or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
+    if moved:
         pace[PACE_EVENT_COUNT] = 0.0
         for i in range(len(q)):
             pace[PACE_COORDINATES + i] = q[i]
-    for i in range(len(books)):
-        pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(books[i]))
+    for i in range(len(energies)):
+        pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(energies[i]))
 
 
 @lean
-def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
+def _ending_after(
+    mechanism: Mechanism, plan: StepPlan, residual: float, flat: bool, pace: Reals, energies: Reals
+) -> int:
     """Return the ending reached after a step, or `ENDING_NONE`."""
-    apart = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
+    limit = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
     ending = ENDING_NONE
-    if not gap <= apart:
-        ending = ENDING_OPEN if gap > apart else ENDING_INVALID_NUMBER
-    elif not abs(books.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
+    if not residual <= limit:
+        ending = ENDING_OPEN if residual > limit else ENDING_INVALID_NUMBER
+    elif not abs(energies.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
         ending = ENDING_UNBALANCED
     elif (
         pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS
@@ -320,19 +324,22 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
     """Return the ending reached before a step, or `ENDING_NONE`."""
     hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
     q, v, time = simulation.q, simulation.v, pace[PACE_TIME]
-    near = plan.flat_distance >= 0.0
+    is_flat = plan.flat_distance >= 0.0
     for i in range(len(q)):
-        near = near and not abs(q[i] - plan.flat[i]) > plan.flat_distance
-    still = plan.rest_distance >= 0.0
-    left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
+        is_flat = is_flat and not abs(q[i] - plan.flat[i]) > plan.flat_distance
+    is_at_rest = plan.rest_distance >= 0.0
+    time_left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
     for i in range(len(q)):
-        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest_distance and abs(a[i]) * left**2 <= plan.rest_distance))
+        is_at_rest = is_at_rest and (
+            hold.held[i] != 0
+            or (abs(v[i]) * time_left <= plan.rest_distance and abs(a[i]) * time_left**2 <= plan.rest_distance)
+        )
     ending = ENDING_NONE
-    if near:
+    if is_flat:
         ending = ENDING_FLAT
     elif time >= plan.end * (1.0 - 1e-14):
         ending = ENDING_TIME_OUT
-    elif still:
+    elif is_at_rest:
         ending = ENDING_REST
     elif record.counts[0] >= len(record.times):
         ending = ENDING_TOO_MANY_STEPS
@@ -342,36 +349,40 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
 
 
 @lean
-def _happen(simulation: Simulation, joint: int, kind: int, a: Reals, books: Reals) -> None:
+def _apply_event(simulation: Simulation, joint: int, kind: int, a: Reals, energies: Reals) -> None:
     """Apply an impact or snap, and record the energy lost in it."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, scale = simulation.q, simulation.v, simulation.pace[PACE_SCALE]
-    before = _balance(simulation, books)
+    before = _write_energies(simulation, energies)
     if kind < 2:
-        collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
+        collide_joints(
+            mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work
+        )
     else:
         hold.branches[joint] = 1 - hold.branches[joint]
     update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
-    books[5] += before - _balance(simulation, books)
+    energies[5] += before - _write_energies(simulation, energies)
 
 
 @compiled
-def _let_go(simulation: Simulation, a: Reals) -> bool:
+def _release_stops(simulation: Simulation, a: Reals) -> bool:
     """Free joints whose stops would have to pull, where nothing else holds them; return whether any was freed."""
     hold, q, v, pace = simulation.hold, simulation.q, simulation.v, simulation.pace
-    before = hold.held.copy()
-    update_held_joints(simulation.mechanism, hold, simulation.plan.min_bounce_speed, q, v, pace[PACE_SCALE], simulation.work, a)
-    free = False
+    held_before = hold.held.copy()
+    update_held_joints(
+        simulation.mechanism, hold, simulation.plan.min_bounce_speed, q, v, pace[PACE_SCALE], simulation.work, a
+    )
+    any_freed = False
     for i in range(len(q)):
-        if before[i] and not hold.held[i]:
+        if held_before[i] and not hold.held[i]:
             record_event(simulation.record, pace[PACE_TIME], i, RECORDED_RELEASE, 0.0)
-            free = True
-    return free
+            any_freed = True
+    return any_freed
 
 
 @lean
-def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
+def _rounding_pull(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
     """Return the pull (N m) up to which stops hold: the rounding error relative to the initial hinge moments."""
     grip = 1e-300
     for i in range(len(q)):
@@ -381,10 +392,10 @@ def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
 
 
 @lean
-def _balance(simulation: Simulation, books: Reals) -> float:
+def _write_energies(simulation: Simulation, energies: Reals) -> float:
     """Write the energies of the current state into the first four entries; return their sum."""
     mechanism, hold, q, work = simulation.mechanism, simulation.hold, simulation.q, simulation.work
-    parts = books[:4]
+    parts = energies[:4]
     place_bodies(mechanism.tree, q, work)
     move_bodies(mechanism.tree, simulation.v, work)
     write_energies(mechanism.tree, mechanism.hinges, mechanism.struts, hold.branches, q, work, parts)

@@ -30,13 +30,13 @@ PARABOLA_TOLERANCE_SHARE = 0.01
 class StepPlan(NamedTuple):
     """Tolerances and end conditions of a simulation.
 
-    end : last time, s. tolerance, floor : relative and absolute error of a step. first : first step (s), 0 to estimate
-        it. longest : longest step (s).
-    restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
-    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them (rad) that counts
-        as flat; below 0, no state does.
-    rest : angle (rad) by which a joint at rest may move, by its speed or acceleration, in the time left or 1 s, the
-        longer; below 0, no state is at rest. closed : closure residual after projection.
+    end : last time, s. relative_tolerance, absolute_tolerance : of the error of a step.
+    first_step_size, max_step : s; the first step is estimated if 0.
+    restitution : of stops, 0 to 1. min_bounce_speed : rad/s, below which stops do not bounce.
+    flat : (n,), coordinates of the flat state, NaN where they do not count. flat_distance : distance from them (rad)
+        that counts as flat; below 0, no state does.
+    rest_distance : angle (rad) by which a joint at rest may move, by its speed or acceleration, in the time left or
+        1 s, the longer; below 0, no state is at rest. closure_tolerance : closure residual after projection.
     """
 
     end: float
@@ -83,7 +83,10 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
     n = len(q)
     size = rate = 0.0
     for i in range(n):
-        weight_q, weight_v = plan.absolute_tolerance + plan.relative_tolerance * abs(q[i]), plan.absolute_tolerance + plan.relative_tolerance * abs(v[i])
+        weight_q, weight_v = (
+            plan.absolute_tolerance + plan.relative_tolerance * abs(q[i]),
+            plan.absolute_tolerance + plan.relative_tolerance * abs(v[i]),
+        )
         size += (q[i] / weight_q) ** 2 + (v[i] / weight_v) ** 2
         rate += (v[i] / weight_q) ** 2 + (a[i] / weight_v) ** 2
     if rate == 0.0:
@@ -118,17 +121,17 @@ def land_on_event(
         if abs(miss) <= REACHED_STOP_ANGLE:
             break
         if speed != 0.0 and not mechanism.overdamped:
-            more = -miss / speed
-            more = -(miss + 0.5 * more * more * last[n + joint]) / speed
-            left = miss + more * (speed + 0.5 * more * last[n + joint])
-            straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED_STOP_ANGLE
-            if straight and _parabolic(stepper, h, more, last):
+            extension = -miss / speed
+            extension = -(miss + 0.5 * extension * extension * last[n + joint]) / speed
+            remaining = miss + extension * (speed + 0.5 * extension * last[n + joint])
+            reaches_event = abs(extension) <= h and h + extension < longest and abs(remaining) <= REACHED_STOP_ANGLE
+            if reaches_event and _parabolic(stepper, h, extension, last):
                 for j in range(n):
-                    end[j] += more * (last[j] + 0.5 * more * last[n + j])
-                    end[n + j] += more * last[n + j]
-                end[2 * n] += more * last[2 * n]
-                end[2 * n + 1] += more
-                return float(h + more)
+                    end[j] += extension * (last[j] + 0.5 * extension * last[n + j])
+                    end[n + j] += extension * last[n + j]
+                end[2 * n] += extension * last[2 * n]
+                end[2 * n + 1] += extension
+                return float(h + extension)
         if sign * miss > 0.0:
             high = min(high, h)
         else:
@@ -139,23 +142,23 @@ def land_on_event(
 
 
 @lean
-def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
+def _parabolic(stepper: Stepper, h: float, extension: float, last: Reals) -> bool:
     """Return whether a step can be extended by a parabola with an error well below the tolerance.
 
-    more : length of the extension (s), over which accelerations are assumed to change as fast as in the step h.
+    extension : its length (s), over which accelerations are assumed to change as fast as in the step h.
     """
     first, end = stepper.stages[0], stepper.end
     n = len(end) // 2 - 1
     for j in range(n, 2 * n):
         allowed = PARABOLA_TOLERANCE_SHARE * (stepper.absolute_tolerance + stepper.relative_tolerance * abs(end[j]))
-        if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
+        if abs(last[j] - first[j]) * extension * extension > 2.0 * h * allowed:
             return False
     return True
 
 
 @lean
 def step_to_release(
-    method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float
+    method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, keep_stops: bool, longest: float
 ) -> float:
     """Repeat a step so that it ends where a stop begins to pull, if one pulls at its end but not at its start.
 
@@ -164,41 +167,41 @@ def step_to_release(
     jumps, the motion goes on in small steps: in singular states rounding decides how forces are shared between stops
     and loops.
 
-    firm : whether a stop seemed to pull at the start and was kept; the step is then accepted as it is, as the same pull
-        would end every step after it.
+    keep_stops : whether a stop seemed to pull at the start and was kept; the step is then accepted, as the same
+        pull would end every step after it.
     """
-    some = False
+    any_held = False
     for i in range(len(stepper.hold.held)):
-        some = some or stepper.hold.held[i] != 0
-    if not some:
+        any_held = any_held or stepper.hold.held[i] != 0
+    if not any_held:
         return longest
-    above = _pull(stepper, closed, stepper.end)
-    if not above > grip:
+    end_pull = _pull(stepper, closed, stepper.end)
+    if not end_pull > grip:
         return longest
-    below = _pull(stepper, closed, stepper.start)
-    low, high, h, side, most = 0.0, longest, longest, 0, above
-    under, over = below - 2.0 * grip, above - 2.0 * grip
+    start_pull = _pull(stepper, closed, stepper.start)
+    low, high, h, side, first_pull = 0.0, longest, longest, 0, end_pull
+    low_value, high_value = start_pull - 2.0 * grip, end_pull - 2.0 * grip
     for k in range(40):
-        if firm or below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
+        if keep_stops or start_pull > grip or end_pull <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
-        if high - low <= PULL_JUMP_SHARE * longest and above > 1e3 * PULL_JUMP_SHARE * most:
+        if high - low <= PULL_JUMP_SHARE * longest and end_pull > 1e3 * PULL_JUMP_SHARE * first_pull:
             high = max(high, MIN_JUMP_STEP_SHARE * longest)
             break
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
-        share = min(max(-under / (over - under), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
+        share = min(max(-low_value / (high_value - low_value), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
         h = low + (high - low) * share
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, h)
         pull = _pull(stepper, closed, stepper.end)
         value = pull - 2.0 * grip
         if pull > grip:
-            less = 1.0 - value / over
-            under *= (less if less > 0.0 else 0.5) if side > 0 else 1.0
-            high, above, over, side = h, pull, max(value, 0.0), 1
+            factor = 1.0 - value / high_value
+            low_value *= (factor if factor > 0.0 else 0.5) if side > 0 else 1.0
+            high, end_pull, high_value, side = h, pull, max(value, 0.0), 1
         else:
-            less = 1.0 - value / under
-            over *= (less if less > 0.0 else 0.5) if side < 0 else 1.0
-            low, below, under, side = h, pull, value, -1
+            factor = 1.0 - value / low_value
+            high_value *= (factor if factor > 0.0 else 0.5) if side < 0 else 1.0
+            low, start_pull, low_value, side = h, pull, value, -1
     if high <= ROUNDING_PULL_SHARE * longest:
         high = MIN_JUMP_STEP_SHARE * longest
     if h < high:

@@ -51,7 +51,7 @@ stops are compliant by this share, so that nearly immobile joints do not require
 
 
 @lean
-def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
+def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares: Reals) -> int:
     """Write an orthonormal basis of the closure rows in innovation space; return its size; after `gather_inertias`."""
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
@@ -60,30 +60,30 @@ def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: 
                 work.bodies[i, WORK_ALONG]
             )
     for r in range(m):
-        left[r] = row_product(rows, r, rows, r, n)
+        squares[r] = row_product(rows, r, rows, r, n)
     for count in range(m):
         best = count
         for r in range(count, m):
-            if left[r] > left[best]:
+            if squares[r] > squares[best]:
                 best = r
-        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
+        if squares[best] <= MIN_ROW_PIVOT_SHARE * scale:
             return count
         for k in range(n):
             rows[count, k], rows[best, k] = rows[best, k], rows[count, k]
-        left[best] = left[count]
+        squares[best] = squares[count]
         for _ in range(2):  # twice is enough
             for j in range(count):
                 subtract_row(rows, count, row_product(rows, j, rows, count, n), rows, j, n)
         divide_row(rows, count, math.sqrt(row_product(rows, count, rows, count, n)), n)
         for r in range(count + 1, m):
             subtract_row(rows, r, row_product(rows, count, rows, r, n), rows, count, n)
-            left[r] = row_product(rows, r, rows, r, n)
+            squares[r] = row_product(rows, r, rows, r, n)
     return m
 
 
 @compiled
 def push_apart(
-    tree: BodyTree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
+    tree: BodyTree, touching: Signs, needed: Reals, scale: float, work: Work, pushed: Reals, change: Reals
 ) -> bool:
     """Write the least change of velocities (or accelerations) that moves touching joints off their stops as required.
 
@@ -91,64 +91,64 @@ def push_apart(
     free.
 
     touching : (n,), -1 at the lower stop, where the coordinate may only grow, 1 at the upper, 0 elsewhere.
-    wanted : (n,), least change away from the stop. scale : as of `choose_rows`. change : (n,), written for all joints.
+    needed : (n,), least change away from the stop. scale : as of `choose_rows`. change : (n,), written for all joints.
     pushed : (n,), written, not 0 where a stop pushes.
     """
     n, m = len(touching), len(tree.rows)
     free = np.zeros(n, np.int8)
     basis = np.zeros((m, n))
     count = _closure_basis(tree, scale, work, basis, np.empty(m))
-    which = np.flatnonzero(touching)
-    columns = np.zeros((len(which), n + len(which) + 1))
-    wholes = np.empty(len(which))
+    contacts = np.flatnonzero(touching)
+    columns = np.zeros((len(contacts), n + len(contacts) + 1))
+    lengths = np.empty(len(contacts))
     impulse = np.zeros(n)
     change[:] = 0.0
     pushed[:] = 0.0
     greatest = 0.0
-    for k in range(len(which)):
-        i = which[k]
+    for k in range(len(contacts)):
+        i = contacts[k]
         impulse[i] = -1.0 if touching[i] > 0 else 1.0
         load_joints(tree, free, impulse, False, work)
         impulse[i] = 0.0
         for j in range(n):
             columns[k, j] = work.bodies[j, WORK_DRIVE] / math.sqrt(work.bodies[j, WORK_ALONG])
-        wholes[k] = math.sqrt(row_product(columns, k, columns, k, n))
+        lengths[k] = math.sqrt(row_product(columns, k, columns, k, n))
         for _ in range(2):
-            for b in range(count):
-                subtract_row(columns, k, row_product(basis, b, columns, k, n), basis, b, n)
-        divide_row(columns, k, wholes[k], n)
+            for row in range(count):
+                subtract_row(columns, k, row_product(basis, row, columns, k, n), basis, row, n)
+        divide_row(columns, k, lengths[k], n)
         columns[k, n + k] = MIN_STOP_MOBILITY
-        greatest = max(greatest, abs(wanted[i]) / wholes[k])
+        greatest = max(greatest, abs(needed[i]) / lengths[k])
     if greatest == 0.0:
         return True
-    sizes = np.empty(len(which))
-    height = n + len(which) + 1
-    for k in range(len(which)):
-        columns[k, height - 1] = wanted[which[k]] / wholes[k] / greatest
+    sizes = np.empty(len(contacts))
+    height = n + len(contacts) + 1
+    for k in range(len(contacts)):
+        columns[k, height - 1] = needed[contacts[k]] / lengths[k] / greatest
         sizes[k] = math.sqrt(row_product(columns, k, columns, k, height))
         divide_row(columns, k, sizes[k], height)
     target = np.zeros(height)
     target[height - 1] = 1.0
-    weights, left = np.zeros(len(which)), np.empty(height)
-    nonnegative_least_squares(columns, target, weights, left)
-    if left[height - 1] <= 1e-12:
+    weights, residual = np.zeros(len(contacts)), np.empty(height)
+    nonnegative_least_squares(columns, target, weights, residual)
+    if residual[height - 1] <= 1e-12:
         return False
     innovations = np.empty(n)
     for j in range(n):
-        innovations[j] = -left[j] / left[height - 1] * greatest
-    for k in range(len(which)):
+        innovations[j] = -residual[j] / residual[height - 1] * greatest
+    for k in range(len(contacts)):
         # a joint that its stop could hardly move is held by the loops
-        mobile = 0.0
+        mobility = 0.0
         for j in range(n):
-            mobile += (columns[k, j] * sizes[k]) ** 2
-        if weights[k] > 0.0 and mobile > MIN_STOP_MOBILITY**2:
-            pushed[which[k]] = weights[k]
-    _release(tree, innovations, work, change)
+            mobility += (columns[k, j] * sizes[k]) ** 2
+        if weights[k] > 0.0 and mobility > MIN_STOP_MOBILITY**2:
+            pushed[contacts[k]] = weights[k]
+    _write_rates(tree, innovations, work, change)
     return True
 
 
 @lean
-def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
+def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
     """Write joint velocities from their innovations, as `sweeps.release_joints` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
@@ -164,10 +164,10 @@ def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> No
 
 
 @lean
-def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
+def _find_touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
     """Write -1 for joints at their lower stops, 1 at their upper ones, else 0; return whether any is at a stop."""
     hinges = mechanism.hinges
-    some = False
+    any_touching = False
     for i in range(len(q)):
         touching[i] = 0
         if hinges.stop_stiffness == 0.0:
@@ -175,8 +175,8 @@ def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
                 touching[i] = -1
             elif q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE:
                 touching[i] = 1
-        some = some or touching[i] != 0
-    return some
+        any_touching = any_touching or touching[i] != 0
+    return any_touching
 
 
 @compiled
@@ -189,30 +189,30 @@ def update_held_joints(
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    some = _touching(mechanism, q, touching)
-    before = hold.held.copy()
+    any_touching = _find_touching(mechanism, q, touching)
+    held_before = hold.held.copy()
     hold.held[:] = 0
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    if not some:
-        return bool(before.any())
-    wanted = np.zeros(n)
+    if not any_touching:
+        return bool(held_before.any())
+    needed = np.zeros(n)
     largest = 0.0
     for i in range(n):
         if abs(v[i]) > slow:
             touching[i] = 0
-        wanted[i] = touching[i] * a[i]
+        needed[i] = touching[i] * a[i]
         largest = max(largest, abs(a[i]))
     pushed, change = np.empty(n), np.empty(n)
-    solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+    is_solved = push_apart(mechanism.tree, touching, needed, scale, work, pushed, change)
     changed, creeping = False, False
     for i in range(n):
         # a joint at rest without contact force or acceleration stays held, so that rounding does not decide
-        rests = abs(a[i] + change[i]) <= 1e-9 * largest
-        if touching[i] and (not solved or pushed[i] > 0.0 or rests):
+        stays_at_rest = abs(a[i] + change[i]) <= 1e-9 * largest
+        if touching[i] and (not is_solved or pushed[i] > 0.0 or stays_at_rest):
             hold.held[i] = touching[i]
             creeping = creeping or v[i] != 0.0
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
-        changed = changed or hold.held[i] != before[i]
+        changed = changed or hold.held[i] != held_before[i]
     if creeping and not mechanism.overdamped:
         place_bodies(mechanism.tree, q, work)
         arrest_joints(mechanism, hold, v, scale, work)
@@ -239,30 +239,32 @@ def collide_joints(
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    if not _touching(mechanism, q, touching):
+    if not _find_touching(mechanism, q, touching):
         return
-    wanted, before = np.zeros(n), v.copy()
+    needed, velocities_before = np.zeros(n), v.copy()
     fastest = 0.0
     for i in range(n):
         if touching[i]:
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
             speed = touching[i] * v[i]  # against the stop
             fastest = max(fastest, speed)
-            wanted[i] = (1.0 + restitution) * speed if speed > slow else speed
+            needed[i] = (1.0 + restitution) * speed if speed > slow else speed
     hold.held[:] = 0
     place_bodies(mechanism.tree, q, work)
     if fastest > slow:
         pushed, change = np.empty(n), np.empty(n)
         gather_inertias(mechanism.tree, hold.held, work)
-        solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+        is_solved = push_apart(mechanism.tree, touching, needed, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
             if touching[i] and abs(v[i]) <= 1e-9 * fastest:
                 v[i] = 0.0
         # half the change and the mean velocity are orthogonal at most: no impact adds energy
-        if solved and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
+        if is_solved and _squared_norm(mechanism, change, work) <= 4.0 * _squared_norm(
+            mechanism, velocities_before, work
+        ) * (1.0 + 1e-6):
             return
-        v[:] = before
+        v[:] = velocities_before
     for i in range(n):
         if touching[i] and touching[i] * v[i] >= -slow:
             hold.held[i] = touching[i]
@@ -290,7 +292,7 @@ def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: fl
 
 
 @lean
-def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
+def _squared_norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
     """Return twice the kinetic energy of joint velocities; call `place_bodies` first."""
     move_bodies(mechanism.tree, v, work)
     return 2.0 * kinetic_energy(mechanism.tree, work)

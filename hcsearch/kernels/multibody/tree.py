@@ -64,7 +64,7 @@ for acceleration, angular acceleration, acceleration at the joint."""
 WORK_BODY_COLUMNS = 77
 
 WAY_DIRECTION, WAY_ARM_A, WAY_ARM_B = 0, 3, 6
-"""Columns of `Work.ways`: direction of the row, and the point of body b from the joints of both bodies."""
+"""Columns of `Work.row_lines`: direction of the row, and the point of body b from the joints of both bodies."""
 
 WORK_SLOT_COUPLE, WORK_SLOT_FORCE, WORK_SLOT_POWER = 0, 3, 6
 """Columns of `Work.slots`: the row's unit force transmitted to this body (couple, force), and its joint component."""
@@ -90,14 +90,14 @@ class BodyTree(NamedTuple):
 class Work(NamedTuple):
     """Work tables that the recursions write.
 
-    bodies : (n, 77). slots : (s, 7). ways : (m, 9).
+    bodies : (n, 77). slots : (s, 7). row_lines : (m, 9).
     errors, rates, forces : (m,), closure residuals, their rates (or accelerations), and forces of the rows.
-    opening : (m,), rates of the residuals of closure springs.
+    residual_rates : (m,), of closure springs.
     delassus : (m, m), accelerations of the rows per force. factor : (m, m), its Cholesky factor on the chosen rows.
     chosen : (m,), the independent rows. chosen_count : (1,), their number. pivots : (m,), used while rows are chosen.
-    torques, soft : (n,), joint forces, and the inertia that implicit steps add to the joints.
-    accelerations, change, still : (n,), of a stage; change by a projection; zeros. trial : (2, n), a trial state.
-    clock : (1,), time (s) at which accelerations are computed. asked : (n, 3), targets of the drives at that time.
+    torques, added_inertia : (n,), joint forces, and the inertia that implicit steps add to the joints.
+    accelerations, projection_change, zeros : (n,), of a stage, by a projection, and 0. trial : (2, n), a trial state.
+    time : (1,), s, at which accelerations are computed. drive_targets : (n, 3), of the drives at that time.
     """
 
     bodies: Reals

@@ -62,12 +62,12 @@ MIN_ROW_PIVOT_SHARE = 1e-11
 @lean
 def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
     """Write closure residuals, rotations (rad) and gaps over size; return the largest; call `place_bodies` first."""
-    worst = 0.0
+    largest = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
         weld, kind = tree.rows[r, ROW_WELD], tree.rows[r, ROW_KIND]
         first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
-        way = vector_at(work.row_lines, r, WAY_DIRECTION)
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         if kind < 3:
             # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
             # where b may turn about one axis, that axis alone says how it tilts, however far b has turned
@@ -75,48 +75,48 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
             turn = (0.0, 0.0, 0.0)
             for k in range(3):
                 if free < 0 or free == k:
-                    own = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * k)
-                    here = rotated(b, first, WORK_ROTATION, own) if first >= 0 else own
-                    turn = vector_sum(turn, cross(here, rotated(b, second, WORK_ROTATION, own)))
-            value = (0.5 if free < 0 else 1.0) * dot(way, turn)
+                    fixed = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * k)
+                    rotated_axis = rotated(b, first, WORK_ROTATION, fixed) if first >= 0 else fixed
+                    turn = vector_sum(turn, cross(rotated_axis, rotated(b, second, WORK_ROTATION, fixed)))
+            value = (0.5 if free < 0 else 1.0) * dot(direction, turn)
         else:
-            own = vector_at(tree.weld_places, weld, WELD_POINT_A)
+            fixed = vector_at(tree.weld_places, weld, WELD_POINT_A)
             # from the joint of body a to the point of body b, less to its own
             gap = (
-                vector_difference(vector_at(work.row_lines, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, own))
+                vector_difference(vector_at(work.row_lines, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, fixed))
                 if first >= 0
                 else vector_difference(
-                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.row_lines, r, WAY_ARM_B)), own
+                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.row_lines, r, WAY_ARM_B)), fixed
                 )
             )
-            value = dot(way, gap) / tree.size
+            value = dot(direction, gap) / tree.size
         errors[r] = value
-        worst = max(worst, abs(value))
-    return worst
+        largest = max(largest, abs(value))
+    return largest
 
 
 @lean
 def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
     """Write relative velocities of welded bodies along the rows; return the largest; call `move_bodies` first."""
-    worst = 0.0
+    largest = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
         weld = tree.rows[r, ROW_WELD]
-        way = vector_at(work.row_lines, r, WAY_DIRECTION)
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         value = 0.0
         for side in range(2):
             body = tree.welds[weld, side]
             if body < 0:
                 continue
-            part = dot(way, vector_at(b, body, WORK_SPIN))
+            body_part = dot(direction, vector_at(b, body, WORK_SPIN))
             if tree.rows[r, ROW_KIND] >= 3:
                 arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
-                flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
-                part = dot(way, flow) / tree.size
-            value += part if side else -part
+                velocity = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
+                body_part = dot(direction, velocity) / tree.size
+            value += body_part if side else -body_part
         rates[r] = value
-        worst = max(worst, abs(value))
-    return worst
+        largest = max(largest, abs(value))
+    return largest
 
 
 @lean
@@ -126,29 +126,29 @@ def choose_rows(work: Work, scale: float) -> None:
     scale : largest diagonal entry of the Delassus matrix with all joints free.
     """
     m = len(work.chosen)
-    left = work.pivots  # -inf once chosen
+    pivots = work.pivots  # -inf once chosen
     for r in range(m):
-        left[r] = work.delassus[r, r]
+        pivots[r] = work.delassus[r, r]
     count = 0
     factor = work.factor
     for k in range(m):
         best = -1
         for r in range(m):
-            if left[r] > -np.inf and (best < 0 or left[r] > left[best]):
+            if pivots[r] > -np.inf and (best < 0 or pivots[r] > pivots[best]):
                 best = r
-        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
+        if pivots[best] <= MIN_ROW_PIVOT_SHARE * scale:
             break
         work.chosen[k] = best
         count += 1
-        pivot = math.sqrt(left[best])
-        left[best] = -np.inf
+        pivot = math.sqrt(pivots[best])
+        pivots[best] = -np.inf
         for r in range(m):  # column k of the factor, by row of the Delassus matrix
-            if left[r] > -np.inf:
+            if pivots[r] > -np.inf:
                 value = work.delassus[r, best]
                 for j in range(k):
                     value -= factor[r, j] * factor[best, j]
                 factor[r, k] = value / pivot
-                left[r] -= factor[r, k] ** 2
+                pivots[r] -= factor[r, k] ** 2
         factor[best, k] = pivot
     work.chosen_count[0] = count
 
@@ -158,8 +158,8 @@ def factor_chosen_rows(work: Work, scale: float) -> bool:
     """Factor the Delassus matrix on the chosen rows (Cholesky); return whether they are still independent."""
     count = work.chosen_count[0]
     factor, chosen = work.factor, work.chosen
-    least = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
-    good = True
+    min_pivot = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
+    independent = True
     for k in range(count):
         r = chosen[k]
         for j in range(k + 1):
@@ -169,21 +169,21 @@ def factor_chosen_rows(work: Work, scale: float) -> bool:
             if j < k:
                 factor[r, j] = value / factor[chosen[j], j]
             else:
-                if value < least:
-                    value, good = least, False
+                if value < min_pivot:
+                    value, independent = min_pivot, False
                 factor[r, k] = math.sqrt(value)
-    return good
+    return independent
 
 
 @lean
-def close_rows(work: Work, unwanted: Reals) -> None:
+def close_rows(work: Work, residual: Reals) -> None:
     """Write the row forces that cancel a residual on the chosen rows, 0 on others; call `factor_chosen_rows` first."""
     count = work.chosen_count[0]
     factor, chosen, forces = work.factor, work.chosen, work.forces
     forces[:] = 0.0
     for k in range(count):
         r = chosen[k]
-        value = -unwanted[r]
+        value = -residual[r]
         for j in range(k):
             value -= factor[r, j] * forces[chosen[j]]
         forces[r] = value / factor[r, k]
@@ -226,7 +226,7 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, wor
 
 @lean
 def spring_loss(damping: float, work: Work) -> float:
-    """Return the power lost in the dampers of closure springs, from the rates in `work.opening`."""
+    """Return the power lost in the dampers of closure springs, from the rates in `work.residual_rates`."""
     lost = 0.0
     for r in range(len(work.residual_rates)):
         lost += damping * work.residual_rates[r] ** 2
@@ -290,8 +290,8 @@ def cut_angles(cuts: CutHinges, work: Work, angles: Reals, speeds: Reals) -> Non
         first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
         line = _turned(work, first, vector_at(cuts.frames, c, 0))
         across = vector_at(cuts.frames, c, 3)
-        here, there = _turned(work, first, across), _turned(work, second, across)
-        angle = math.atan2(dot(line, cross(here, there)), dot(here, there))
+        first_across, second_across = _turned(work, first, across), _turned(work, second, across)
+        angle = math.atan2(dot(line, cross(first_across, second_across)), dot(first_across, second_across))
         angles[c] = angle + 2.0 * math.pi if angle < -0.5 * math.pi else angle
         speeds[c] = dot(line, vector_difference(_spin(work, second), _spin(work, first)))
 
@@ -309,21 +309,23 @@ def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
         _push(work, first, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), scaled_vector(-torques[c], line))
         _push(work, second, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), scaled_vector(torques[c], line))
         for end in range(2):
-            one = _turned(work, first, vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, second, vector_at(cuts.points, c, 6 + 3 * end))
-            gap, speed = _gap(cuts, c, end, one, two, work)
+            first_arm = _turned(work, first, vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, second, vector_at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, first_arm, second_arm, work)
             force = vector_sum(scaled_vector(-cuts.stiffness, gap), scaled_vector(-cuts.damping, speed))
-            _push(work, second, two, force, (0.0, 0.0, 0.0))
-            _push(work, first, one, scaled_vector(-1.0, force), (0.0, 0.0, 0.0))
+            _push(work, second, second_arm, force, (0.0, 0.0, 0.0))
+            _push(work, first, first_arm, scaled_vector(-1.0, force), (0.0, 0.0, 0.0))
 
 
 @lean
-def _gap(cuts: CutHinges, c: int, end: int, one: Vector3, two: Vector3, work: Work) -> tuple[Vector3, Vector3]:
+def _gap(
+    cuts: CutHinges, c: int, end: int, first_arm: Vector3, second_arm: Vector3, work: Work
+) -> tuple[Vector3, Vector3]:
     """Return the gap of a spring between its two points, and its rate; at N without the component along the hinge."""
     first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
-    here, slow = _point(work, first, one)
-    there, fast = _point(work, second, two)
-    gap, speed = vector_difference(there, here), vector_difference(fast, slow)
+    first_point, first_velocity = _point(work, first, first_arm)
+    second_point, second_velocity = _point(work, second, second_arm)
+    gap, speed = vector_difference(second_point, first_point), vector_difference(second_velocity, first_velocity)
     if end == 1:
         line = _turned(work, first, vector_at(cuts.frames, c, 0))
         gap = vector_difference(gap, scaled_vector(dot(line, gap), line))
@@ -341,14 +343,14 @@ def _push(work: Work, body: int, arm: Vector3, force: Vector3, couple: Vector3) 
 @lean
 def cut_gap(cuts: CutHinges, work: Work) -> float:
     """Return the greatest gap of a spring at cut hinges, m; call `move_bodies` first."""
-    worst = 0.0
+    largest = 0.0
     for c in range(len(cuts.bodies)):
         for end in range(2):
-            one = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
-            gap, _ = _gap(cuts, c, end, one, two, work)
-            worst = max(worst, math.sqrt(dot(gap, gap)))
-    return worst
+            first_arm = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
+            gap, _ = _gap(cuts, c, end, first_arm, second_arm, work)
+            largest = max(largest, math.sqrt(dot(gap, gap)))
+    return largest
 
 
 @compiled
@@ -358,7 +360,7 @@ def cut_energy(cuts: CutHinges, branches: Signs, work: Work) -> tuple[float, flo
     angles, speeds = np.empty(count), np.empty(count)
     cut_angles(cuts, work, angles, speeds)
     hinges = cuts.hinges
-    stored = stops = open_ = lost = 0.0
+    stored = stops = across = lost = 0.0
     for c in range(count):
         _, energy = law_moment(hinges, c, branches[c], angles[c])
         stored += energy
@@ -368,9 +370,9 @@ def cut_energy(cuts: CutHinges, branches: Signs, work: Work) -> tuple[float, flo
             stops += 0.5 * hinges.stop_stiffness * beyond**2
             lost += hinges.stop_damping * speeds[c] ** 2
         for end in range(2):
-            one = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
-            gap, speed = _gap(cuts, c, end, one, two, work)
-            open_ += 0.5 * cuts.stiffness * dot(gap, gap)
+            first_arm = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, first_arm, second_arm, work)
+            across += 0.5 * cuts.stiffness * dot(gap, gap)
             lost += cuts.damping * dot(speed, speed)
-    return stored, stops, open_, lost
+    return stored, stops, across, lost
