@@ -32,11 +32,9 @@ class Case:
         sweeps.move_bodies(self.tree, self.v, self.work)
 
     def accelerations(self):
-        accelerations = np.empty(self.n)
-        assert accelerations.accelerate(
-            self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, accelerations
-        )
-        return accelerations
+        result = np.empty(self.n)
+        assert accelerations.accelerate(self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, result)
+        return result
 
 
 def closed_state(seed, hold, **options):
@@ -184,8 +182,8 @@ def test_closure_springs_pull_as_in_the_dense_equations(seed):
     rows, gaps, free = case.twin.rows(q), case.twin.errors(q), ~case.held
     forces = case.twin.forces(q, v) - rows.T @ (stiffness * gaps + damping * rows @ v)
     expected = np.linalg.solve(case.twin.masses(q)[np.ix_(free, free)], forces[free])
-    accelerations = case.accelerations()[free]
-    assert accelerations == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
+    result = case.accelerations()[free]
+    assert result == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
     case.move()
     stored, lost = accelerations.closure_energy(case.mechanism, case.work)
     assert stored == pytest.approx(0.5 * stiffness * gaps @ gaps, rel=1e-9)
