@@ -243,12 +243,12 @@ def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
 @compiled
 def _drift(record: SimulationRecord, states: int) -> float:
     first = record.energies[0].sum()
-    worst = 0.0
-    largest = 1e-300
+    largest_error = 0.0
+    largest_energy = 1e-300
     for k in range(states):
-        worst = max(worst, abs(record.energies[k].sum() - first))
-        largest = max(largest, np.abs(record.energies[k]).max())
-    return worst / largest
+        largest_error = max(largest_error, abs(record.energies[k].sum() - first))
+        largest_energy = max(largest_energy, np.abs(record.energies[k]).max())
+    return largest_error / largest_energy
 
 
 @compiled

@@ -233,13 +233,13 @@ def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
             total += d - before if k % 2 == 1 else before - d
             before = d
             u = total % directions
-            at = np.uint64(k)
+            crease = np.uint64(k)
             if mate:
                 u = (goal - u) % directions
-                at = np.uint64(h + 1 - k)
+                crease = np.uint64(h + 1 - k)
             for plane in range(3):
                 if (u >> plane) & 1:
-                    chains.flat_bit_planes[plane, i] |= one << at
+                    chains.flat_bit_planes[plane, i] |= one << crease
 
 
 @compiled
@@ -276,21 +276,21 @@ def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[HalfChains, HalfC
     end, face = key[0], key[1]
     mate_home = home + moves[0]
     mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
-    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
+    bits, mate_bits = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
     n_bits = 0
     for place in plane.reach:
-        other = home + mate_home - place
-        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+        mate_place = home + mate_home - place
+        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[mate_place] > h:
             continue
-        if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
-            bit[place] = n_bits
-            mate_bit[other] = n_bits
+        if plane.distance[mate_place] + _steps_between(plane, mate_end, mate_place) <= h:
+            bits[place] = n_bits
+            mate_bits[mate_place] = n_bits
             n_bits += 1
     n_words = max(1, (n_bits + 63) // 64)
-    first = _chains_of_key(plane, end, face, key[2], bit, n_words)
+    first = _chains_of_key(plane, end, face, key[2], bits, n_words)
     _fill_bit_planes(first, len(moves), False)
     offset = 4 * (h + 1)
     starts = np.zeros(2 * offset + 2, np.int64)
-    second = _grouped(_chains_of_key(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
+    second = _grouped(_chains_of_key(plane, mate_end, face, key[3], mate_bits, n_words), starts, offset)
     _fill_bit_planes(second, len(moves), True)
     return first, second, starts

@@ -306,7 +306,7 @@ def list_masks(
                     images[g, to >> 6] |= _ONE << np.uint64(63 - (to & 63))
         for tail in range(first, last):
             ties = 1
-            least = True
+            is_least = True
             for g in range(n_images):
                 order = 0
                 for word in range(words):
@@ -316,10 +316,10 @@ def list_masks(
                         order = -1 if x < y else 1
                         break
                 if order < 0:
-                    least = False
+                    is_least = False
                     break
                 ties += order == 0
-            if least:
+            if is_least:
                 for word in range(words):
                     edge_sets[written, word] = head[word] | tails[tail, word]
                 symmetry[written] = ties

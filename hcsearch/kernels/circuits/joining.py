@@ -82,16 +82,16 @@ def _order(
     k = 0
     while flat != 0:
         if flat & np.uint64(1):
-            other, other_mate, equal = _least_root(
+            other_code, other_mate, equal = _least_root(
                 _window(ahead_a, ahead_b, k, h, bits),
                 _window(behind_a, behind_b, h + 1 - k, h, bits),
                 _window(behind_b, behind_a, h + 1 - k, h, bits),
                 _window(ahead_b, ahead_a, k, h, bits),
                 flips,
             )
-            if other < code or (other == code and other_mate < mate):
+            if other_code < code or (other_code == code and other_mate < mate):
                 return 0
-            if other == code and other_mate == mate:
+            if other_code == code and other_mate == mate:
                 order += equal
         flat >>= np.uint64(1)
         k += 1

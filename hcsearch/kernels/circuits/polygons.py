@@ -19,14 +19,14 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
     """Compare a word (a least rotation) with the least rotation of its reversal: -1 less, 0 equal, 1 greater."""
     equal = False
     for start in range(n):
-        at = start
+        position = start
         for k in range(n):
-            difference = letters[k] - letters[at]
+            difference = letters[k] - letters[position]
             if difference != 0:
                 break
-            at -= 1
-            if at < 0:
-                at = n - 1
+            position -= 1
+            if position < 0:
+                position = n - 1
         else:
             equal = True
             continue

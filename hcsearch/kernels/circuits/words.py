@@ -28,7 +28,7 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
 
 
 @lean
-def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
+def _least_rotations(letters: NDArray[np.int8], reversed_letters: NDArray[np.int8], n: int) -> tuple[int, int, int]:
     """Return start and period of the least rotation of a word, and start of that of the reversed word.
 
     Letters are -2 to 2. Windows of up to 21 letters, packed into integers, decide most words quickly: if the least
@@ -39,13 +39,13 @@ def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) ->
     mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
     forward, backward = np.uint64(0), np.uint64(0)
     for k in range(window - 1):
-        letter = np.uint64(ahead[k] + 2)
+        letter = np.uint64(letters[k] + 2)
         forward = (forward << np.uint64(3)) | letter
         backward = (backward >> np.uint64(3)) | (letter << top)
     least, least_back = ~np.uint64(0), ~np.uint64(0)
     start, start_back, ties, ties_back = 0, 0, 0, 0
     for k in range(n):
-        letter = np.uint64(ahead[k + window - 1] + 2)
+        letter = np.uint64(letters[k + window - 1] + 2)
         forward = ((forward << np.uint64(3)) | letter) & mask
         backward = (backward >> np.uint64(3)) | (letter << top)
         if forward < least:
@@ -58,9 +58,9 @@ def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) ->
             ties_back += 1
     period = n
     if ties > 1:
-        start, period = _least_rotation(ahead, n)
+        start, period = _least_rotation(letters, n)
     if ties_back > 1:
-        return start, period, _least_rotation(back, n)[0]
+        return start, period, _least_rotation(reversed_letters, n)[0]
     return start, period, n - 1 - (start_back + window - 1) % n
 
 
@@ -75,36 +75,36 @@ def canonicalise(
     """
     n = words.shape[1]
     half = directions // 2
-    ahead = np.empty(2 * n, np.int8)
-    back = np.empty(2 * n, np.int8)
+    letters = np.empty(2 * n, np.int8)
+    mirror_letters = np.empty(2 * n, np.int8)
     for row in range(len(words)):
         total = 0
-        for k in range(n):  # ahead[k] is the turn after step k
+        for k in range(n):  # letters[k] is the turn after step k
             turn = words[row, k + 1 if k + 1 < n else 0] - words[row, k]
             if turn >= half:
                 turn -= directions
             elif turn < -half:
                 turn += directions
-            ahead[k] = turn
+            letters[k] = turn
             total += turn
         if total > 0:  # a letter is the turn to the right, so sharp left turns come first
             for k in range(n):
-                ahead[k] = -ahead[k]
+                letters[k] = -letters[k]
         for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
-            ahead[n + k] = ahead[k]
-            back[n - 1 - k] = back[2 * n - 1 - k] = ahead[k]
-        start, period, mirrored = _least_rotations(ahead, back, n)
+            letters[n + k] = letters[k]
+            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = letters[k]
+        start, period, mirrored = _least_rotations(letters, mirror_letters, n)
         order = 0
         for k in range(n):
-            order = ahead[start + k] - back[mirrored + k]
+            order = letters[start + k] - mirror_letters[mirrored + k]
             if order != 0:
                 break
         first = classes
         ties = 0
-        for at in range(start % period, n, period):  # `ahead` from `at` on follows step at
+        for rotation in range(start % period, n, period):  # `letters` from `rotation` on follow step `rotation`
             for side in range(2):
-                # `back` from position p on follows step n - p
-                step = at if side == 0 else (n - (mirrored + at - start)) % n
+                # `mirror_letters` from position p on follow step n - p
+                step = rotation if side == 0 else (n - (mirrored + rotation - start)) % n
                 if (side == 0 and order > 0) or (side == 1 and order < 0):
                     continue
                 kind = words[row, step] % classes
@@ -112,7 +112,7 @@ def canonicalise(
                     first = kind
                     ties = 0
                 ties += kind == first
-        best, first_letter = (ahead, start) if order <= 0 else (back, mirrored)
+        best, first_letter = (letters, start) if order <= 0 else (mirror_letters, mirrored)
         d = first
         for k in range(n):
             canonical[row, k] = d
@@ -149,10 +149,10 @@ def array_rows(
     measured = np.empty(n_images, np.int64)
     upright = np.ones(n_images, np.bool_)
     for g in range(n_images):
-        for other in range(g + 1):
-            same = (moves[g, :, 1] == moves[other, :, 1]).all()
-            if same or (moves[g, :, 1] == -moves[other, :, 1]).all():
-                measured[g] = other
+        for earlier in range(g + 1):
+            same = (moves[g, :, 1] == moves[earlier, :, 1]).all()
+            if same or (moves[g, :, 1] == -moves[earlier, :, 1]).all():
+                measured[g] = earlier
                 upright[g] = same
                 break
     image = np.zeros(n, np.uint64)

@@ -71,30 +71,30 @@ def prism_overlap(prisms: Prisms, first: int, second: int, enough: float, last: 
     """
     if sphere_distance(prisms, first, second) >= 0.0:
         return 0.0
-    least = _along(prisms, first, second, last[pair])
-    if least <= enough:
-        return least
-    a, b = prisms.counts[first, 1], prisms.counts[second, 1]
-    for number in range(a + b + a * b):
+    least_overlap = _along(prisms, first, second, last[pair])
+    if least_overlap <= enough:
+        return least_overlap
+    first_axes, second_axes = prisms.counts[first, 1], prisms.counts[second, 1]
+    for number in range(first_axes + second_axes + first_axes * second_axes):
         depth = _along(prisms, first, second, number)
-        least = min(least, depth)
-        if least <= enough:
+        least_overlap = min(least_overlap, depth)
+        if least_overlap <= enough:
             last[pair] = number
-            return least
-    return least
+            return least_overlap
+    return least_overlap
 
 
 @inlined
 def _along(prisms: Prisms, first: int, second: int, number: int) -> float:
     """Return the overlap along a numbered axis: normals of the first, of the second, cross products of edges."""
-    a, b = prisms.counts[first, 1], prisms.counts[second, 1]
-    if number < a:
+    first_axes, second_axes = prisms.counts[first, 1], prisms.counts[second, 1]
+    if number < first_axes:
         x, y, z = prisms.normals[first, number]
-    elif number < a + b:
-        x, y, z = prisms.normals[second, number - a]
+    elif number < first_axes + second_axes:
+        x, y, z = prisms.normals[second, number - first_axes]
     else:
-        s, t, u = prisms.edges[first, (number - a - b) // b]
-        e, f, g = prisms.edges[second, (number - a - b) % b]
+        s, t, u = prisms.edges[first, (number - first_axes - second_axes) // second_axes]
+        e, f, g = prisms.edges[second, (number - first_axes - second_axes) % second_axes]
         x, y, z = t * g - u * f, u * e - s * g, s * f - t * e
         length = math.sqrt(x * x + y * y + z * z)
         if length < OVERLAP_PARALLEL_ANGLE:
@@ -186,14 +186,14 @@ def _write(
     directions, corners, nearest = memory.directions, memory.corners, memory.nearest
     memory.turned[:] = False
     for p in range(len(gaps)):
-        start, last_nearest, least = pairs.starts[p], nearest[p], math.inf
+        start, last_nearest, least_gap = pairs.starts[p], nearest[p], math.inf
         # the nearest prisms of the last state come first: others are not searched if a bound is no less
         for number in range(start - 1, pairs.starts[p + 1]):
             k = last_nearest if number < start else number
             if number == last_nearest:
                 continue
             f, g = pairs.prisms[k, 0], pairs.prisms[k, 1]
-            enough = min(reach, least)
+            enough = min(reach, least_gap)
             gap = sphere_distance(placed, f, g)
             if gap < enough:
                 first, second = placed.vertices[f], placed.vertices[g]
@@ -207,13 +207,13 @@ def _write(
                     memory.gaps[k] = gap
                     directions[k, 0], directions[k, 1], directions[k, 2] = direction
                     corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
-            if gap < least:
-                least = gap
+            if gap < least_gap:
+                least_gap = gap
                 nearest[p] = k
-        if least < -allowed:
+        if least_gap < -allowed:
             # this is the overlap along one direction only
-            least = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
-        gaps[p] = least if least > 0.0 or least < -allowed else 0.0
+            least_gap = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
+        gaps[p] = least_gap if least_gap > 0.0 or least_gap < -allowed else 0.0
 
 
 @lean

@@ -48,34 +48,34 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
     The result is attained by some pair; no gap is smaller by more than the resolution (m).
     """
     tables = new_interval_tables(chain, prisms, pairs, course)
-    least = _first_gap(prisms, pairs, tables)
+    least_gap = _first_gap(prisms, pairs, tables)
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, tables)
+        h = start_step_intervals(chain, prisms, pairs, course, k, least_gap - resolution, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = tables.end_shares[top] - tables.start_shares[top]
-            undecided, least = _bound_pairs(
-                prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, tables
+            undecided, least_gap = _bound_pairs(
+                prisms, pairs, resolution, least_gap, share * h, share <= MIN_GAP_INTERVAL, top, tables
             )
             if not undecided:
                 top -= 1
             else:
                 halve_interval(chain, undecided, top, tables)
                 top += 1
-    return least
+    return least_gap
 
 
 @lean
 def _first_gap(prisms: Prisms, pairs: PrismPairs, tables: IntervalTables) -> float:
     """Return the least gap at the start of the motion."""
-    least = math.inf
+    least_gap = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
             write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[end])
-        if sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1]) < least:
+        if sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1]) < least_gap:
             gap = pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0]
-            least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, tables)[0])
-    return least
+            least_gap = min(least_gap, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, tables)[0])
+    return least_gap
 
 
 @lean
@@ -83,7 +83,7 @@ def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,
     resolution: float,
-    least: float,
+    least_gap: float,
     duration: float,
     last: bool,
     top: int,
@@ -98,8 +98,8 @@ def _bound_pairs(
     undecided = 0
     for i in range(tables.pair_counts[top]):
         p = tables.pair_lists[top, i]
-        low, first, second = bound_gap(prisms, pairs, p, least - resolution, duration, top, tables)
-        if low > least - resolution:
+        low, first, second = bound_gap(prisms, pairs, p, least_gap - resolution, duration, top, tables)
+        if low > least_gap - resolution:
             if not second > 0.0:  # a distance of 0 is no measure of the overlap
                 tables.gap_bounds[p] = low
             continue
@@ -110,11 +110,11 @@ def _bound_pairs(
             second, axis_bound = _along_axes(prisms, pairs, p, 1, duration, tables)
             low = max(low, axis_bound)
         tables.gap_bounds[p] = second
-        least = min(least, first, second)
-        if not (low > least - resolution or last):
+        least_gap = min(least_gap, first, second)
+        if not (low > least_gap - resolution or last):
             tables.pair_lists[top, undecided] = p
             undecided += 1
-    return undecided, least
+    return undecided, least_gap
 
 
 @lean
@@ -126,18 +126,19 @@ def _along_axes(
     Both are the greatest along all separating axes: normals of either prism and cross products of their edges.
     """
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
-    a, b = prisms.counts[f, 1], prisms.counts[g, 1]
+    first_axes, second_axes = prisms.counts[f, 1], prisms.counts[g, 1]
     gap, low = -math.inf, -math.inf
-    for number in range(a + b + a * b):
+    for number in range(first_axes + second_axes + first_axes * second_axes):
         panel_side = 0
-        if number < a:
+        if number < first_axes:
             direction = vector_at(prisms.normals[f], number, 0)
-        elif number < a + b:
-            panel_side, direction = 1, vector_at(prisms.normals[g], number - a, 0)
+        elif number < first_axes + second_axes:
+            panel_side, direction = 1, vector_at(prisms.normals[g], number - first_axes, 0)
         else:
-            first_edge = vector_at(prisms.edges[f], (number - a - b) // b, 0)
+            first_edge = vector_at(prisms.edges[f], (number - first_axes - second_axes) // second_axes, 0)
             second_edge = rotated_by_pose(
-                tables.relative_poses[end], vector_at(prisms.edges[g], (number - a - b) % b, 0)
+                tables.relative_poses[end],
+                vector_at(prisms.edges[g], (number - first_axes - second_axes) % second_axes, 0),
             )
             direction = cross(first_edge, second_edge)
             length = math.sqrt(dot(direction, direction))

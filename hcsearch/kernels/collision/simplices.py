@@ -48,57 +48,57 @@ def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
 def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, float, float]:
     n = cross(vector_difference(b, a), vector_difference(c, a))
     s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
-    whole = s + t + u
-    least, shares = math.inf, (0.0, 0.0, 0.0)
+    total = s + t + u
+    least_square, shares = math.inf, (0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0:
-        shares = (s / whole, t / whole, u / whole)
-        near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
-        least = dot(near, near)
+        shares = (s / total, t / total, u / total)
+        nearest = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
+        least_square = dot(nearest, nearest)
     # else it lies on a side that faces the origin; on any side, where the area is 0
     if not s > 0.0:
         square, x, y = _of_edge(b, c)
-        if square < least:
-            least, shares = square, (0.0, x, y)
+        if square < least_square:
+            least_square, shares = square, (0.0, x, y)
     if not t > 0.0:
         square, x, y = _of_edge(a, c)
-        if square < least:
-            least, shares = square, (x, 0.0, y)
+        if square < least_square:
+            least_square, shares = square, (x, 0.0, y)
     if not u > 0.0:
         square, x, y = _of_edge(a, b)
-        if square < least:
-            least, shares = square, (x, y, 0.0)
-    return least, shares[0], shares[1], shares[2]
+        if square < least_square:
+            least_square, shares = square, (x, y, 0.0)
+    return least_square, shares[0], shares[1], shares[2]
 
 
 @lean
 def _of_tetrahedron(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     m, n = cross(a, b), cross(c, d)
     s, t, u, v = dot(b, n), -dot(a, n), dot(d, m), -dot(c, m)
-    whole = s + t + u + v
-    if whole < 0.0:
-        s, t, u, v, whole = -s, -t, -u, -v, -whole
-    least, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
+    volume = s + t + u + v
+    if volume < 0.0:
+        s, t, u, v, volume = -s, -t, -u, -v, -volume
+    least_square, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0 and v > 0.0:
-        shares = (s / whole, t / whole, u / whole, v / whole)
+        shares = (s / volume, t / volume, u / volume, v / volume)
         shares = _refined(a, b, c, d, shares)
-        least = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
+        least_square = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
     if not s > 0.0:
         square, x, y, z = _of_triangle(b, c, d)
-        if square < least:
-            least, shares = square, (0.0, x, y, z)
+        if square < least_square:
+            least_square, shares = square, (0.0, x, y, z)
     if not t > 0.0:
         square, x, y, z = _of_triangle(a, c, d)
-        if square < least:
-            least, shares = square, (x, 0.0, y, z)
+        if square < least_square:
+            least_square, shares = square, (x, 0.0, y, z)
     if not u > 0.0:
         square, x, y, z = _of_triangle(a, b, d)
-        if square < least:
-            least, shares = square, (x, y, 0.0, z)
+        if square < least_square:
+            least_square, shares = square, (x, y, 0.0, z)
     if not v > 0.0:
         square, x, y, z = _of_triangle(a, b, c)
-        if square < least:
-            least, shares = square, (x, y, z, 0.0)
-    return least, shares
+        if square < least_square:
+            least_square, shares = square, (x, y, z, 0.0)
+    return least_square, shares
 
 
 @lean

@@ -30,7 +30,13 @@ def kernel_stamp(kernel: Any) -> str:
     Raises TypeError if a kernel uses a global value that has no stable text form.
     """
     return _digest(
-        "\n".join([_environment_text(), _name(kernel), *sorted(_own_digest(one)[0] for one in reached_kernels(kernel))])
+        "\n".join(
+            [
+                _environment_text(),
+                _name(kernel),
+                *sorted(_own_digest(reached)[0] for reached in reached_kernels(kernel)),
+            ]
+        )
     )
 
 

@@ -42,12 +42,12 @@ def _orthogonalise(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Re
         r[j, k] = 0.0
     for _ in range(2):
         for j in range(k):
-            part = 0.0
+            component = 0.0
             for c in range(height):
-                part += q[j, c] * q[k, c]
-            r[j, k] += part
+                component += q[j, c] * q[k, c]
+            r[j, k] += component
             for c in range(height):
-                q[k, c] -= part * q[j, c]
+                q[k, c] -= component * q[j, c]
     length = 0.0
     for c in range(height):
         length += q[k, c] ** 2

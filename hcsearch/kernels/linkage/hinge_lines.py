@@ -177,10 +177,10 @@ def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int
         pairs += do_meet
         adjacent_pairs += do_meet and met_last
         met_last = do_meet
-        ahead, back = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
-        x += steps[ahead, 0] + steps[back, 0]
-        y += steps[ahead, 1] + steps[back, 1]
-        offset = (turn * (2 * ahead + m // 2) + offset) % m
+        forward, backward = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
+        x += steps[forward, 0] + steps[backward, 0]
+        y += steps[forward, 1] + steps[backward, 1]
+        offset = (turn * (2 * forward + m // 2) + offset) % m
         turn = -turn
     return pairs, adjacent_pairs
 

@@ -286,8 +286,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
             for slot in range(first, last):
                 share = slots[slot, WORK_SLOT_POWER] / along
                 r = tree.slots[slot, SLOT_ROW]
-                for other in range(first, slot + 1):
-                    work.delassus[r, tree.slots[other, SLOT_ROW]] += share * slots[other, WORK_SLOT_POWER]
+                for other_slot in range(first, slot + 1):
+                    work.delassus[r, tree.slots[other_slot, SLOT_ROW]] += share * slots[other_slot, WORK_SLOT_POWER]
                 add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(-share, couple))
                 add_vector(slots, slot, WORK_SLOT_FORCE, scaled_vector(-share, force))
         if p >= 0:
