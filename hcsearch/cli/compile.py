@@ -116,14 +116,14 @@ _DEPLOY = (
     "multibody.events.open_state_share",
     "multibody.hinges.no_targets",
     "multibody.tree.work_for",
-    "collision.dips.approach_speed",
+    "collision.least_gaps.approach_speed",
     "collision.clearance_search.judge_clearance",
     "collision.least_gaps.least_pair_gap",
 )
 _CHECK = (
     "deployment_batch.check_foldings",
     "linkage.loops.close_loops",
-    "linkage.reaches.pairs_between",
+    "linkage.prisms.pairs_between",
     "multibody.simulation.simulate_motion",
     "multibody.events.refined_motion",
     "multibody.events.largest_opening",
