@@ -1,1 +1,1 @@
-"""What every room needs: errors, words, arrays, equality."""
+"""Foundations of all other packages: errors, shared vocabulary, array types, equality by value."""

@@ -1,4 +1,4 @@
-"""Kinds of arrays, as annotations name them, and equality of values that hold arrays."""
+"""Array types for annotations, and equality of dataclasses that hold arrays."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ Signs = NDArray[np.int8]
 
 
 class ByValue:
-    """A dataclass made with `eq=False` that equals another one of its class if all that is compared does.
+    """Base class of dataclasses with `eq=False` that compare by value, arrays included.
 
-    Arrays are equal if all of their numbers are; what is not known (NaN) is the same everywhere.
+    Instances of the same class are equal if all their compared fields are; arrays are equal if all their entries are.
+    NaN, which stands for an unknown value, equals NaN.
     """
 
     __slots__ = ()
@@ -26,40 +27,44 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return self is other or all(_same(*pair) for pair in zip(_compared(self), _compared(other), strict=True))
+        return self is other or all(_same_values(*pair) for pair in zip(_compared(self), _compared(other), strict=True))
 
     def __hash__(self) -> int:
-        return hash((type(self).__qualname__, *map(_rough, _compared(self))))
+        return hash((type(self).__qualname__, *map(_hash_key, _compared(self))))
 
 
 def _compared(value: Any) -> list[Any]:
-    return [getattr(value, own.name) for own in fields(value) if own.compare]
+    return [getattr(value, field.name) for field in fields(value) if field.compare]
 
 
-def _same(one: Any, two: Any) -> bool:
-    """Whether two contents of a field are equal."""
-    if one is two:
+def _same_values(first: Any, second: Any) -> bool:
+    """Return whether two field values are equal."""
+    if first is second:
         return True
-    if isinstance(one, np.ndarray) or isinstance(two, np.ndarray):
-        return isinstance(one, np.ndarray) and isinstance(two, np.ndarray) and _same_numbers(one, two)
-    if isinstance(one, (tuple, list)):
-        return type(one) is type(two) and len(one) == len(two) and all(map(_same, one, two))
-    if isinstance(one, Mapping):
-        return isinstance(two, Mapping) and one.keys() == two.keys() and all(_same(one[key], two[key]) for key in one)
-    return bool(one == two) or (one != one and two != two)  # noqa: PLR0124 - only NaN differs from itself
+    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
+        return isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and _same_arrays(first, second)
+    if isinstance(first, (tuple, list)):
+        return type(first) is type(second) and len(first) == len(second) and all(map(_same_values, first, second))
+    if isinstance(first, Mapping):
+        return (
+            isinstance(second, Mapping)
+            and first.keys() == second.keys()
+            and all(_same_values(first[key], second[key]) for key in first)
+        )
+    return bool(first == second) or (first != first and second != second)  # noqa: PLR0124 - only NaN differs from itself
 
 
-def _same_numbers(one: np.ndarray[Any, Any], two: np.ndarray[Any, Any]) -> bool:
-    unknown = one.dtype.kind in "fc" and two.dtype.kind in "fc"
-    return np.array_equal(one, two, equal_nan=unknown)
+def _same_arrays(first: np.ndarray[Any, Any], second: np.ndarray[Any, Any]) -> bool:
+    may_hold_nan = first.dtype.kind in "fc" and second.dtype.kind in "fc"
+    return np.array_equal(first, second, equal_nan=may_hold_nan)
 
 
-def _rough(content: Any) -> Any:
-    """What equal contents have in common, of which a hash is made: of arrays their shape, of mappings their keys."""
+def _hash_key(content: Any) -> Any:
+    """Return a hashable value that equal field values share: shape of arrays, keys of mappings."""
     if isinstance(content, np.ndarray):
         return content.shape
     if isinstance(content, (tuple, list)):
-        return tuple(map(_rough, content))
+        return tuple(map(_hash_key, content))
     if isinstance(content, Mapping):
         return frozenset(content)
     return None if content != content else content  # noqa: PLR0124 - as above

@@ -1,19 +1,21 @@
-"""The exceptions users meet. Each message is one line that names the remedy; the command line prints it and exits 2."""
+"""Exceptions shown to users. Each message is one line that names the remedy; the command line prints it, exits 2."""
 
 MAX_MESSAGE_WORD_LENGTH, MAX_MESSAGE_LINE_LENGTH = 200, 1200
-"""Characters of a message, which echoes input: an array is 100 kB at most, and nobody reads that."""
+"""Limits in characters: messages echo input, and an array specification may have 100 kB."""
 
 
 def printable(text: str) -> str:
-    """The text with control characters, and bytes that are no text, as escapes: no terminal acts on them."""
+    """Return the text with control characters and undecodable bytes escaped, so that terminals do not act on them."""
     if text.isprintable():
         return text
-    return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in text)
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode() for character in text
+    )
 
 
 def one_line(text: str) -> str:
-    """The text as a message of one line: printable, and long words and lines without their middle."""
-    # cut twice: escapes are longer than what they stand for
+    """Return the text as a printable line, with the middle of long words and lines cut out."""
+    # cut twice: escapes are longer than the characters that they replace
     words = (
         _shortened(printable(_shortened(word, MAX_MESSAGE_WORD_LENGTH)), MAX_MESSAGE_WORD_LENGTH)
         for word in text.split()
@@ -21,31 +23,37 @@ def one_line(text: str) -> str:
     return _shortened(" ".join(words), MAX_MESSAGE_LINE_LENGTH)
 
 
-def _shortened(text: str, longest: int) -> str:
-    """The text, or what it begins and ends with: messages begin with the input and end with the remedy."""
-    end = longest // 3
-    return text if len(text) <= longest else f"{text[: longest - end - 3]}...{text[-end:]}"
+def _shortened(text: str, max_length: int) -> str:
+    """Return the text, cut in the middle if too long: messages begin with the input and end with the remedy."""
+    end_length = max_length // 3
+    return text if len(text) <= max_length else f"{text[: max_length - end_length - 3]}...{text[-end_length:]}"
 
 
 class HcsearchError(ValueError):
-    """Wrong input, or a resource that cannot be used; the message is one line that says what to do instead."""
+    """Invalid input, or an unusable resource; the message is one line that says what to do instead."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))
 
 
 class HcsearchWarning(UserWarning):
-    """Input that is taken as it is, and is probably not meant so; the message names the likely meaning."""
+    """Input that is accepted, but probably means something else; the message names the likely intention."""
 
 
 def wrong_kind_message(name: str, value: object, wanted: str) -> str:
-    """The message on a value that is of another kind than is wanted; wanted : what to give instead, in words."""
+    """Return the error message for a value of the wrong type.
+
+    wanted : valid input, in words.
+    """
     text = repr(value)
     return f"{name} cannot be {text if len(text) <= 60 else text[:57] + '...'}: give {wanted}"
 
 
 def expect_kind(name: str, value: object, kind: type, wanted: str) -> None:
-    """HcsearchError unless a value is of a kind; name : of what is given. wanted : what to give instead, in words."""
+    """Raise HcsearchError unless a value is of a given type.
+
+    name : of the parameter. wanted : valid input, in words.
+    """
     if not isinstance(value, kind):
         raise HcsearchError(wrong_kind_message(name, value, wanted))
 
@@ -55,27 +63,27 @@ class NotationError(HcsearchError):
 
 
 class ArrayError(HcsearchError):
-    """Cells that are no array: empty, repeated or not connected."""
+    """Cells that do not form an array: none, repeated or not connected."""
 
 
 class PatternError(HcsearchError):
-    """A flat pattern that cannot be made: facets that overlap, creases without an edge, hinges within a panel."""
+    """An invalid flat pattern: overlapping facets, creases without an edge, or hinges within a panel."""
 
 
 class InputFileError(HcsearchError):
-    """A file that cannot be read: not there, a folder, a pipe or a device, too large, or no text."""
+    """A file that cannot be read: missing, a folder, a pipe or a device, too large, or not text."""
 
 
 class SizeError(HcsearchError):
-    """A request beyond what the chosen representation holds."""
+    """A request that exceeds the capacity of the chosen representation."""
 
 
 class StageError(HcsearchError):
-    """An unknown pipeline stage, or one that is not built yet."""
+    """An unknown pipeline stage, or one that is not implemented yet."""
 
 
 class DatabaseError(HcsearchError):
-    """A database that cannot be opened, is not ours, or is newer than this program."""
+    """A database that cannot be opened, was not written by hcsearch, or is newer than this program."""
 
 
 class NoDatabaseError(DatabaseError):
@@ -87,12 +95,12 @@ class QueryError(HcsearchError):
 
 
 class OutputError(HcsearchError):
-    """A file that cannot be written, or must not be: a folder, a database."""
+    """A file that cannot or must not be written: a folder, a database."""
 
 
 class ClusterError(HcsearchError):
-    """Worker processes, or a cluster of them, that cannot be reached or have failed."""
+    """Worker processes, local or in a cluster, that cannot be reached or have failed."""
 
 
 class SceneError(HcsearchError):
-    """A scene that cannot be read, that a grid cannot have, or that was never run."""
+    """A scene that cannot be read, does not suit a grid, or was never run."""

@@ -1,7 +1,8 @@
-"""Vectors, matrices and screws as tuples, which the compiler keeps in registers; rows of tables by number.
+"""Linear algebra for kernels: vectors, matrices and screws, as tuples or as parts of table rows.
 
-A vector is (x, y, z); a symmetric matrix is (xx, yy, zz, xy, xz, yz); a rotation is nine numbers of a row, by rows.
-They are read from and written to rows of tables at a column.
+A vector is (x, y, z); a symmetric matrix is (xx, yy, zz, xy, xz, yz); the compiler keeps such tuples in registers. A
+rotation is nine entries of a table row, by rows. Values are read from and written to a row of a table, from a given
+column on.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ SymmetricMatrix = tuple[float, float, float, float, float, float]
 
 @lean
 def vector_at(table: Reals, i: int, column: int) -> Vector3:
-    """The vector in row i from a column on."""
+    """Return the vector in row i from a column on."""
     return table[i, column], table[i, column + 1], table[i, column + 2]
 
 
@@ -29,7 +30,7 @@ def put_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
 
 @lean
 def add_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
-    """Add a vector to the one in row i from a column on."""
+    """Add a vector to row i from a column on."""
     table[i, column] += v[0]
     table[i, column + 1] += v[1]
     table[i, column + 2] += v[2]
@@ -37,37 +38,37 @@ def add_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
 
 @lean
 def vector_sum(a: Vector3, b: Vector3) -> Vector3:
-    """The sum of two vectors."""
+    """Return the sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @lean
 def vector_difference(a: Vector3, b: Vector3) -> Vector3:
-    """The first vector less the second."""
+    """Return the first vector minus the second."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @lean
 def scaled_vector(s: float, a: Vector3) -> Vector3:
-    """A number times a vector."""
+    """Return a number times a vector."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @lean
 def dot(a: Vector3, b: Vector3) -> float:
-    """The scalar product."""
+    """Return the scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @lean
 def cross(a: Vector3, b: Vector3) -> Vector3:
-    """The vector product."""
+    """Return the vector product of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @lean
 def rotated(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
-    """The 3 x 3 matrix in row i from a column on, times a vector."""
+    """Return the 3 x 3 matrix in row i from a column on times a vector."""
     return (
         dot(vector_at(table, i, column), a),
         dot(vector_at(table, i, column + 3), a),
@@ -77,7 +78,7 @@ def rotated(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
 
 @lean
 def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
-    """The transpose of the 3 x 3 matrix in row i from a column on, times a vector."""
+    """Return the transpose of the 3 x 3 matrix in row i from a column on times a vector."""
     x, y, z = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
     return (
         x[0] * a[0] + y[0] * a[1] + z[0] * a[2],
@@ -88,7 +89,7 @@ def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
 
 @lean
 def symmetric_at(table: Reals, i: int, column: int) -> SymmetricMatrix:
-    """The symmetric matrix in row i from a column on."""
+    """Return the symmetric matrix in row i from a column on."""
     return (
         table[i, column],
         table[i, column + 1],
@@ -101,21 +102,21 @@ def symmetric_at(table: Reals, i: int, column: int) -> SymmetricMatrix:
 
 @lean
 def add_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> None:
-    """Add a symmetric matrix to the one in row i from a column on."""
+    """Add a symmetric matrix to row i from a column on."""
     for k in range(6):
         table[i, column + k] += s[k]
 
 
 @lean
 def outer_product(s: float, a: Vector3) -> SymmetricMatrix:
-    """The symmetric matrix s a a^T."""
+    """Return the symmetric matrix s a a^T."""
     x, y, z = scaled_vector(s, a)
     return x * a[0], y * a[1], z * a[2], x * a[1], x * a[2], y * a[2]
 
 
 @lean
 def apply_symmetric(s: SymmetricMatrix, a: Vector3) -> Vector3:
-    """A symmetric matrix times a vector."""
+    """Return a symmetric matrix times a vector."""
     return (
         s[0] * a[0] + s[3] * a[1] + s[4] * a[2],
         s[3] * a[0] + s[1] * a[1] + s[5] * a[2],
@@ -125,7 +126,7 @@ def apply_symmetric(s: SymmetricMatrix, a: Vector3) -> Vector3:
 
 @lean
 def rotated_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> SymmetricMatrix:
-    """R S R^T for the rotation in row i from a column on."""
+    """Return R S R^T for the rotation R in row i from a column on."""
     rx, ry, rz = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
     x, y, z = apply_symmetric(s, rx), apply_symmetric(s, ry), apply_symmetric(s, rz)
     return dot(rx, x), dot(ry, y), dot(rz, z), dot(rx, y), dot(rx, z), dot(ry, z)
@@ -133,7 +134,7 @@ def rotated_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> 
 
 @lean
 def rotation(axis: Vector3, angle: float) -> tuple[Vector3, Vector3, Vector3]:
-    """Columns of the rotation about an axis of unit length, less the unit matrix."""
+    """Return the columns of the rotation about a unit axis, minus the identity."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
     x, y, z = axis
@@ -146,51 +147,51 @@ def rotation(axis: Vector3, angle: float) -> tuple[Vector3, Vector3, Vector3]:
 
 @lean
 def turn_row(r: Vector3, columns: tuple[Vector3, Vector3, Vector3]) -> Vector3:
-    """A row of a rotation that is followed, in its own axes, by another, whose columns `rotation` gives."""
+    """Return a row of the product of a rotation with another, whose columns come from `rotation`."""
     x, y, z = columns
     return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)
 
 
 @lean
-def add_bracket(one: Reals, two: Reals, total: Reals) -> None:
-    """Add the Lie bracket of two screws, (6,) each, to a third."""
+def add_bracket(a: Reals, b: Reals, total: Reals) -> None:
+    """Add the Lie bracket of two screws, (6,) each, to a total."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        total[i] += one[j] * two[k] - one[k] * two[j]
-        total[3 + i] += one[j] * two[3 + k] - one[k] * two[3 + j]
-        total[3 + i] += one[3 + j] * two[k] - one[3 + k] * two[j]
+        total[i] += a[j] * b[k] - a[k] * b[j]
+        total[3 + i] += a[j] * b[3 + k] - a[k] * b[3 + j]
+        total[3 + i] += a[3 + j] * b[k] - a[3 + k] * b[j]
 
 
 @lean
-def row_product(one: Reals, i: int, two: Reals, j: int, n: int) -> float:
-    """The scalar product of the first n entries of row i of a table and row j of another.
+def row_product(first: Reals, i: int, second: Reals, j: int, n: int) -> float:
+    """Return the scalar product of the first n entries of row i of one table and row j of another.
 
-    np.dot would ask BLAS: other last bits on another processor, and a library that takes longer to load than many
-    kernels to run.
+    np.dot would call BLAS, whose last bits depend on the processor, and which takes longer to load than many kernels to
+    run.
     """
     value = 0.0
     for k in range(n):
-        value += one[i, k] * two[j, k]
+        value += first[i, k] * second[j, k]
     return value
 
 
 @lean
-def subtract_row(one: Reals, i: int, part: float, two: Reals, j: int, n: int) -> None:
-    """Take a part of row j of a table off the first n entries of row i of another."""
+def subtract_row(target: Reals, i: int, factor: float, source: Reals, j: int, n: int) -> None:
+    """Subtract `factor` times row j of one table from row i of another, in the first n entries."""
     for k in range(n):
-        one[i, k] -= part * two[j, k]
+        target[i, k] -= factor * source[j, k]
 
 
 @lean
-def divide_row(table: Reals, i: int, by: float, n: int) -> None:
-    """Divide the first n entries of row i."""
+def divide_row(table: Reals, i: int, divisor: float, n: int) -> None:
+    """Divide the first n entries of row i by a number."""
     for k in range(n):
-        table[i, k] /= by
+        table[i, k] /= divisor
 
 
 @lean
 def factor_symmetric(matrix: Reals, damping: float) -> bool:
-    """Write the factor of a symmetric matrix and damping into its lower triangle; whether it has one."""
+    """Factor a symmetric matrix plus damping in its lower triangle (Cholesky); return False if it is not definite."""
     for i in range(len(matrix)):
         matrix[i, i] += damping
         for j in range(i + 1):
@@ -208,7 +209,7 @@ def factor_symmetric(matrix: Reals, damping: float) -> bool:
 
 @lean
 def solve_factored(matrix: Reals, right: Reals) -> None:
-    """Write the solution of a system, by the factor of its matrix, in place of its right side."""
+    """Solve a system in place of its right side, by the factor from `factor_symmetric`."""
     n = len(right)
     for i in range(n):
         total = right[i]

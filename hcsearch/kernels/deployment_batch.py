@@ -1,7 +1,7 @@
-"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions.
+"""Batch check of many foldings in one call: simulate each, and search its motion for collisions.
 
-Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each half as
-long as all before it, and one that collides is not followed further.
+Most motions that collide do so early. Where only clear motions matter, a motion is judged in parts, each a quarter as
+long as all before it, and simulated no further once it collides.
 """
 
 from __future__ import annotations
@@ -49,15 +49,16 @@ from hcsearch.kernels.multibody.tree import BodyTree, work_for
 from hcsearch.kernels.multibody.welds import CutHinges
 
 FIRST_PART_STEPS, PART_GROWTH_SHARE = 32, 0.25
-"""Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
+"""Steps in the first part of a motion judged in parts, and in each later part as a share of all steps before it."""
 
 
 class SceneTables(NamedTuple):
-    """One folding; in a stack every table has a leading axis, and every number is a table.
+    """Tables of one folding; in a stack every table has a leading axis, and every number is a table.
 
-    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
-        margin taken off. pairs : that may collide. deepest, reach : m, the margin by which a panel
-        would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
+    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,), joint of each hinge. prisms, shrunk : of the
+        panels, as they are and shrunk by the margin. pairs : that may collide.
+    max_margin, residual_lever : m, margin at which a panel would vanish, and lever by which closure residuals
+        (over size) are multiplied to bound the displacement of panels.
     """
 
     tree: BodyTree
@@ -68,15 +69,15 @@ class SceneTables(NamedTuple):
     prisms: Prisms
     shrunk: Prisms
     pairs: PrismPairs
-    deepest: float
-    reach: float
+    max_margin: float
+    residual_lever: float
 
 
 class CheckingRules(NamedTuple):
-    """What all foldings of a call share: how they are simulated, and how gaps are measured.
+    """Settings shared by all foldings of a call: of the simulation, and of the measurement of gaps.
 
-    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `ClearanceTolerances`.
-    whole : whether motions that collide are followed to their end, too.
+    struts, cuts : empty tables of the right type. margin, resolution : m, as of `ClearanceTolerances`.
+    follow_collisions : whether motions that collide are simulated to their end, too.
     """
 
     method: IntegrationMethod
@@ -87,19 +88,20 @@ class CheckingRules(NamedTuple):
     closure_damping: float
     margin: float
     resolution: float
-    whole: bool
+    follow_collisions: bool
 
 
 class CheckFindings(NamedTuple):
-    """What became of k foldings.
+    """Results of the checks of k foldings.
 
-    endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
-        states, evaluations, rejected steps, gaps bounded. times : (k, 2), of the end, and of the collision (s).
-    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
-        together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
-        clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
-        share of the largest energy. openings : (k,), greatest closure residual. looses : (k,), share of the states that
-        leave loops open, 0 where springs close them.
+    endings : (k,), as of `simulate_motion`. verdicts : (k,), as of `judge_clearance`. pairs : (k,), that collide.
+    counts : (k, 4), states, evaluations, rejected steps, bounds of gaps. times : (k, 2), of the end, and of the
+        collision (s). gaps : (k,), smallest gap (m) of motions that come flat and clear, else infinite.
+    speeds : (k,), approach speed of the colliding panels, 0 in clear motions, m/s.
+    remaining_angles : (k, 3), fold angles over pi: mean at the collision (at the end of clear motions), mean at the
+        end, and greatest at the end.
+    energy_drifts : (k,), error of the energy balance, as a share of the largest energy. closure_residuals : (k,),
+        greatest. open_state_shares : (k,), share of states with open loops, 0 where springs close them.
     """
 
     endings: WholeNumbers
@@ -109,52 +111,61 @@ class CheckFindings(NamedTuple):
     times: Reals
     gaps: Reals
     speeds: Reals
-    lefts: Reals
-    drifts: Reals
-    openings: Reals
-    looses: Reals
+    remaining_angles: Reals
+    energy_drifts: Reals
+    closure_residuals: Reals
+    open_state_shares: Reals
 
 
 @compiled
 def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, findings: CheckFindings) -> None:
-    """Check the foldings of a stack one after the other; the record is written anew by each.
+    """Check the foldings of a stack one after the other; each overwrites the record.
 
-    numba compiles all that a kernel calls into it. So the large kernels are called from here: a kernel in between would
-    take as long again to compile.
+    numba compiles everything that a kernel calls into it. So the large kernels are called directly from here: a kernel
+    in between would double the time to compile.
     """
-    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
+    cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
     plan, method = rules.plan, rules.method
-    answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
-        subject = _nth(stack, i)
+        subject = _tables_at(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
         simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART_STEPS, MOTION_CLEAR
+        clear_states, max_states, verdict = (
+            0,
+            len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS,
+            MOTION_CLEAR,
+        )
         start_simulation(simulation)
         while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
-            continue_simulation(simulation, most)
+            continue_simulation(simulation, max_states)
             states, flat = record.counts[0], record.counts[4] == ENDING_FLAT
-            clear = 0 if flat else clear  # a gap may dip across parts
-            motion = _states(record, clear, states)
+            clear_states = 0 if flat else clear_states  # a gap may dip across parts
+            motion = _states(record, clear_states, states)
             if not cubic:
                 motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
-            findings.openings[i] = max(findings.openings[i], largest_opening(tree, motion, cubic, work))
+            findings.closure_residuals[i] = max(
+                findings.closure_residuals[i], largest_opening(tree, motion, cubic, work)
+            )
             course = _course(subject, motion, cubic)
-            wanted = ClearanceTolerances(
-                subject.reach * findings.openings[i], rules.margin, subject.deepest, rules.resolution
+            tolerances = ClearanceTolerances(
+                subject.residual_lever * findings.closure_residuals[i],
+                rules.margin,
+                subject.max_margin,
+                rules.resolution,
             )
             verdict = judge_clearance(
-                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer
+                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
             )
-            findings.counts[i, 3] += answer.looks[0]
-            clear = states - 1 if verdict == MOTION_CLEAR else clear
-            most = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
-        findings.looses[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
-        _report(record, verdict, answer, findings, i)
-        _report_end(subject, course, verdict, answer, findings, i)
+            findings.counts[i, 3] += report.bound_counts[0]
+            clear_states = states - 1 if verdict == MOTION_CLEAR else clear_states
+            max_states = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
+        findings.open_state_shares[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
+        _report(record, verdict, report, findings, i)
+        _report_end(subject, course, verdict, report, findings, i)
 
 
 @compiled
@@ -179,7 +190,7 @@ def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
 
 @compiled
 def _hold(subject: SceneTables) -> DiscreteState:
-    """Nothing held, and each spring on its branch."""
+    """Return the discrete state at the start: no joint held, each spring on its branch."""
     n = len(subject.start)
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
     for k in range(n):
@@ -188,34 +199,37 @@ def _hold(subject: SceneTables) -> DiscreteState:
 
 
 @compiled
-def _report(record: SimulationRecord, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int) -> None:
+def _report(record: SimulationRecord, verdict: int, report: ClearanceReport, findings: CheckFindings, i: int) -> None:
     states = record.counts[0]
     findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
-    findings.drifts[i] = _drift(record, states)
+    findings.energy_drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
-    findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
-    findings.gaps[i] = answer.gaps[0]
+    findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, report.pairs[0], report.times[0]
+    findings.gaps[i] = report.gaps[0]
 
 
 @compiled
 def _report_end(
-    subject: SceneTables, course: Course, verdict: int, answer: ClearanceReport, findings: CheckFindings, i: int
+    subject: SceneTables, course: Course, verdict: int, report: ClearanceReport, findings: CheckFindings, i: int
 ) -> None:
-    """Write how fast panels come together, and how much of the way is left."""
+    """Write the approach speed of colliding panels, and the remaining fold angles."""
     angles = course.angles[len(course.times) - 1].copy()
-    findings.lefts[i, 1], findings.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    findings.remaining_angles[i, 1], findings.remaining_angles[i, 2] = (
+        np.abs(angles).mean() / math.pi,
+        np.abs(angles).max() / math.pi,
+    )
     findings.speeds[i] = 0.0
     if verdict != MOTION_CLEAR and len(course.times) > 1:
-        pair, time = answer.pairs[0], answer.times[0]
+        pair, time = report.pairs[0], report.times[0]
         findings.speeds[i] = approach_speed(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
-    findings.lefts[i, 0] = np.abs(angles).mean() / math.pi
+    findings.remaining_angles[i, 0] = np.abs(angles).mean() / math.pi
 
 
 @compiled
 def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
-    """The motion of the fold angles."""
+    """Return the course of the fold angles in a motion of the joints."""
     times, q, v, a = motion
     states, hinges = len(times), len(subject.joint_of)
     course = Course(times, np.empty((states, hinges)), np.empty((states, hinges)), np.empty((states, hinges)), cubic)
@@ -228,19 +242,19 @@ def _course(subject: SceneTables, motion: StateSeries, cubic: bool) -> Course:
 
 @compiled
 def _drift(record: SimulationRecord, states: int) -> float:
-    first = record.books[0].sum()
-    worst = 0.0
-    largest = 1e-300
+    first = record.energies[0].sum()
+    largest_error = 0.0
+    largest_energy = 1e-300
     for k in range(states):
-        worst = max(worst, abs(record.books[k].sum() - first))
-        largest = max(largest, np.abs(record.books[k]).max())
-    return worst / largest
+        largest_error = max(largest_error, abs(record.energies[k].sum() - first))
+        largest_energy = max(largest_energy, np.abs(record.energies[k]).max())
+    return largest_error / largest_energy
 
 
 @compiled
-def _nth(s: Any, i: int) -> SceneTables:
-    """One subject of a stack, in which numbers are tables."""
-    t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
+def _tables_at(stack: Any, i: int) -> SceneTables:
+    """Return the tables of the i-th folding of a stack, in which numbers are tables."""
+    t, h, c, r, p = stack.tree, stack.hinges, stack.chain, stack.pairs, stack.prisms
     return SceneTables(
         BodyTree(
             t.bodies[i],
@@ -265,17 +279,17 @@ def _nth(s: Any, i: int) -> SceneTables:
             h.stop_stiffness[i],
             h.stop_damping[i],
         ),
-        s.start[i],
-        s.joint_of[i],
+        stack.start[i],
+        stack.joint_of[i],
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
-        _nth_prisms(p, i),
-        _nth_prisms(s.shrunk, i),
+        _prisms_at(p, i),
+        _prisms_at(stack.shrunk, i),
         PrismPairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
-        s.deepest[i],
-        s.reach[i],
+        stack.max_margin[i],
+        stack.residual_lever[i],
     )
 
 
 @compiled
-def _nth_prisms(p: Prisms, i: int) -> Prisms:
+def _prisms_at(p: Prisms, i: int) -> Prisms:
     return Prisms(p.panels[i], p.counts[i], p.vertices[i], p.middles[i], p.reaches[i], p.normals[i], p.edges[i])

@@ -1,9 +1,10 @@
-"""Half-chains, the halves of circuits that fold, listed by where they end.
+"""Half-chains, the halves of circuits that fold, listed by their last place and exit.
 
 A half-chain is the part of a circuit between the two flat creases of a folding: h + 1 panels, h = n / 2 - 1, walked
 outward from the first crease. In its own frame the first panel is at home and the crease faces direction 0; the
-panel on the other side of the crease begins the other half-chain, whose frame is this one turned by a half turn about
-the middle of the crease. Its turns are kept as letters, sharpest left first, packed into one integer, its code.
+panel on the other side of the crease begins the other half-chain, whose frame is this one rotated by 180 degrees about
+the middle of the crease. The turns of a half-chain are letters, sharpest left first, packed into one integer, its
+code.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ UNREACHED_DISTANCE = 32767
 
 
 class Plane(NamedTuple):
-    """The tiling around home, as far as two half-chains reach.
+    """The region of the tiling around home that two half-chains can reach.
 
-    moves : what a step in each direction adds to the number of a place.
-    turns, bits : turns by letter, and bits that a letter takes in a code.
-    distance : steps from home to each place, FAR beyond reach.
+    moves : increment of the place number for a step in each direction.
+    turns, bits : turns by letter, and bits per letter in a code.
+    distance : steps from home to each place, `UNREACHED_DISTANCE` beyond reach.
     reach : places within h steps of home.
     home : the first panel; home + moves[0] lies across the first crease.
     h : steps of a half-chain.
-    turned : whether a half-chain's last panel is turned by a half turn against the first (triangles, odd h).
+    turned : whether the last panel of a half-chain is rotated by 180 degrees against the first (triangles, odd h).
     """
 
     moves: NDArray[np.int64]
@@ -43,20 +44,20 @@ class Plane(NamedTuple):
 class HalfChains(NamedTuple):
     """Half-chains of one key, grouped by the alternating sum of their turns.
 
-    codes, back : the code, and the code of the chain walked from its end.
-    sums : sum of turns, with alternating signs, the first with a plus.
+    codes, reversed_codes : code of the chain, and of the chain walked from its end.
+    sums : alternating sum of turns, the first with a plus.
     steps : shape (n_chains, h), directions.
-    masks : shape (words, n_chains), the cells that the other half-chain can meet.
-    carried : shape (3, n_chains), bit planes of h numbers below `directions`: crease k of a first and of a second
-              half-chain is flat in another folding where theirs are equal.
+    masks : shape (words, n_chains), bit sets of the occupied cells that the other half-chain can reach.
+    flat_bit_planes : shape (3, n_chains), of h numbers below `directions`: crease k is flat in another folding if the
+              numbers of the first and the second half-chain are equal.
     """
 
     codes: NDArray[np.uint64]
-    back: NDArray[np.uint64]
+    reversed_codes: NDArray[np.uint64]
     sums: NDArray[np.int16]
     steps: NDArray[np.int8]
     masks: NDArray[np.uint64]
-    carried: NDArray[np.uint64]
+    flat_bit_planes: NDArray[np.uint64]
 
 
 @compiled
@@ -69,12 +70,12 @@ def _walk(
     sizes: NDArray[np.int64],
     chains: HalfChains,
 ) -> int:
-    """Walk the half-chains that begin at home, in ascending order of their codes; return how many there are.
+    """Enumerate the half-chains that start at home, in ascending order of their codes; return their number.
 
-    toward : steps from a place to where the walk must end, FAR where it must not go.
-    exit_face : face through which it must leave, or -1 for any; then sizes, shape (places, directions), counts the
-                chains by last place and exit, and nothing is written.
-    bit : the bit of each place in a mask, -1 for none.
+    toward : steps from a place to the required end of the walk, `UNREACHED_DISTANCE` for forbidden places.
+    exit_face : face through which the walk must leave, or -1 for any; then chains are only counted, in `sizes`, shape
+                (places, directions), by last place and exit.
+    bit : bit of each place in a mask, -1 for none.
     """
     moves, turns, h, home = plane.moves, plane.turns, plane.h, plane.home
     directions = len(moves)
@@ -151,7 +152,7 @@ def _walk(
         for t in range(h - 1, 0, -1):
             reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
         chains.codes[written] = (code[k] << width) | np.uint64(letter)
-        chains.back[written] = reverse
+        chains.reversed_codes[written] = reverse
         chains.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
         for t in range(1, h):
             chains.steps[written, t - 1] = heading[t]
@@ -165,7 +166,7 @@ def _walk(
 
 
 @compiled
-def _room(n_chains: int, h: int, words: int) -> HalfChains:
+def _new_chains(n_chains: int, h: int, words: int) -> HalfChains:
     return HalfChains(
         np.empty(n_chains, np.uint64),
         np.empty(n_chains, np.uint64),
@@ -178,41 +179,43 @@ def _room(n_chains: int, h: int, words: int) -> HalfChains:
 
 @compiled
 def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
-    """Count the half-chains by last place and exit, into sizes of shape (places, directions); return how many."""
+    """Count half-chains by last place and exit into `sizes`, shape (places, directions); return their total."""
     toward = np.full(len(plane.distance), np.int16(0))
     blocked = np.zeros(len(plane.distance), np.uint8)
     blocked[plane.home + plane.moves[0]] = 1
     bit = np.empty(0, np.int16)
-    return _walk(plane, -1, toward, bit, blocked, sizes, _room(0, plane.h, 1))
+    return _walk(plane, -1, toward, bit, blocked, sizes, _new_chains(0, plane.h, 1))
 
 
 @lean
 def _steps_between(plane: Plane, end: int, place: int) -> int:
-    """Steps from a half-chain's last place to another place."""
-    away = end - place if plane.turned else place - end
-    return int(plane.distance[plane.home + away])
+    """Return the steps from the last place of a half-chain to another place."""
+    offset = end - place if plane.turned else place - end
+    return int(plane.distance[plane.home + offset])
 
 
 @compiled
-def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> HalfChains:
-    """The half-chains of one key."""
+def _chains_of_key(
+    plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int
+) -> HalfChains:
+    """Return the half-chains of one key."""
     size = len(plane.distance)
     toward = np.full(size, np.int16(UNREACHED_DISTANCE))
     blocked = np.zeros(size, np.uint8)
     for place in plane.reach:
-        away = _steps_between(plane, end, place)
-        if plane.distance[place] + away <= plane.h:
-            toward[place] = away
+        remaining = _steps_between(plane, end, place)
+        if plane.distance[place] + remaining <= plane.h:
+            toward[place] = remaining
     blocked[plane.home + plane.moves[0]] = 1
     blocked[end + plane.moves[exit_face]] = 1
-    chains = _room(n_chains, plane.h, words)
+    chains = _new_chains(n_chains, plane.h, words)
     _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), chains)
     return chains
 
 
 @lean
-def _carry(chains: HalfChains, directions: int, mate: bool) -> None:
-    """Fill `carried`, of a first half-chain or of its mate.
+def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
+    """Fill `flat_bit_planes` for first half-chains, or for their mates.
 
     Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
     first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m
@@ -230,18 +233,18 @@ def _carry(chains: HalfChains, directions: int, mate: bool) -> None:
             total += d - before if k % 2 == 1 else before - d
             before = d
             u = total % directions
-            at = np.uint64(k)
+            crease = np.uint64(k)
             if mate:
                 u = (goal - u) % directions
-                at = np.uint64(h + 1 - k)
+                crease = np.uint64(h + 1 - k)
             for plane in range(3):
                 if (u >> plane) & 1:
-                    chains.carried[plane, i] |= one << at
+                    chains.flat_bit_planes[plane, i] |= one << crease
 
 
 @compiled
 def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> HalfChains:
-    """The chains by ascending sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
+    """Sort chains by their sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
     n_chains = len(chains.codes)
     starts[:] = 0
     for s in chains.sums:
@@ -249,12 +252,12 @@ def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> Half
     for i in range(1, len(starts)):
         starts[i] += starts[i - 1]
     free = starts.copy()
-    ordered = _room(n_chains, chains.steps.shape[1], len(chains.masks))
+    ordered = _new_chains(n_chains, chains.steps.shape[1], len(chains.masks))
     for i in range(n_chains):
         to = free[chains.sums[i] + offset]
         free[chains.sums[i] + offset] += 1
         ordered.codes[to] = chains.codes[i]
-        ordered.back[to] = chains.back[i]
+        ordered.reversed_codes[to] = chains.reversed_codes[i]
         ordered.sums[to] = chains.sums[i]
         ordered.steps[to] = chains.steps[i]
         ordered.masks[:, to] = chains.masks[:, i]
@@ -263,30 +266,31 @@ def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> Half
 
 @compiled
 def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[HalfChains, HalfChains, NDArray[np.int64]]:
-    """The half-chains of a key, those of the key they meet, and where each sum begins among the latter.
+    """Return the half-chains of a key, their possible mates sorted by sums, and the start of each sum among these.
 
-    key : last place and exit of the first half-chains, their number, and that of the others. Sum s of the others is at
-    starts[s + 2 n] .. starts[s + 2 n + 1] - 1.
+    Mates of sum s are at starts[s + 2 n] .. starts[s + 2 n + 1] - 1.
+
+    key : last place and exit of the first half-chains, their number, and the number of mates.
     """
     h, home, moves = plane.h, plane.home, plane.moves
     end, face = key[0], key[1]
     mate_home = home + moves[0]
     mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
-    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
+    bits, mate_bits = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
     n_bits = 0
     for place in plane.reach:
-        other = home + mate_home - place
-        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+        mate_place = home + mate_home - place
+        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[mate_place] > h:
             continue
-        if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
-            bit[place] = n_bits
-            mate_bit[other] = n_bits
+        if plane.distance[mate_place] + _steps_between(plane, mate_end, mate_place) <= h:
+            bits[place] = n_bits
+            mate_bits[mate_place] = n_bits
             n_bits += 1
     n_words = max(1, (n_bits + 63) // 64)
-    first = _list(plane, end, face, key[2], bit, n_words)
-    _carry(first, len(moves), False)
+    first = _chains_of_key(plane, end, face, key[2], bits, n_words)
+    _fill_bit_planes(first, len(moves), False)
     offset = 4 * (h + 1)
     starts = np.zeros(2 * offset + 2, np.int64)
-    second = _grouped(_list(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
-    _carry(second, len(moves), True)
+    second = _grouped(_chains_of_key(plane, mate_end, face, key[3], mate_bits, n_words), starts, offset)
+    _fill_bit_planes(second, len(moves), True)
     return first, second, starts

@@ -1,9 +1,9 @@
-"""Hamiltonian cycles of any graph by frontier states, edge after edge.
+"""Hamiltonian cycles of arbitrary graphs by frontier states, edge by edge.
 
-Edges are decided one by one, out or in. What the decided edges mean for the rest of the graph shows in the vertices
-that have both decided and open edges, the frontier. Each holds a slot; its value is 0 for degree 0, 1 for degree 2,
-and 2 + s for the end of a path whose other end is in slot s. A state is two words of 12 slots with 5 bits each, and
-the parity of marked edges in a bit above. Fixed slots make the value unique, so equal states are equal words.
+Edges are decided one by one, out or in. The decided edges constrain the rest of the graph only through the vertices
+that have both decided and open edges, the frontier. Each of them occupies a slot, with value 0 for degree 0, 1 for
+degree 2, and 2 + s for the end of a path whose other end is in slot s. A state is two words of 12 slots with 5 bits
+each, and the parity of marked edges in a further bit. As slots are fixed, equal states are equal words.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CHILD_COMPLETE = -2
 CHILD_DEAD = -1
 SATURATED_COUNT = 1 << 61
 
-# columns of a sweep's table, one row an edge (see `enumeration.sweep`)
+# columns of a sweep's table, one row per edge (see `enumeration.sweep`)
 (
     SWEEP_SLOT_U,
     SWEEP_SLOT_V,
@@ -63,22 +63,22 @@ def _find(
     next_hi: NDArray[np.uint64],
     size: int,
 ) -> int:
-    """Index of a state among `size` known ones; `size` itself when it is new, which writes it there."""
+    """Return the index of a state among `size` known ones; a new state is appended, with index `size`."""
     mask = np.uint64(len(table) - 1)
     h = (lo ^ (hi * np.uint64(0x9E3779B97F4A7C15))) * np.uint64(0xD6E8FEB86659FD93)
     h ^= h >> np.uint64(32)
     h *= np.uint64(0xD6E8FEB86659FD93)
-    at = (h ^ (h >> np.uint64(29))) & mask
+    entry = (h ^ (h >> np.uint64(29))) & mask
     while True:
-        index = table[at]
+        index = table[entry]
         if index < 0:
-            table[at] = size
+            table[entry] = size
             next_lo[size] = lo
             next_hi[size] = hi
             return size
         if next_lo[index] == lo and next_hi[index] == hi:
             return int(index)
-        at = (at + _ONE) & mask
+        entry = (entry + _ONE) & mask
 
 
 @lean
@@ -103,7 +103,7 @@ def advance_states(
     """Decide one edge for every state; return the number of states after it.
 
     full_lo, full_hi : the state in which a closing edge completes a cycle: all slots in use at degree 2, parity right.
-    child : shape (len(lo), 2), the state after 'out' and after 'in', DEAD, or COMPLETE where a cycle closes.
+    child : shape (len(lo), 2), state after 'out' and after 'in', `CHILD_DEAD`, or `CHILD_COMPLETE` if a cycle closes.
     """
     u, v = step[SWEEP_SLOT_U], step[SWEEP_SLOT_V]
     size = 0
@@ -149,7 +149,7 @@ def advance_states(
 def add_counts(
     child: NDArray[np.int32], counts: NDArray[np.int64], after: NDArray[np.int64], total: NDArray[np.int64]
 ) -> None:
-    """Add each state's count to its children's, and to `total` where a cycle closes; limbs of 32 bits, uncarried."""
+    """Add the count of each state to its children, or to `total` if a cycle closes; in 32-bit limbs without carry."""
     limbs = counts.shape[1]
     for i in range(len(child)):
         for choice in range(2):
@@ -164,7 +164,7 @@ def add_counts(
 
 @lean
 def carry_limbs(counts: NDArray[np.int64]) -> bool:
-    """Bring every limb but the last below 2^32; return whether the last one no longer is."""
+    """Carry limbs, so that all but the last are below 2^32; return whether the last one overflows."""
     overflow = False
     limbs = counts.shape[1]
     for i in range(len(counts)):
@@ -177,7 +177,7 @@ def carry_limbs(counts: NDArray[np.int64]) -> bool:
 
 @lean
 def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts: NDArray[np.int64]) -> None:
-    """Number of ways to complete each state, from those of the states after it; stops growing at SATURATED."""
+    """Count the completions of each state from those of its children; counts saturate at `SATURATED_COUNT`."""
     for i in range(len(child)):
         total = np.int64(0)
         for choice in range(2):
@@ -203,13 +203,13 @@ def list_completions(
     start: NDArray[np.int64],
     masks: NDArray[np.uint64],
 ) -> None:
-    """Write the edge sets, among edges layer.., that complete each state of a layer; those of state s from start[s]."""
+    """Write the sets of edges from `layer` on that complete each of its states; those of state s start at start[s]."""
     n_edges = len(offsets) - 1
     node = np.empty(n_edges + 1, np.int64)
     choice = np.empty(n_edges + 1, np.int64)
-    at = 0
+    written = 0
     for s in range(offsets[layer + 1] - offsets[layer]):
-        start[s] = at
+        start[s] = written
         if counts[offsets[layer] + s] == 0:
             continue
         k = layer
@@ -220,22 +220,22 @@ def list_completions(
             if choice[k] > 1:
                 k -= 1
                 continue
-            to = child[offsets[k] + node[k], choice[k]]
-            if to == CHILD_COMPLETE:
+            next_state = child[offsets[k] + node[k], choice[k]]
+            if next_state == CHILD_COMPLETE:
                 for e in range(layer, k + 1):
                     if choice[e] == 1:
-                        masks[at, e >> 6] |= _ONE << np.uint64(63 - (e & 63))
-                at += 1
-            elif _live(to, counts, offsets[k + 1]):
+                        masks[written, e >> 6] |= _ONE << np.uint64(63 - (e & 63))
+                written += 1
+            elif _live(next_state, counts, offsets[k + 1]):
                 k += 1
-                node[k] = to
+                node[k] = next_state
                 choice[k] = -1
-    start[offsets[layer + 1] - offsets[layer]] = at
+    start[offsets[layer + 1] - offsets[layer]] = written
 
 
 @lean
 def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], images: NDArray[np.uint64]) -> None:
-    """Write images of edge sets under permutations of the edges; images : shape (n_masks, n_permutations, words)."""
+    """Write the images, shape (n_masks, n_permutations, words), of edge sets under permutations of the edges."""
     for i in range(len(masks)):
         for word in range(masks.shape[1]):
             bits = masks[i, word]
@@ -263,11 +263,12 @@ def list_masks(
     edge_sets: NDArray[np.uint64],
     symmetry: NDArray[np.int16],
 ) -> int:
-    """Write the edge sets of cycles number rank[0] .. rank[1] - 1 that are least among their images; return how many.
+    """Write cycles number rank[0] .. rank[1] - 1 that are least among their images; return how many were written.
 
-    Every cycle is a walk of decided edges down to `layer` and one of the tails of the state it reaches, so there are
-    no dead ends. Stops early, with rank[0] moved on, when `edge_sets` might not hold the next state's tails.
-    permutations : shape (n_permutations, n_edges), the symmetries but for the identity, acting on edges.
+    Every cycle consists of decisions down to `layer` and one of the tails of the state reached, so there are no dead
+    ends. Returns early, with rank[0] advanced, if `edge_sets` might not have room for the tails of the next state.
+
+    permutations : shape (n_permutations, n_edges), the symmetries except the identity, acting on edges.
     """
     words = edge_sets.shape[1]
     n_images = len(permutations)
@@ -305,7 +306,7 @@ def list_masks(
                     images[g, to >> 6] |= _ONE << np.uint64(63 - (to & 63))
         for tail in range(first, last):
             ties = 1
-            least = True
+            is_least = True
             for g in range(n_images):
                 order = 0
                 for word in range(words):
@@ -315,10 +316,10 @@ def list_masks(
                         order = -1 if x < y else 1
                         break
                 if order < 0:
-                    least = False
+                    is_least = False
                     break
                 ties += order == 0
-            if least:
+            if is_least:
                 for word in range(words):
                     edge_sets[written, word] = head[word] | tails[tail, word]
                 symmetry[written] = ties
@@ -328,7 +329,7 @@ def list_masks(
             skip = last - start[state]
             continue
         skip = 0
-        # the next walk: turn the last 'out' that can be an 'in', then go down
+        # the next walk: change the last 'out' that can be an 'in', then descend
         k = layer - 1
         while k >= 0:
             if choice[k] == 0 and _live(child[offsets[k] + node[k], 1], counts, offsets[k + 1]):
@@ -350,13 +351,13 @@ def list_masks(
 
 @compiled
 def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions: int, words: NDArray[np.int8]) -> None:
-    """Write each cycle, an edge set, as the directions of its steps.
+    """Write each cycle, given as an edge set, as the directions of its steps.
 
     edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.
     """
     n = words.shape[1]
-    to = np.empty((n, 2), np.int64)
-    way = np.empty((n, 2), np.int8)
+    neighbours = np.empty((n, 2), np.int64)
+    step_directions = np.empty((n, 2), np.int8)
     degree = np.empty(n, np.int64)
     half = directions // 2
     for i in range(len(masks)):
@@ -364,16 +365,16 @@ def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions:
         for e in range(len(edges)):
             if (masks[i, e >> 6] >> np.uint64(63 - (e & 63))) & _ONE:
                 u, v, d = edges[e, 0], edges[e, 1], edges[e, 2]
-                to[u, degree[u]] = v
-                way[u, degree[u]] = d
+                neighbours[u, degree[u]] = v
+                step_directions[u, degree[u]] = d
                 degree[u] += 1
-                to[v, degree[v]] = u
-                way[v, degree[v]] = d - half if d >= half else d + half
+                neighbours[v, degree[v]] = u
+                step_directions[v, degree[v]] = d - half if d >= half else d + half
                 degree[v] += 1
-        at = 0
-        last = -1
+        cell = 0
+        last_cell = -1
         for k in range(n):
-            side = 1 if k > 0 and to[at, 0] == last else 0
-            words[i, k] = way[at, side]
-            last = at
-            at = to[at, side]
+            side = 1 if k > 0 and neighbours[cell, 0] == last_cell else 0
+            words[i, k] = step_directions[cell, side]
+            last_cell = cell
+            cell = neighbours[cell, side]

@@ -1,8 +1,8 @@
-"""Circuits that fold, joined from pairs of half-chains; each class is written once, from its least rooted word.
+"""Foldable circuits joined from pairs of half-chains; each class is written once, from its least root.
 
-A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Its least
-pair of codes (first half-chain, second half-chain) is the one that is written; as many roots attain it as the circuit
-has symmetries. docs/explanation/theory.md, section 8, has the proofs.
+A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Only its least
+pair of codes (first half-chain, second half-chain) is written; the number of roots that attain it is the order of the
+circuit's symmetry group. Proofs are in docs/explanation/theory.md, section 8.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from hcsearch.kernels.compiling.compiled import lean
 def _least_root(
     a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64, int]:
-    """The least of the eight roots of a folding, and how many attain it.
+    """Return the least of the eight roots of a folding, and the number of roots that attain it.
 
     a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
-    flips : the code that adds up with a code to that of its mirror image.
+    flips : the code from which a code is subtracted to give its mirror image.
     """
     code, mate, equal = a, b, 0
     for root in range(8):
@@ -37,7 +37,7 @@ def _least_root(
 def _root(
     root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64]:
-    """One of the eight: bit 0 of its number exchanges the half-chains, bit 1 the flat creases, bit 2 reflects."""
+    """Return one of eight roots: bit 0 of its number swaps the half-chains, bit 1 the flat creases, bit 2 reflects."""
     x, y = (ra, rb) if root & 2 else (a, b)
     if root & 1:
         x, y = y, x
@@ -56,7 +56,7 @@ def _order(
     stabiliser: int,
     letters: tuple[int, int, np.uint64, np.uint64],
 ) -> int:
-    """Order of the circuit's symmetry group when this is the root to write it from, else 0.
+    """Return the order of the circuit's symmetry group if this root is the least, else 0.
 
     a, b, ra, rb : as in `_least_root`, of the folding that the root belongs to.
     flat : bit k is set where crease k of the first half-chain is flat in another folding.
@@ -82,16 +82,16 @@ def _order(
     k = 0
     while flat != 0:
         if flat & np.uint64(1):
-            other, other_mate, equal = _least_root(
+            other_code, other_mate, equal = _least_root(
                 _window(ahead_a, ahead_b, k, h, bits),
                 _window(behind_a, behind_b, h + 1 - k, h, bits),
                 _window(behind_b, behind_a, h + 1 - k, h, bits),
                 _window(ahead_b, ahead_a, k, h, bits),
                 flips,
             )
-            if other < code or (other == code and other_mate < mate):
+            if other_code < code or (other_code == code and other_mate < mate):
                 return 0
-            if other == code and other_mate == mate:
+            if other_code == code and other_mate == mate:
                 order += equal
         flat >>= np.uint64(1)
         k += 1
@@ -100,11 +100,11 @@ def _order(
 
 @lean
 def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
-    """The h letters out of two words of h + 1 letters each, after the first `skip` ones; 0 < skip < h + 1."""
-    rest = np.uint64(bits * (h + 1 - skip))
-    more = np.uint64(bits * (skip - 1))
-    kept = first & ((np.uint64(1) << rest) - np.uint64(1))
-    return (kept << more) | (second >> (np.uint64(bits * (h + 1)) - more))
+    """Return the h letters after the first `skip` ones (0 < skip < h + 1) of two words of h + 1 letters each."""
+    head_bits = np.uint64(bits * (h + 1 - skip))
+    tail_shift = np.uint64(bits * (skip - 1))
+    head = first & ((np.uint64(1) << head_bits) - np.uint64(1))
+    return (head << tail_shift) | (second >> (np.uint64(bits * (h + 1)) - tail_shift))
 
 
 @lean
@@ -120,13 +120,13 @@ def join_chains(
     words: NDArray[np.int8],
     totals: NDArray[np.int64],
 ) -> int:
-    """Join the half-chains of a key to circuits that fold, one a class, until `words` is full; return how many.
+    """Join the half-chains of a key to foldable circuits, one per class, until `words` is full; return their number.
 
-    key : as for `list_chains`, and the key's stabiliser (see `_order`); lists : what that returned.
-    part, parts : of the first half-chains only every parts-th is taken, from number `part` on.
-    state : (first half-chain, second half-chain) to go on with; the first is their number at the end.
-    words : shape (capacity, n); without room, circuits are only counted.
-    totals : adds the number of classes and of circuits up to translation, which are group_order / symmetry a class.
+    key : as for `list_chains`, followed by the key's stabiliser (see `_order`); lists : result of `list_chains`.
+    part, parts : only every parts-th of the first half-chains is used, from number `part` on.
+    state : (first half-chain, second half-chain) at which to resume; at the end, the first is the number of chains.
+    words : shape (capacity, n); with capacity 0, circuits are only counted.
+    totals : incremented by the numbers of classes and of circuits up to translation, group_order / symmetry per class.
     """
     first, second, starts = lists
     h, bits = plane.h, plane.bits
@@ -139,7 +139,7 @@ def join_chains(
         flips = (flips << np.uint64(bits)) | np.uint64(top)
     letters = (h, bits, np.uint64(top), flips)
     capacity = len(words)
-    full = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
+    all_creases = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
     written = 0
     for i in range(state[0], len(first.codes)):
         if i % parts != part:
@@ -151,15 +151,23 @@ def join_chains(
         for j in range(max(lo, state[1]), hi):
             if mask & second.masks[0, j] != 0:
                 continue
-            meet = np.uint64(0)
+            common = np.uint64(0)
             for w in range(1, len(first.masks)):
-                meet |= first.masks[w, i] & second.masks[w, j]
-            if meet != 0:
+                common |= first.masks[w, i] & second.masks[w, j]
+            if common != 0:
                 continue
-            flat = full
+            flat = all_creases
             for p in range(3):
-                flat &= ~(first.carried[p, i] ^ second.carried[p, j])
-            order = _order(first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters)
+                flat &= ~(first.flat_bit_planes[p, i] ^ second.flat_bit_planes[p, j])
+            order = _order(
+                first.codes[i],
+                second.codes[j],
+                first.reversed_codes[i],
+                second.reversed_codes[j],
+                flat,
+                stabiliser,
+                letters,
+            )
             if order == 0:
                 continue
             totals[0] += 1

@@ -1,9 +1,9 @@
-"""Self-avoiding polygons of n steps, one a congruence class, by a resumable depth-first walk.
+"""Self-avoiding polygons of n steps, one per congruence class, by a resumable depth-first walk.
 
-A polygon is written as its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
-be the least of their rotations (prenecklaces, kept with one integer a step as by Fredricksen, Kessler and Maiorana)
-and that can still get home, around what they have visited; a finished word is kept when it is also not greater than
-any rotation of its mirror image, the reversed word.
+A polygon is represented by its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
+become the least of their rotations (prenecklaces, tracked with one integer per step as by Fredricksen, Kessler and
+Maiorana) and can still return home around the visited places; a complete word is accepted if it is also not greater
+than any rotation of its mirror image, the reversed word.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
     """Compare a word (a least rotation) with the least rotation of its reversal: -1 less, 0 equal, 1 greater."""
     equal = False
     for start in range(n):
-        at = start
+        position = start
         for k in range(n):
-            difference = letters[k] - letters[at]
+            difference = letters[k] - letters[position]
             if difference != 0:
                 break
-            at -= 1
-            if at < 0:
-                at = n - 1
+            position -= 1
+            if position < 0:
+                position = n - 1
         else:
             equal = True
             continue
@@ -36,30 +36,34 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
 
 
 @lean
-def _way_home(
+def _can_reach_home(
     start: int,
     steps: int,
     moves: NDArray[np.int64],
     distance: NDArray[np.int16],
     visited: NDArray[np.uint8],
-    seen: NDArray[np.int64],
+    stamps: NDArray[np.int64],
     stamp: int,
     queue: NDArray[np.int64],
 ) -> bool:
-    """Whether home (distance 0) can be reached from a place in `steps` steps or less over unvisited places."""
-    first, last, gone = 0, 1, 0
+    """Return whether home (distance 0) is within `steps` steps of a place over unvisited places (breadth-first)."""
+    first, last, steps_taken = 0, 1, 0
     queue[0] = start
-    seen[start] = stamp
-    while first < last and gone < steps:
-        gone += 1
-        for at in range(first, last):
+    stamps[start] = stamp
+    while first < last and steps_taken < steps:
+        steps_taken += 1
+        for index in range(first, last):
             for move in moves:
-                to = queue[at] + move
-                if distance[to] == 0:
+                next_place = queue[index] + move
+                if distance[next_place] == 0:
                     return True
-                if visited[to] == 0 and seen[to] != stamp and distance[to] <= steps - gone:
-                    seen[to] = stamp
-                    queue[last] = to
+                if (
+                    visited[next_place] == 0
+                    and stamps[next_place] != stamp
+                    and distance[next_place] <= steps - steps_taken
+                ):
+                    stamps[next_place] = stamp
+                    queue[last] = next_place
                     last += 1
             first += 1
     return False
@@ -83,52 +87,52 @@ def walk_polygons(
     words: NDArray[np.int8],
     symmetry: NDArray[np.int16],
 ) -> int:
-    """Go on with a walk until it ends or `words` is full; return how many words were written.
+    """Resume a walk until it ends or `words` is full; return the number of words written.
 
     letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
-    turn is letters[n]. With `trap` or more steps left the walk looks for its way home, which costs less than a walk
-    that has walled itself off. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
-    `enumeration.polygons` owns the arrays and sets them up for a prefix.
+    turn is letters[n]. With `trap` or more steps left the walk checks for a way home, which is cheaper than exploring
+    a walk that has enclosed itself. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
+    `enumeration.polygons` owns the arrays and initialises them for a prefix.
     """
-    seen = np.zeros(len(distance), np.int64)
+    stamps = np.zeros(len(distance), np.int64)
     queue = np.empty(len(distance), np.int64)
     stamp = 0
     n_turns = len(turns)
     capacity = len(words)
     written = 0
     k = state[0]
-    fresh = state[1]
+    is_first_visit = state[1]
     letter = 0
     while written < capacity:
-        # choose the next letter of step k: on a first visit from the prenecklace bound, else after the last one
-        if fresh == 1:
+        # choose the next letter of step k: on a first visit from the prenecklace bound on, else after the last letter
+        if is_first_visit == 1:
             letter = letters[k - period[k - 1]] if k > 1 else 0
         else:
             if k < n - 1:
                 visited[place[k + 1]] = 0
             letter = letters[k] + 1
         advanced = False
-        left = n - 1 - k
+        steps_left = n - 1 - k
         while letter < n_turns:
             d = heading[k - 1] + turns[letter]
             if d < 0:
                 d += directions
             elif d >= directions:
                 d -= directions
-            to = place[k] + moves[d]
-            if distance[to] <= left and (visited[to] == 0 or left == 0):
+            next_place = place[k] + moves[d]
+            if distance[next_place] <= steps_left and (visited[next_place] == 0 or steps_left == 0):
                 advanced = True
-                if left >= trap:
-                    visited[to] = 1
+                if steps_left >= trap:
+                    visited[next_place] = 1
                     stamp += 1
-                    advanced = _way_home(to, left, moves, distance, visited, seen, stamp, queue)
-                    visited[to] = 0
+                    advanced = _can_reach_home(next_place, steps_left, moves, distance, visited, stamps, stamp, queue)
+                    visited[next_place] = 0
                 if advanced:
                     break
             letter += 1
         if not advanced:
             k -= 1
-            fresh = 0
+            is_first_visit = 0
             if k <= depth:
                 state[2] = 1
                 break
@@ -139,30 +143,30 @@ def walk_polygons(
         if k == 1 or letter != letters[k - p]:
             p = k
         period[k] = p
-        if left > 0:
-            place[k + 1] = to
-            visited[to] = 1
+        if steps_left > 0:
+            place[k + 1] = next_place
+            visited[next_place] = 1
             k += 1
-            fresh = 1
+            is_first_visit = 1
             continue
-        # home again: the closing turn, the orientation, the necklace, the mirror image
-        place[k + 1] = to
-        fresh = 0
+        # back home: check the closing turn, the orientation, the necklace, the mirror image
+        place[k + 1] = next_place
+        is_first_visit = 0
         closing = heading[0] - d
         total = np.int64(0)
         if closing > directions // 2:
             closing -= directions
         elif closing <= -(directions // 2):
             closing += directions
-        last = -1
+        closing_letter = -1
         for c in range(n_turns):
             if turns[c] == closing:
-                last = c
-        if last < 0:
+                closing_letter = c
+        if closing_letter < 0:
             continue
-        if last < letters[n - p]:
+        if closing_letter < letters[n - p]:
             continue
-        if last > letters[n - p]:
+        if closing_letter > letters[n - p]:
             p = n
         if n % p != 0:
             continue
@@ -170,7 +174,7 @@ def walk_polygons(
             total += turns[letters[i]]
         if total + closing != directions:
             continue
-        letters[n] = last
+        letters[n] = closing_letter
         rank = mirror_rank(letters[1 : n + 1], n)
         if rank > 0:
             continue
@@ -179,5 +183,5 @@ def walk_polygons(
         symmetry[written] = (n // p) * (2 if rank == 0 else 1)
         written += 1
     state[0] = k
-    state[1] = fresh
+    state[1] = is_first_visit
     return written

@@ -1,4 +1,4 @@
-"""Canonical circuits and arrays of whole batches of step words."""
+"""Canonical circuits, canonical arrays and fingerprints for batches of step words."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 
 @lean
 def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
-    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
-    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
+    """Return start of the least rotation and period of a cyclic word, in O(n); `letters` holds the word twice."""
+    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are ruled out
     while i < n and j < n and k < n:
         order = letters[i + k] - letters[j + k]
         if order == 0:
@@ -28,24 +28,24 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
 
 
 @lean
-def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
-    """Start and period of the least rotation of a word, and start of that of the word read backwards.
+def _least_rotations(letters: NDArray[np.int8], reversed_letters: NDArray[np.int8], n: int) -> tuple[int, int, int]:
+    """Return start and period of the least rotation of a word, and start of that of the reversed word.
 
-    Letters are -2 to 2. Packed into an integer, the letters of a window of up to 21 settle most words quickly: where
-    the least window comes once, the least rotation begins with it.
+    Letters are -2 to 2. Windows of up to 21 letters, packed into integers, decide most words quickly: if the least
+    window is unique, the least rotation begins with it.
     """
     window = min(n, 21)
     top = np.uint64(3 * (window - 1))
     mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
     forward, backward = np.uint64(0), np.uint64(0)
     for k in range(window - 1):
-        letter = np.uint64(ahead[k] + 2)
+        letter = np.uint64(letters[k] + 2)
         forward = (forward << np.uint64(3)) | letter
         backward = (backward >> np.uint64(3)) | (letter << top)
     least, least_back = ~np.uint64(0), ~np.uint64(0)
     start, start_back, ties, ties_back = 0, 0, 0, 0
     for k in range(n):
-        letter = np.uint64(ahead[k + window - 1] + 2)
+        letter = np.uint64(letters[k + window - 1] + 2)
         forward = ((forward << np.uint64(3)) | letter) & mask
         backward = (backward >> np.uint64(3)) | (letter << top)
         if forward < least:
@@ -58,9 +58,9 @@ def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) ->
             ties_back += 1
     period = n
     if ties > 1:
-        start, period = _least_rotation(ahead, n)
+        start, period = _least_rotation(letters, n)
     if ties_back > 1:
-        return start, period, _least_rotation(back, n)[0]
+        return start, period, _least_rotation(reversed_letters, n)[0]
     return start, period, n - 1 - (start_back + window - 1) % n
 
 
@@ -70,41 +70,41 @@ def canonicalise(
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
-    The key of a word is its least cyclic sequence of turns (left before right), walked counterclockwise, of itself or
+    The key of a word is the least cyclic sequence of turns (left before right), walked counterclockwise, of the word or
     its mirror image; then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
     """
     n = words.shape[1]
     half = directions // 2
-    ahead = np.empty(2 * n, np.int8)
-    back = np.empty(2 * n, np.int8)
+    letters = np.empty(2 * n, np.int8)
+    mirror_letters = np.empty(2 * n, np.int8)
     for row in range(len(words)):
         total = 0
-        for k in range(n):  # ahead[k] is the turn after step k
+        for k in range(n):  # letters[k] is the turn after step k
             turn = words[row, k + 1 if k + 1 < n else 0] - words[row, k]
             if turn >= half:
                 turn -= directions
             elif turn < -half:
                 turn += directions
-            ahead[k] = turn
+            letters[k] = turn
             total += turn
         if total > 0:  # a letter is the turn to the right, so sharp left turns come first
             for k in range(n):
-                ahead[k] = -ahead[k]
+                letters[k] = -letters[k]
         for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
-            ahead[n + k] = ahead[k]
-            back[n - 1 - k] = back[2 * n - 1 - k] = ahead[k]
-        start, period, mirrored = _least_rotations(ahead, back, n)
+            letters[n + k] = letters[k]
+            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = letters[k]
+        start, period, mirrored = _least_rotations(letters, mirror_letters, n)
         order = 0
         for k in range(n):
-            order = ahead[start + k] - back[mirrored + k]
+            order = letters[start + k] - mirror_letters[mirrored + k]
             if order != 0:
                 break
         first = classes
         ties = 0
-        for at in range(start % period, n, period):  # `ahead` from `at` on follows step at
+        for rotation in range(start % period, n, period):  # `letters` from `rotation` on follow step `rotation`
             for side in range(2):
-                # `back` from position p on follows step n - p
-                step = at if side == 0 else (n - (mirrored + at - start)) % n
+                # `mirror_letters` from position p on follow step n - p
+                step = rotation if side == 0 else (n - (mirrored + rotation - start)) % n
                 if (side == 0 and order > 0) or (side == 1 and order < 0):
                     continue
                 kind = words[row, step] % classes
@@ -112,11 +112,11 @@ def canonicalise(
                     first = kind
                     ties = 0
                 ties += kind == first
-        best, begin = (ahead, start) if order <= 0 else (back, mirrored)
+        best, first_letter = (letters, start) if order <= 0 else (mirror_letters, mirrored)
         d = first
         for k in range(n):
             canonical[row, k] = d
-            d -= best[begin + k]
+            d -= best[first_letter + k]
             if d < 0:
                 d += directions
             elif d >= directions:
@@ -135,9 +135,9 @@ def array_rows(
 ) -> None:
     """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
 
-    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: what a step adds to the column of bits
-            and to the row in each image of the grid, and the column modulo `bits` of a cell that it leaves.
-    bits : columns that a cell coordinate takes, 2 for triangles, else 1.
+    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: increments of bit column and row by a
+            step in each image of the grid, and the column modulo `bits` of the cell that the step leaves.
+    bits : bit columns per cell coordinate, 2 for triangles, else 1.
     """
     n_words, n = words.shape
     n_images = len(moves)
@@ -145,21 +145,21 @@ def array_rows(
     level = np.empty(n, np.int64)
     low = np.empty(n_images, np.int64)
     height = np.empty(n_images, np.int64)
-    # images that differ by mirroring columns or rows take the same number of rows: of these one is measured
+    # images that differ by mirroring columns or rows have the same number of rows: only one of these is measured
     measured = np.empty(n_images, np.int64)
     upright = np.ones(n_images, np.bool_)
     for g in range(n_images):
-        for other in range(g + 1):
-            same = (moves[g, :, 1] == moves[other, :, 1]).all()
-            if same or (moves[g, :, 1] == -moves[other, :, 1]).all():
-                measured[g] = other
+        for earlier in range(g + 1):
+            same = (moves[g, :, 1] == moves[earlier, :, 1]).all()
+            if same or (moves[g, :, 1] == -moves[earlier, :, 1]).all():
+                measured[g] = earlier
                 upright[g] = same
                 break
     image = np.zeros(n, np.uint64)
     one = np.uint64(1)
     for row in range(n_words):
         least = n + 1
-        for g in range(n_images):  # rows alone first: few images have the fewest
+        for g in range(n_images):  # first only rows: few images have the least number
             if measured[g] != g:
                 height[g] = height[measured[g]]
                 low[g] = low[measured[g]] if upright[g] else 1 - height[g] - low[measured[g]]
@@ -177,29 +177,29 @@ def array_rows(
             if height[g] != least:
                 continue
             x = moves[g, words[row, 0], 2]
-            left, y = x, np.int64(0)
+            leftmost, y = x, np.int64(0)
             for k in range(n):
                 column[k] = x
                 level[k] = y - low[g]
-                left = min(left, x)
+                leftmost = min(leftmost, x)
                 x += moves[g, words[row, k], 0]
                 y += moves[g, words[row, k], 1]
-            left -= left % bits
+            leftmost -= leftmost % bits
             image[:least] = 0
             for k in range(n):
-                image[level[k]] |= one << np.uint64(column[k] - left)
-            less = ties == 0
-            equal = not less
-            if equal:
+                image[level[k]] |= one << np.uint64(column[k] - leftmost)
+            is_less = ties == 0
+            is_equal = not is_less
+            if is_equal:
                 for k in range(least):
                     if image[k] != rows[row, k]:
-                        less = image[k] < rows[row, k]
-                        equal = False
+                        is_less = image[k] < rows[row, k]
+                        is_equal = False
                         break
-            if less:
+            if is_less:
                 rows[row, :least] = image[:least]
                 ties = 1
-            elif equal:
+            elif is_equal:
                 ties += 1
         heights[row] = least
         symmetry[row] = ties
@@ -209,32 +209,33 @@ def array_rows(
 def write_rows(
     rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
 ) -> int:
-    """Write rows as hexadecimal text after a prefix; return the longest length. `text` is zeroed by the caller."""
+    """Write rows as hexadecimal text after a prefix; return the greatest length. The caller must zero `text`."""
     longest = 0
     for i in range(len(rows)):
-        at = len(prefix)
-        text[i, :at] = prefix
+        length = len(prefix)
+        text[i, :length] = prefix
         for y in range(heights[i]):
             if y > 0:
-                text[i, at] = 46
-                at += 1
+                text[i, length] = 46
+                length += 1
             bits = 4
             while bits < 64 and rows[i, y] >> np.uint64(bits) != 0:
                 bits += 4
             while bits > 0:
                 bits -= 4
                 digit = (rows[i, y] >> np.uint64(bits)) & np.uint64(15)
-                text[i, at] = digit + (48 if digit < 10 else 87)
-                at += 1
-        longest = max(longest, at)
+                text[i, length] = digit + (48 if digit < 10 else 87)
+                length += 1
+        longest = max(longest, length)
     return longest
 
 
 @lean
 def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], fingerprints: NDArray[np.uint64]) -> None:
-    """Write a 128-bit fingerprint of each canonical array; fingerprints : shape (n, 2).
+    """Write a 128-bit fingerprint of each canonical array, shape (n, 2).
 
-    Two different arrays share one with probability 2^-128, so a hundred million of them collide with odds under 2^-74.
+    Two different arrays have equal fingerprints with probability 2^-128; a collision among a hundred million has a
+    probability below 2^-74.
     """
     for i in range(len(rows)):
         for half in range(2):
@@ -251,30 +252,30 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], finge
 
 @compiled
 def insert_fingerprints(fingerprints: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
-    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there.
+    """Insert fingerprints into a hash table with room for all, in which (0, 0) is free; return how many are new.
 
-    Free places among them, as in an old table, are passed over. A large table is far from the processor: looking a
-    block up at first sight, before anything depends on it, lets the ways there overlap.
+    Fingerprints (0, 0), as from an old table, are skipped. Entries of a block are looked up in advance, before anything
+    depends on them, so that the cache misses of a large table overlap.
     """
     mask = np.uint64(len(table) - 1)
     block = 32
-    known = np.empty(block, np.bool_)
-    fresh = 0
+    is_known = np.empty(block, np.bool_)
+    new_count = 0
     for start in range(0, len(fingerprints), block):
         stop = min(start + block, len(fingerprints))
         for i in range(start, stop):
-            at = fingerprints[i, 0] & mask
-            known[i - start] = (table[at, 0] == fingerprints[i, 0]) & (table[at, 1] == fingerprints[i, 1])
+            entry = fingerprints[i, 0] & mask
+            is_known[i - start] = (table[entry, 0] == fingerprints[i, 0]) & (table[entry, 1] == fingerprints[i, 1])
         for i in range(start, stop):
-            if known[i - start] or (fingerprints[i, 0] == 0 and fingerprints[i, 1] == 0):
+            if is_known[i - start] or (fingerprints[i, 0] == 0 and fingerprints[i, 1] == 0):
                 continue
-            at = fingerprints[i, 0] & mask
-            while table[at, 0] != 0 or table[at, 1] != 0:
-                if table[at, 0] == fingerprints[i, 0] and table[at, 1] == fingerprints[i, 1]:
+            entry = fingerprints[i, 0] & mask
+            while table[entry, 0] != 0 or table[entry, 1] != 0:
+                if table[entry, 0] == fingerprints[i, 0] and table[entry, 1] == fingerprints[i, 1]:
                     break
-                at = (at + np.uint64(1)) & mask
+                entry = (entry + np.uint64(1)) & mask
             else:
-                table[at, 0] = fingerprints[i, 0]
-                table[at, 1] = fingerprints[i, 1]
-                fresh += 1
-    return fresh
+                table[entry, 0] = fingerprints[i, 0]
+                table[entry, 1] = fingerprints[i, 1]
+                new_count += 1
+    return new_count

@@ -1,6 +1,7 @@
-"""Certified clearance: whether prisms stay apart at all times of a motion, and how near they come.
+"""Certified clearance: verdicts on whether prisms stay apart at all times of a motion, and their smallest gap.
 
-An interval in which no direction separates two panels is halved, until one does or it is shorter than can matter.
+A time interval in which no direction separates two panels is halved until one does, or until the interval is too short
+to matter.
 """
 
 from __future__ import annotations
@@ -31,33 +32,33 @@ from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 MOTION_CLEAR, MOTION_COLLIDES, MOTION_UNDECIDED = 0, 1, 2
 """Verdicts: apart at all times; overlapping at a time; too near to decide."""
 PLACEMENT_ROUNDING = 1e-12
-"""What panels may be elsewhere by rounding, m."""
+"""Displacement of panels by rounding, m."""
 
 
 class ClearanceTolerances(NamedTuple):
-    """What is asked of a motion.
+    """Tolerances of the clearance check, m.
 
-    slack : what panels may be elsewhere than they are placed, m. margin : that prisms are shrunk by on every face, m.
-    deepest : by which they could be before one is gone, m. resolution : to which the smallest gap is wanted, m.
+    slack : greatest displacement of panels from where they are placed. margin : by which prisms are shrunk on every
+        face. max_margin : margin at which a panel would vanish. resolution : of the smallest gap.
     """
 
     slack: float
     margin: float
-    deepest: float
+    max_margin: float
     resolution: float
 
 
 class ClearanceReport(NamedTuple):
-    """What a search reports. All entries are written; each table has one.
+    """The result of a search, written into tables of one entry each.
 
-    times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
-        infinite without one. looks : how often the gap of a pair was bounded.
+    times : s, when a pair collides or comes too near. pairs : that pair. gaps : m, smallest gap in a dip, infinite
+        without one. bound_counts : how often the gap of a pair was bounded.
     """
 
     times: Reals
     pairs: WholeNumbers
     gaps: Reals
-    looks: WholeNumbers
+    bound_counts: WholeNumbers
 
 
 @compiled
@@ -67,96 +68,105 @@ def judge_clearance(
     shrunk: Prisms,
     pairs: PrismPairs,
     course: Course,
-    wanted: ClearanceTolerances,
+    tolerances: ClearanceTolerances,
     measured: bool,
-    answer: ClearanceReport,
+    report: ClearanceReport,
 ) -> int:
-    """The verdict on a motion; of one that is clear, and where it is measured, the smallest gap too.
+    """Return the verdict on a motion; if it is clear and to be measured, write its smallest gap too.
 
-    Panels that come nearer than the slack do not collide for sure: those do that overlap shrunk by half of it more.
+    Panels that come nearer than the slack need not collide: only those certainly do that still overlap when shrunk
+    further by half the slack.
     """
-    slack = max(wanted.slack, PLACEMENT_ROUNDING)
-    answer.gaps[0] = math.inf
-    answer.looks[0] = 0
-    verdict = search_collision(chain, shrunk, pairs, course, slack, answer)
+    slack = max(tolerances.slack, PLACEMENT_ROUNDING)
+    report.gaps[0] = math.inf
+    report.bound_counts[0] = 0
+    verdict = search_collision(chain, shrunk, pairs, course, slack, report)
     if verdict == MOTION_CLEAR:
         if measured:
-            gap, looks = smallest_dip(chain, prisms, pairs, course, 2.0 * wanted.margin, wanted.resolution)
-            answer.gaps[0] = max(gap - slack, 0.0)
-            answer.looks[0] += looks
+            gap, bound_count = smallest_dip(
+                chain, prisms, pairs, course, 2.0 * tolerances.margin, tolerances.resolution
+            )
+            report.gaps[0] = max(gap - slack, 0.0)
+            report.bound_counts[0] += bound_count
         return MOTION_CLEAR
-    if wanted.margin + 0.5 * slack >= wanted.deepest:
+    if tolerances.margin + 0.5 * slack >= tolerances.max_margin:
         return MOTION_UNDECIDED
-    time, pair = answer.times[0], answer.pairs[0]
+    time, pair = report.times[0], report.pairs[0]
     k = max(np.searchsorted(course.times, time) - 1, 0)
-    rest = Course(course.times[k:], course.angles[k:], course.rates[k:], course.accelerations[k:], course.cubic)
-    deeper = shrunk.vertices + (0.5 * slack / wanted.margin) * (shrunk.vertices - prisms.vertices)
-    inner = Prisms(shrunk.panels, shrunk.counts, deeper, shrunk.middles, shrunk.reaches, shrunk.normals, shrunk.edges)
-    if search_collision(chain, inner, pairs, rest, 0.0, answer) == MOTION_COLLIDES:
+    remainder = Course(course.times[k:], course.angles[k:], course.rates[k:], course.accelerations[k:], course.cubic)
+    inner_vertices = shrunk.vertices + (0.5 * slack / tolerances.margin) * (shrunk.vertices - prisms.vertices)
+    inner = Prisms(
+        shrunk.panels, shrunk.counts, inner_vertices, shrunk.middles, shrunk.reaches, shrunk.normals, shrunk.edges
+    )
+    if search_collision(chain, inner, pairs, remainder, 0.0, report) == MOTION_COLLIDES:
         return MOTION_COLLIDES
-    answer.times[0], answer.pairs[0] = time, pair
+    report.times[0], report.pairs[0] = time, pair
     return MOTION_UNDECIDED
 
 
 @compiled
 def search_collision(
-    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, slack: float, answer: ClearanceReport
+    chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, slack: float, report: ClearanceReport
 ) -> int:
-    """Follow all pairs through a motion; CLEAR, or the verdict at the first time at which no gap is above a slack."""
-    book = new_interval_tables(chain, prisms, pairs, course)
+    """Search a motion for the first time at which a gap may be within the slack; return the verdict."""
+    tables = new_interval_tables(chain, prisms, pairs, course)
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, slack, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, slack, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
-            left = _look(prisms, pairs, slack, share * h, top, book, answer)
-            if not left:
+            share = tables.end_shares[top] - tables.start_shares[top]
+            undecided = _bound_pairs(prisms, pairs, slack, share * h, top, tables, report)
+            if not undecided:
                 top -= 1
             elif share <= 0.5**MAX_INTERVAL_HALVINGS:
-                p = book.lists[top, 0]
-                answer.times[0], answer.pairs[0] = course.times[k] + book.high[top] * h, p
-                return MOTION_COLLIDES if _overlap(chain, prisms, pairs, p, top, book) else MOTION_UNDECIDED
+                p = tables.pair_lists[top, 0]
+                report.times[0], report.pairs[0] = course.times[k] + tables.end_shares[top] * h, p
+                return MOTION_COLLIDES if _overlap(chain, prisms, pairs, p, top, tables) else MOTION_UNDECIDED
             else:
-                halve_interval(chain, left, top, book)
+                halve_interval(chain, undecided, top, tables)
                 top += 1
     return MOTION_CLEAR
 
 
 @lean
-def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, book: IntervalTables) -> bool:
-    """Whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
+def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, tables: IntervalTables) -> bool:
+    """Return whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
 
-    The interval is the shortest that there is: at its end rounding may hide that the pair has met.
+    The interval is of the shortest length: at its end rounding may still hide an overlap.
     """
-    poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
+    poses, share, advance = (
+        tables.end_poses[top],
+        tables.end_shares[top],
+        tables.end_shares[top] - tables.start_shares[top],
+    )
     while True:
-        write_relative_pose(prisms, pairs, p, poses, book.seen[1])
-        if pair_distance(prisms, pairs, p, book.seen[1], book)[0] <= 0.0:
+        write_relative_pose(prisms, pairs, p, poses, tables.relative_poses[1])
+        if pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0] <= 0.0:
             return True
-        share += wait
-        wait *= 2.0
+        share += advance
+        advance *= 2.0
         if share > 1.0:
             return False
-        write_course_angles(book.course, share, book.angles)
-        place_panels(chain, book.angles, poses)
+        write_course_angles(tables.course, share, tables.angles)
+        place_panels(chain, tables.angles, poses)
 
 
 @lean
-def _look(
+def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,
     slack: float,
-    wait: float,
+    duration: float,
     top: int,
-    book: IntervalTables,
-    answer: ClearanceReport,
+    tables: IntervalTables,
+    report: ClearanceReport,
 ) -> int:
-    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front."""
-    left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
-        answer.looks[0] += 1
-        if not bound_gap(prisms, pairs, p, slack, wait, top, book)[0] > slack:
-            book.lists[top, left] = p
-            left += 1
-    return left
+    """Bound the gaps of the pairs of an interval; move those within the slack to the front, and return their number."""
+    undecided = 0
+    for i in range(tables.pair_counts[top]):
+        p = tables.pair_lists[top, i]
+        report.bound_counts[0] += 1
+        if not bound_gap(prisms, pairs, p, slack, duration, top, tables)[0] > slack:
+            tables.pair_lists[top, undecided] = p
+            undecided += 1
+    return undecided

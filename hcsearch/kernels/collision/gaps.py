@@ -1,4 +1,4 @@
-"""Gaps between panels at many states: distances of their prisms, or how deep these cut into each other."""
+"""Signed gaps between panels at many states: distances of their prisms, or negative depths of overlap."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
 
 OVERLAP_PARALLEL_ANGLE = 1e-6
-"""Edges whose directions differ by less (rad) have no direction across both."""
+"""Edges at a smaller angle (rad) count as parallel and define no separating axis."""
 
 
 @compiled
 def first_overlap(
     chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals, allowed: float, depths: Reals
 ) -> int:
-    """The first state at which prisms of some pairs cut deeper than allowed into each other; -1 without.
+    """Return the first state at which a pair of prisms overlaps more than allowed; -1 without one.
 
-    pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), written for that state, 0 of pairs that
-        are further apart than their spheres.
+    pairs : (p, 2), prisms. states : (k, n_hinges), fold angles. depths : (p,), overlaps in that state, written; 0 for
+        pairs whose enclosing spheres are apart.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -45,9 +45,9 @@ def first_overlap(
 
 @compiled
 def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: Reals) -> float:
-    """How deep prisms of some pairs cut into each other at the worst of some states, 0 where they only touch.
+    """Return the greatest overlap of pairs of prisms over all states, 0 where they only touch.
 
-    The same as the greatest of the depths that `first_overlap` writes.
+    Depths are measured as in `first_overlap`.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -64,63 +64,65 @@ def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: R
 
 
 @lean
-def prism_overlap(prisms: Prisms, one: int, two: int, enough: float, last: WholeNumbers, pair: int) -> float:
-    """Least overlap along all directions, or one that is at most `enough`, which is all that is asked for.
+def prism_overlap(prisms: Prisms, first: int, second: int, enough: float, last: WholeNumbers, pair: int) -> float:
+    """Return the least overlap of two prisms along all separating axes, or any overlap that is at most `enough`.
 
-    last : direction that did so before, of each pair; written where one does now.
+    last : of each pair, the axis that settled it last, which is tried first; updated.
     """
-    if sphere_distance(prisms, one, two) >= 0.0:
+    if sphere_distance(prisms, first, second) >= 0.0:
         return 0.0
-    least = _along(prisms, one, two, last[pair])
-    if least <= enough:
-        return least
-    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
-    for number in range(a + b + a * b):
-        depth = _along(prisms, one, two, number)
-        least = min(least, depth)
-        if least <= enough:
+    least_overlap = _along(prisms, first, second, last[pair])
+    if least_overlap <= enough:
+        return least_overlap
+    first_axes, second_axes = prisms.counts[first, 1], prisms.counts[second, 1]
+    for number in range(first_axes + second_axes + first_axes * second_axes):
+        depth = _along(prisms, first, second, number)
+        least_overlap = min(least_overlap, depth)
+        if least_overlap <= enough:
             last[pair] = number
-            return least
-    return least
+            return least_overlap
+    return least_overlap
 
 
 @inlined
-def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
-    """Overlap of two prisms along a direction: normals of the first, of the second, then across edges of both."""
-    a, b = prisms.counts[one, 1], prisms.counts[two, 1]
-    if number < a:
-        x, y, z = prisms.normals[one, number]
-    elif number < a + b:
-        x, y, z = prisms.normals[two, number - a]
+def _along(prisms: Prisms, first: int, second: int, number: int) -> float:
+    """Return the overlap along a numbered axis: normals of the first, of the second, cross products of edges."""
+    first_axes, second_axes = prisms.counts[first, 1], prisms.counts[second, 1]
+    if number < first_axes:
+        x, y, z = prisms.normals[first, number]
+    elif number < first_axes + second_axes:
+        x, y, z = prisms.normals[second, number - first_axes]
     else:
-        s, t, u = prisms.edges[one, (number - a - b) // b]
-        e, f, g = prisms.edges[two, (number - a - b) % b]
+        s, t, u = prisms.edges[first, (number - first_axes - second_axes) // second_axes]
+        e, f, g = prisms.edges[second, (number - first_axes - second_axes) % second_axes]
         x, y, z = t * g - u * f, u * e - s * g, s * f - t * e
         length = math.sqrt(x * x + y * y + z * z)
         if length < OVERLAP_PARALLEL_ANGLE:
             return math.inf
         x, y, z = x / length, y / length, z / length
-    low, high = _extent(prisms, one, (x, y, z))
-    low_two, high_two = _extent(prisms, two, (x, y, z))
-    return min(high - low_two, high_two - low)
+    low, high = _extent(prisms, first, (x, y, z))
+    second_low, second_high = _extent(prisms, second, (x, y, z))
+    return min(high - second_low, second_high - low)
 
 
 @inlined
-def _extent(prisms: Prisms, f: int, way: Vector3) -> tuple[float, float]:
-    """How far a prism reaches along a direction, back and forth: the vertices of its bottom, and what is above them."""
+def _extent(prisms: Prisms, f: int, direction: Vector3) -> tuple[float, float]:
+    """Return the extent of a prism along a direction, lowest and highest, from its bottom vertices and its height."""
     low, high = math.inf, -math.inf
     half = prisms.counts[f, 0] // 2
     for k in range(half):
-        far = dot(way, vector_at(prisms.vertices[f], k, 0))
-        low, high = min(low, far), max(high, far)
-    up = dot(way, vector_at(prisms.vertices[f], half, 0)) - dot(way, vector_at(prisms.vertices[f], 0, 0))
-    return low + min(up, 0.0), high + max(up, 0.0)
+        coordinate = dot(direction, vector_at(prisms.vertices[f], k, 0))
+        low, high = min(low, coordinate), max(high, coordinate)
+    height = dot(direction, vector_at(prisms.vertices[f], half, 0)) - dot(
+        direction, vector_at(prisms.vertices[f], 0, 0)
+    )
+    return low + min(height, 0.0), high + max(height, 0.0)
 
 
 class PanelPairs(NamedTuple):
-    """Pairs of panels, and those of their prisms.
+    """Pairs of panels, each with the pairs of their prisms.
 
-    prisms : (q, 2). starts : (p + 1,), pair k of panels has those from `starts[k]` up to `starts[k + 1]`.
+    prisms : (q, 2). starts : (p + 1,), pair k of panels has the pairs of prisms `starts[k]` to `starts[k + 1] - 1`.
     """
 
     prisms: WholeNumbers
@@ -128,14 +130,15 @@ class PanelPairs(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """Where the last search of each pair of prisms ended, and of each pair of panels the nearest pair of prisms.
+    """Results of the last state, from which searches in the next state start.
 
-    gaps, ways, corners : (q,), (q, 3), (q, 4), of `closest`. axes : (q,), of `overlap`. nearest : (p,).
-    turned : (f,), whether the axes of a prism are those of this state.
+    gaps, directions, corners : (q,), (q, 3), (q, 4), of `hull_gap` for pairs of prisms. axes : (q,), of
+        `prism_overlap`. nearest : (p,), nearest pair of prisms for each pair of panels.
+    turned : (f,), whether the axes of a prism have been rotated to this state.
     """
 
     gaps: Reals
-    ways: Reals
+    directions: Reals
     corners: WholeNumbers
     axes: WholeNumbers
     nearest: WholeNumbers
@@ -146,10 +149,10 @@ class _Memory(NamedTuple):
 def gaps_at(
     chain: Chain, prisms: Prisms, pairs: PanelPairs, states: Reals, reach: float, allowed: float, gaps: Reals
 ) -> None:
-    """Write the gaps of pairs of panels at states: the least distance of their prisms, or minus how deep these cut.
+    """Write the gaps of pairs of panels at states: the least distance of their prisms, or minus their overlap.
 
-    states : (k, n_hinges), fold angles. reach : of a gap beyond it, a lower bound beyond it is written. allowed :
-        prisms that cut no deeper into each other touch: gap 0. gaps : (k, p), written.
+    states : (k, n_hinges), fold angles. reach : for gaps beyond it, only a lower bound, also beyond it, is written.
+    allowed : overlaps up to this depth count as touching, gap 0. gaps : (k, p), written.
     """
     placed = copy_prisms(prisms)
     poses = np.empty((len(chain.order), 3, 4))
@@ -179,45 +182,45 @@ def _write(
     memory: _Memory,
     gaps: Reals,
 ) -> None:
-    """The gaps at one state."""
-    ways, corners, nearest = memory.ways, memory.corners, memory.nearest
+    """Write the gaps at one state."""
+    directions, corners, nearest = memory.directions, memory.corners, memory.nearest
     memory.turned[:] = False
     for p in range(len(gaps)):
-        begin, best, least = pairs.starts[p], nearest[p], math.inf
-        # the nearest prisms of the last state come first: others need not be searched where a bound is no less
-        for turn in range(begin - 1, pairs.starts[p + 1]):
-            k = best if turn < begin else turn
-            if turn == best:
+        start, last_nearest, least_gap = pairs.starts[p], nearest[p], math.inf
+        # the nearest prisms of the last state come first: others are not searched if a bound is no less
+        for number in range(start - 1, pairs.starts[p + 1]):
+            k = last_nearest if number < start else number
+            if number == last_nearest:
                 continue
-            one, two = pairs.prisms[k, 0], pairs.prisms[k, 1]
-            enough = min(reach, least)
-            gap = sphere_distance(placed, one, two)
+            f, g = pairs.prisms[k, 0], pairs.prisms[k, 1]
+            enough = min(reach, least_gap)
+            gap = sphere_distance(placed, f, g)
             if gap < enough:
-                first, second = placed.vertices[one], placed.vertices[two]
-                a, b = placed.counts[one, 0], placed.counts[two, 0]
-                way = (ways[k, 0], ways[k, 1], ways[k, 2])
+                first, second = placed.vertices[f], placed.vertices[g]
+                a, b = placed.counts[f, 0], placed.counts[g, 0]
+                direction = (directions[k, 0], directions[k, 1], directions[k, 2])
                 if memory.gaps[k] >= enough:
-                    gap = gap_along(first, a, second, b, way)
+                    gap = gap_along(first, a, second, b, direction)
                 if not gap >= enough:
-                    at = (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-                    gap, way, at = hull_gap(first, a, second, b, way, at)
+                    simplex = (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+                    gap, direction, simplex = hull_gap(first, a, second, b, direction, simplex)
                     memory.gaps[k] = gap
-                    ways[k, 0], ways[k, 1], ways[k, 2] = way
-                    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
-            if gap < least:
-                least = gap
+                    directions[k, 0], directions[k, 1], directions[k, 2] = direction
+                    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
+            if gap < least_gap:
+                least_gap = gap
                 nearest[p] = k
-        if least < -allowed:
-            # that deep along one direction: how deep along all?
-            least = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
-        gaps[p] = least if least > 0.0 or least < -allowed else 0.0
+        if least_gap < -allowed:
+            # this is the overlap along one direction only
+            least_gap = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
+        gaps[p] = least_gap if least_gap > 0.0 or least_gap < -allowed else 0.0
 
 
 @lean
 def _deepest(
     prisms: Prisms, placed: Prisms, poses: Reals, pairs: PanelPairs, pair: int, allowed: float, memory: _Memory
 ) -> float:
-    """How deep the prisms of two panels cut into each other; any that is allowed where it is."""
+    """Return the greatest overlap of the prisms of two panels; not exact where it is allowed."""
     depth = 0.0
     for p in range(pairs.starts[pair], pairs.starts[pair + 1]):
         for side in range(2):

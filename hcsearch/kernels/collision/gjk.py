@@ -1,10 +1,10 @@
-"""Distance of two convex hulls of points by GJK, each answer with a direction that proves it.
+"""Distance of the convex hulls of two point sets by GJK, with a direction that certifies it.
 
-A simplex of differences of vertices, of the second less of the first, is moved towards the origin (Gilbert, Johnson and
-Keerthi 1988, https://doi.org/10.1109/56.2083). We depart in what ends the search: the length of the simplex's nearest
-point bounds the distance from above, the gap of the hulls along a direction bounds it from below, and the search ends
-where both agree. The direction is the normal of the simplex, not the nearest point made a unit vector, which is noise
-where the hulls nearly touch. Where rounding keeps both bounds apart, all directions that can be the answer are tried.
+A simplex of differences of vertices (second hull minus first) is moved towards the origin (Gilbert, Johnson and Keerthi
+1988, https://doi.org/10.1109/56.2083). Only the end of the search differs: the length of the simplex's nearest point
+bounds the distance from above, the gap of the hulls along a direction bounds it from below, and the search ends where
+both agree. The direction is the normal of the simplex, not the normalised nearest point, which is noise where the hulls
+nearly touch. Where rounding keeps both bounds apart, all candidate directions are tried.
 """
 
 from __future__ import annotations
@@ -24,46 +24,49 @@ from hcsearch.kernels.collision.simplices import (
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
 SimplexCorners = tuple[int, int, int, int]
-"""Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""
+"""Differences of vertices that span a simplex: indices in the first and second hull, packed; -1 for none."""
 CORNER_INDEX_BITS = 20
 CORNER_INDEX_MASK = (1 << CORNER_INDEX_BITS) - 1
 HullGap = tuple[float, Vector3, SimplexCorners]
 
 DISTANCE_RELATIVE_TOLERANCE = 1e-14
-"""Both bounds of a distance agree where they differ by no more than this share of the coordinates."""
+"""Difference, relative to the coordinates, up to which both bounds of a distance agree."""
 MIN_DIRECTION_LENGTH = 1e-100
-"""Squares of vectors shorter than this lose their digits; one is no direction to start from."""
+"""Shortest vector accepted as a starting direction: the squares of shorter ones lose digits."""
 MAX_SIMPLEX_STEPS = 50
-"""Steps after which a search is stuck; ten are many."""
+"""Steps after which a search counts as stuck; more than ten are rare."""
 
 
 @lean
 def hull_distance(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3
 ) -> tuple[float, float, float, float]:
-    """Distance of the hulls of two sets of points, and the unit direction from the first to the second that proves it.
+    """Return the distance of the hulls of two point sets, and the unit direction that certifies it.
 
-    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from, the
-        last answer; zero for none. The distance is the gap of the hulls along the direction: least of the second less
-        greatest of the first. Where they touch or overlap it is 0, and the direction any: that of the greatest gap that
-        was met, which need not separate hulls that touch.
+    The direction points from the first hull to the second, and the distance is the gap along it: least coordinate of
+    the second minus greatest of the first. Where the hulls touch or overlap the distance is 0, and the direction that
+    of the greatest gap encountered, which need not separate touching hulls.
+
+    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from,
+        usually the last result; zero for none.
     """
-    gap, way, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
-    return max(gap, 0.0), way[0], way[1], way[2]
+    gap, direction, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
+    return max(gap, 0.0), direction[0], direction[1], direction[2]
 
 
 @inlined
 def hull_gap(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3, corners: SimplexCorners
 ) -> HullGap:
-    """The same, from the direction and the simplex of the last answer, and with the simplex of this one.
+    """Return signed gap, direction and final simplex of two hulls, starting from a direction and a simplex.
 
-    Where they touch or overlap: the gap along the direction, not above 0; they overlap by no more than that.
+    Like `hull_distance`, but where the hulls touch or overlap the result is the gap along the direction, at most 0; the
+    overlap is no greater than that.
     """
-    long = math.sqrt(dot(guess, guess))
-    guessed = MIN_DIRECTION_LENGTH < long < 1.0 / MIN_DIRECTION_LENGTH
-    n = scaled_vector(1.0 / long, guess) if guessed else vector_difference(_row(second, 0), _row(first, 0))
-    best, way = -math.inf, n if guessed else (1.0, 0.0, 0.0)
+    length = math.sqrt(dot(guess, guess))
+    guessed = MIN_DIRECTION_LENGTH < length < 1.0 / MIN_DIRECTION_LENGTH
+    n = scaled_vector(1.0 / length, guess) if guessed else vector_difference(_row(second, 0), _row(first, 0))
+    best, direction = -math.inf, n if guessed else (1.0, 0.0, 0.0)
     c0, c1, c2, c3 = corners
     if c0 < 0:
         c0 = _facing(first, n_first, second, n_second, n)
@@ -79,14 +82,14 @@ def hull_gap(
     for step in range(MAX_SIMPLEX_STEPS):
         square, (s0, s1, s2, s3) = nearest_simplex_point(k, p0, p1, p2, p3)
         if step > 0:
-            # the last corner lies nearer along the direction: without rounding it would always stay
+            # the last corner lies nearer along the direction: in exact arithmetic it would always stay
             if k == 2 and s1 <= 0.0:
                 s0 = s1 = 1.0
             elif k == 3 and s2 <= 0.0:
                 s0 = s1 = s2 = 1.0
             elif k == 4 and s3 <= 0.0:
                 s0, s1, s2, s3 = side_with_last(p0, p1, p2, p3)
-        # what does not carry the nearest point is left out, and the rest moved to the front
+        # drop corners that do not support the nearest point, and move the others to the front
         if s2 <= 0.0:
             p2, c2, s2, s3 = p3, c3, s3, 0.0
         if s1 <= 0.0:
@@ -98,10 +101,12 @@ def hull_gap(
         upper = min(upper, math.sqrt(square))
         if upper <= DISTANCE_RELATIVE_TOLERANCE * size:
             if best == -math.inf:
-                best = gap_along(first, n_first, second, n_second, way)
+                best = gap_along(first, n_first, second, n_second, direction)
             if best < -DISTANCE_RELATIVE_TOLERANCE * size and k > 2:
-                best, way = _better(first, n_first, second, n_second, across_flat(k, p0, p1, p2, p3), best, way)
-            return min(best, 0.0), way, (c0, c1, c2, c3)
+                best, direction = _best_gap(
+                    first, n_first, second, n_second, across_flat(k, p0, p1, p2, p3), best, direction
+                )
+            return min(best, 0.0), direction, (c0, c1, c2, c3)
         if k == 4:
             break
         n = simplex_normal(k, p0, p1, p2)
@@ -110,9 +115,9 @@ def hull_gap(
         size = max(size, _size(first, second, corner))
         lower = dot(n, point)
         if lower > best:
-            best, way = lower, n
+            best, direction = lower, n
         if upper - best <= DISTANCE_RELATIVE_TOLERANCE * size:
-            return best, way, (c0, c1, c2, c3)
+            return best, direction, (c0, c1, c2, c3)
         if corner in (c0, c1, c2):
             break
         if k == 1:
@@ -122,8 +127,8 @@ def hull_gap(
         else:
             p3, c3 = point, corner
         k += 1
-    best, way = exhaustive_gap(first, n_first, second, n_second)
-    return best, way, (-1, -1, -1, -1)
+    best, direction = exhaustive_gap(first, n_first, second, n_second)
+    return best, direction, (-1, -1, -1, -1)
 
 
 @lean
@@ -132,17 +137,17 @@ def write_hull_gaps(
     n_first: WholeNumbers,
     second: Reals,
     n_second: WholeNumbers,
-    ways: Reals,
+    directions: Reals,
     corners: WholeNumbers,
     gaps: Reals,
 ) -> None:
-    """Write the gaps of pairs of hulls as `hull_gap` does, and where each search ends.
+    """Write the gaps of pairs of hulls, and the directions and simplices at which the searches end; see `hull_gap`.
 
-    first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), where each search begins;
-        0 and -1 for anywhere. gaps : (k,).
+    first, second : (k, >= n, 3). n_first, n_second : (k,). directions, corners : (k, 3), (k, 4), directions and
+        simplices from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
     """
     for k in range(len(gaps)):
-        _write(first, n_first, second, n_second, ways, corners, gaps, k)
+        _write(first, n_first, second, n_second, directions, corners, gaps, k)
 
 
 @lean
@@ -151,15 +156,15 @@ def _write(
     n_first: WholeNumbers,
     second: Reals,
     n_second: WholeNumbers,
-    ways: Reals,
+    directions: Reals,
     corners: WholeNumbers,
     gaps: Reals,
     k: int,
 ) -> None:
-    way, at = _row(ways, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-    gaps[k], way, at = hull_gap(first[k], n_first[k], second[k], n_second[k], way, at)
-    ways[k, 0], ways[k, 1], ways[k, 2] = way
-    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
+    direction, simplex = _row(directions, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+    gaps[k], direction, simplex = hull_gap(first[k], n_first[k], second[k], n_second[k], direction, simplex)
+    directions[k, 0], directions[k, 1], directions[k, 2] = direction
+    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
 
 
 @inlined
@@ -168,28 +173,28 @@ def _row(points: Reals, k: int) -> Vector3:
 
 
 @inlined
-def _outermost(points: Reals, n: int, way: Vector3) -> int:
-    """The point that is furthest along a direction."""
-    best, most = 0, -math.inf
+def _outermost(points: Reals, n: int, direction: Vector3) -> int:
+    """Return the index of the point furthest along a direction."""
+    best, furthest = 0, -math.inf
     for k in range(n):
-        far = points[k, 0] * way[0] + points[k, 1] * way[1] + points[k, 2] * way[2]
-        if far > most:
-            best, most = k, far
+        coordinate = points[k, 0] * direction[0] + points[k, 1] * direction[1] + points[k, 2] * direction[2]
+        if coordinate > furthest:
+            best, furthest = k, coordinate
     return best
 
 
 @inlined
-def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> int:
-    """The difference of vertices that is least along a direction."""
-    return (_outermost(first, n_first, way) << CORNER_INDEX_BITS) | _outermost(
-        second, n_second, scaled_vector(-1.0, way)
+def _facing(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> int:
+    """Return the packed difference of vertices that is least along a direction."""
+    return (_outermost(first, n_first, direction) << CORNER_INDEX_BITS) | _outermost(
+        second, n_second, scaled_vector(-1.0, direction)
     )
 
 
 @inlined
-def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector3) -> float:
-    """The gap along a direction."""
-    return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
+def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> float:
+    """Return the gap of two hulls along a direction."""
+    return dot(direction, _difference(first, second, _facing(first, n_first, second, n_second, direction)))
 
 
 @inlined
@@ -199,52 +204,62 @@ def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
 
 @inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
-    """How large the coordinates of two vertices are, which is what is rounded."""
+    """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
     i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
-    one, two = _row(first, i), _row(second, j)
-    return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
+    first_point, second_point = _row(first, i), _row(second, j)
+    return max(
+        abs(first_point[0]),
+        abs(first_point[1]),
+        abs(first_point[2]),
+        abs(second_point[0]),
+        abs(second_point[1]),
+        abs(second_point[2]),
+    )
 
 
 @lean
 def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> tuple[float, Vector3]:
-    """The greatest gap along all directions across vertices, edges and faces that can face each other, and where.
+    """Return the greatest gap of two hulls along all candidate directions, and that direction.
 
-    Below 0 where the hulls overlap. Thousands of directions: for what rounding keeps the search from.
+    The candidates, thousands of them, are the directions across all pairs of vertices, edges and faces. The gap is
+    negative where the hulls overlap. This is the fallback where rounding makes the search fail.
     """
-    best, way = -math.inf, (1.0, 0.0, 0.0)
+    best, direction = -math.inf, (1.0, 0.0, 0.0)
     for i in range(n_first):
         a = _row(first, i)
         for j in range(n_second):
             b = _row(second, j)
-            best, way = _better(first, n_first, second, n_second, unit_vector(vector_difference(b, a)), best, way)
+            best, direction = _best_gap(
+                first, n_first, second, n_second, unit_vector(vector_difference(b, a)), best, direction
+            )
             for m in range(j):
                 n = across_edge(vector_difference(b, a), vector_difference(_row(second, m), a))
-                best, way = _better(first, n_first, second, n_second, n, best, way)
+                best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
             for k in range(i):
                 e = vector_difference(_row(first, k), a)
                 n = across_edge(vector_difference(b, a), vector_difference(b, _row(first, k)))
-                best, way = _better(first, n_first, second, n_second, n, best, way)
+                best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
                 for m in range(j):
                     n = unit_vector(cross(e, vector_difference(_row(second, m), b)))
-                    best, way = _better(first, n_first, second, n_second, n, best, way)
+                    best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
     for points, count in ((first, n_first), (second, n_second)):
         for i in range(count):
             a = _row(points, i)
             for j in range(i):
                 for k in range(j):
                     n = unit_vector(cross(vector_difference(_row(points, j), a), vector_difference(_row(points, k), a)))
-                    best, way = _better(first, n_first, second, n_second, n, best, way)
-    return best, way
+                    best, direction = _best_gap(first, n_first, second, n_second, n, best, direction)
+    return best, direction
 
 
 @lean
-def _better(
-    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, way: Vector3
+def _best_gap(
+    first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, direction: Vector3
 ) -> tuple[float, Vector3]:
-    """The gap along a direction or its opposite, where it is greater."""
+    """Return the best gap and its direction, updated by a direction and its opposite."""
     for sign in (1.0, -1.0):
         m = scaled_vector(sign, n)
         gap = gap_along(first, n_first, second, n_second, m)
         if gap > best:
-            best, way = gap, m
-    return best, way
+            best, direction = gap, m
+    return best, direction

@@ -1,11 +1,11 @@
-"""The least gap of prisms on a motion, below 0 where they overlap, and the dips of gaps in its course.
+"""Least gaps of prisms in a motion (negative where they overlap), dips of gaps, and approach speeds.
 
-An interval is halved until some direction shows that its gaps are no less than one that was met, but for a resolution.
-Prisms that overlap are separated least by a normal of a face or the cross product of two edges.
+An interval is halved until some direction proves its gaps no smaller, up to a resolution, than the least one computed.
+The gap of overlapping prisms is the greatest along face normals and cross products of edges.
 
-In the packed state neighbours touch, and so they do in the flat one: pairs that only part, or only close, would make
-every smallest gap 0. So a gap counts where it lies in a dip: before it and after it there are states at which the pair
-is further apart by a given rise at least.
+Neighbours touch in the packed state and in the flat one, so that pairs that only separate, or only close, would make
+every smallest gap 0. So for the smallest dip a gap counts only if, both before and after it, the pair is further apart
+by at least a given rise.
 """
 
 from __future__ import annotations
@@ -36,133 +36,140 @@ from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 
 MIN_GAP_INTERVAL = 0.5**20
-"""Share of a step below which gaps are not known better than they are."""
+"""Share of a step below which intervals are not halved for least gaps."""
 GAP_PARALLEL_ANGLE = 1e-6
-"""Edges whose directions differ by less (rad) have no direction across both."""
+"""Edges at a smaller angle (rad) count as parallel and define no separating axis."""
 
 
 @compiled
 def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, resolution: float) -> float:
-    """The least gap that a pair has at a time of a motion, m; infinite without pairs.
+    """Return the least gap of any pair at any time of a motion, m; infinite without pairs.
 
-    It is one that a pair has; at no time has one less by more than the resolution (m).
+    The result is attained by some pair; no gap is smaller by more than the resolution (m).
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
-    least = _first(prisms, pairs, book)
+    tables = new_interval_tables(chain, prisms, pairs, course)
+    least_gap = _first_gap(prisms, pairs, tables)
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, least - resolution, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, least_gap - resolution, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
-            left, least = _look(prisms, pairs, resolution, least, share * h, share <= MIN_GAP_INTERVAL, top, book)
-            if not left:
+            share = tables.end_shares[top] - tables.start_shares[top]
+            undecided, least_gap = _bound_pairs(
+                prisms, pairs, resolution, least_gap, share * h, share <= MIN_GAP_INTERVAL, top, tables
+            )
+            if not undecided:
                 top -= 1
             else:
-                halve_interval(chain, left, top, book)
+                halve_interval(chain, undecided, top, tables)
                 top += 1
-    return least
+    return least_gap
 
 
 @lean
-def _first(prisms: Prisms, pairs: PrismPairs, book: IntervalTables) -> float:
-    """The least gap at the beginning of the motion."""
-    least = math.inf
+def _first_gap(prisms: Prisms, pairs: PrismPairs, tables: IntervalTables) -> float:
+    """Return the least gap at the start of the motion."""
+    least_gap = math.inf
     for p in range(len(pairs.prisms)):
         for end in range(2):
-            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[end])
-        if sphere_gap_bound(prisms, pairs, p, book.seen[1]) < least:
-            gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
-            least = min(least, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, book)[0])
-    return least
+            write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[end])
+        if sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1]) < least_gap:
+            gap = pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0]
+            least_gap = min(least_gap, gap if gap > 0.0 else _along_axes(prisms, pairs, p, 1, 0.0, tables)[0])
+    return least_gap
 
 
 @lean
-def _look(
+def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,
     resolution: float,
-    least: float,
-    wait: float,
+    least_gap: float,
+    duration: float,
     last: bool,
     top: int,
-    book: IntervalTables,
+    tables: IntervalTables,
 ) -> tuple[int, float]:
-    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front.
+    """Bound the gaps of the pairs of an interval, and move those that may have a smaller gap to the front.
 
-    Returns how many these are, and the least gap with those at the ends of the interval.
+    Returns the number of these pairs, and the least gap, updated by the gaps at both ends of the interval.
+
+    duration : of the interval, s. last : whether the interval is not halved any further.
     """
-    left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
-        low, first, second = bound_gap(prisms, pairs, p, least - resolution, wait, top, book)
-        if low > least - resolution:
-            if not second > 0.0:  # a distance of 0 says nothing of how deep the pair overlaps
-                book.spare[p] = low
+    undecided = 0
+    for i in range(tables.pair_counts[top]):
+        p = tables.pair_lists[top, i]
+        low, first, second = bound_gap(prisms, pairs, p, least_gap - resolution, duration, top, tables)
+        if low > least_gap - resolution:
+            if not second > 0.0:  # a distance of 0 is no measure of the overlap
+                tables.gap_bounds[p] = low
             continue
         if not first > 0.0:
-            first, own = _along_axes(prisms, pairs, p, 0, wait, book)
-            low = max(low, own)
+            first, axis_bound = _along_axes(prisms, pairs, p, 0, duration, tables)
+            low = max(low, axis_bound)
         if not second > 0.0:
-            second, own = _along_axes(prisms, pairs, p, 1, wait, book)
-            low = max(low, own)
-        book.spare[p] = second
-        least = min(least, first, second)
-        if not (low > least - resolution or last):
-            book.lists[top, left] = p
-            left += 1
-    return left, least
+            second, axis_bound = _along_axes(prisms, pairs, p, 1, duration, tables)
+            low = max(low, axis_bound)
+        tables.gap_bounds[p] = second
+        least_gap = min(least_gap, first, second)
+        if not (low > least_gap - resolution or last):
+            tables.pair_lists[top, undecided] = p
+            undecided += 1
+    return undecided, least_gap
 
 
 @lean
 def _along_axes(
-    prisms: Prisms, pairs: PrismPairs, p: int, end: int, wait: float, book: IntervalTables
+    prisms: Prisms, pairs: PrismPairs, p: int, end: int, duration: float, tables: IntervalTables
 ) -> tuple[float, float]:
-    """The gap of a pair that overlaps at an end of an interval, and what it does not come below in all of that.
+    """Return the gap of an overlapping pair at an end of an interval, and a lower bound in the whole interval.
 
-    Both are the greatest along normals of the first prism, of the second, and across edges of both, to either side.
+    Both are the greatest along all separating axes: normals of either prism and cross products of their edges.
     """
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
-    a, b = prisms.counts[f, 1], prisms.counts[g, 1]
+    first_axes, second_axes = prisms.counts[f, 1], prisms.counts[g, 1]
     gap, low = -math.inf, -math.inf
-    for number in range(a + b + a * b):
-        keeper = 0
-        if number < a:
-            way = vector_at(prisms.normals[f], number, 0)
-        elif number < a + b:
-            keeper, way = 1, vector_at(prisms.normals[g], number - a, 0)
+    for number in range(first_axes + second_axes + first_axes * second_axes):
+        panel_side = 0
+        if number < first_axes:
+            direction = vector_at(prisms.normals[f], number, 0)
+        elif number < first_axes + second_axes:
+            panel_side, direction = 1, vector_at(prisms.normals[g], number - first_axes, 0)
         else:
-            one = vector_at(prisms.edges[f], (number - a - b) // b, 0)
-            two = rotated_by_pose(book.seen[end], vector_at(prisms.edges[g], (number - a - b) % b, 0))
-            way = cross(one, two)
-            length = math.sqrt(dot(way, way))
+            first_edge = vector_at(prisms.edges[f], (number - first_axes - second_axes) // second_axes, 0)
+            second_edge = rotated_by_pose(
+                tables.relative_poses[end],
+                vector_at(prisms.edges[g], (number - first_axes - second_axes) % second_axes, 0),
+            )
+            direction = cross(first_edge, second_edge)
+            length = math.sqrt(dot(direction, direction))
             if length < GAP_PARALLEL_ANGLE:
                 continue
-            way = scaled_vector(1.0 / length, way)
+            direction = scaled_vector(1.0 / length, direction)
         for side in range(2):
-            own: Vector3 = scaled_vector(-1.0, way) if side else way
-            lower, first, second = chord_gap(prisms, pairs, p, keeper, own, wait, book)
+            oriented: Vector3 = scaled_vector(-1.0, direction) if side else direction
+            lower, first, second = chord_gap(prisms, pairs, p, panel_side, oriented, duration, tables)
             gap = max(gap, second if end else first)
             if lower > low:
                 low = lower
-                book.keepers[p] = keeper
-                put_vector(book.ways, p, 0, own)
+                tables.direction_panels[p] = panel_side
+                put_vector(tables.directions, p, 0, oriented)
     return gap, low
 
 
 MIN_DIP_INTERVAL = 0.5**20
-"""Share of a step below which gaps are not known better than they are."""
+"""Share of a step below which intervals are not halved for dips."""
 
 
 class _Dips(NamedTuple):
-    """What is known, m; of each pair, shape (p,), but of all in `best`.
+    """State of the search for dips, m; per pair, shape (p,), except `best`.
 
-    widest : the widest gap at a state so far. lows, ups : what the gap has not come below since it last rose, where it
-        was narrower by the rise, and one that it had. best : (2,), both of the dips that are over.
+    widest : widest gap at a state so far. lows, highs : lower and upper bound of the least gap since the pair last rose
+        and then narrowed by the rise; infinite before. best : (2,), least of either bound over all completed dips.
     """
 
     widest: Reals
     lows: Reals
-    ups: Reals
+    highs: Reals
     best: Reals
 
 
@@ -170,85 +177,87 @@ class _Dips(NamedTuple):
 def smallest_dip(
     chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, rise: float, resolution: float
 ) -> tuple[float, int]:
-    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one.
+    """Return a lower bound of all gaps in dips of a given rise, tight to a resolution (m); infinite without dips.
 
     Also returns how often the gap of a pair was bounded.
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
+    tables = new_interval_tables(chain, prisms, pairs, course)
     count = len(pairs.prisms)
     dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))
-    _rise(prisms, pairs, rise, book, dips)
-    looks = 0
+    _complete_dips(prisms, pairs, rise, tables, dips)
+    bound_count = 0
     for k in range(len(course.times) - 1):
-        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
+        h = start_step_intervals(chain, prisms, pairs, course, k, dips.best[0] + rise, tables)
         top = 0 if h > 0.0 else -1
         while top >= 0:
-            share = book.high[top] - book.low[top]
-            looks += book.counts[top]
-            left = _fall(prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, book, dips)
-            if not left:
+            share = tables.end_shares[top] - tables.start_shares[top]
+            bound_count += tables.pair_counts[top]
+            undecided = _narrow_dips(
+                prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, tables, dips
+            )
+            if not undecided:
                 top -= 1
             else:
-                halve_interval(chain, left, top, book)
+                halve_interval(chain, undecided, top, tables)
                 top += 1
-        _rise(prisms, pairs, rise, book, dips)
-    return dips.best[0], looks
+        _complete_dips(prisms, pairs, rise, tables, dips)
+    return dips.best[0], bound_count
 
 
 @lean
-def _fall(
+def _narrow_dips(
     prisms: Prisms,
     pairs: PrismPairs,
     rise: float,
     resolution: float,
-    wait: float,
+    duration: float,
     last: bool,
     top: int,
-    book: IntervalTables,
+    tables: IntervalTables,
     dips: _Dips,
 ) -> int:
-    """Book how far gaps fall in an interval, a time `wait` long; pairs of which that is not known move to the front."""
-    left = 0
-    for i in range(book.counts[top]):
-        p = book.lists[top, i]
-        need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
-        if need <= 0.0:
+    """Update the dips by the gaps in an interval; move pairs with loose bounds to the front; return their number."""
+    undecided = 0
+    for i in range(tables.pair_counts[top]):
+        p = tables.pair_lists[top, i]
+        needed_gap = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
+        if needed_gap <= 0.0:
             continue
-        low, first, second = bound_gap(prisms, pairs, p, need, wait, top, book)
+        low, first, second = bound_gap(prisms, pairs, p, needed_gap, duration, top, tables)
         low = max(low, 0.0)
-        if low >= need:
+        if low >= needed_gap:
             continue
-        up = min(first, second)
-        if low < min(up, dips.ups[p], dips.best[1]) - resolution and not last:
-            book.lists[top, left] = p
-            left += 1
+        high = min(first, second)
+        if low < min(high, dips.highs[p], dips.best[1]) - resolution and not last:
+            tables.pair_lists[top, undecided] = p
+            undecided += 1
             continue
         dips.lows[p] = low
-        if up <= dips.widest[p] - rise:
-            dips.ups[p] = min(dips.ups[p], up)
-    return left
+        if high <= dips.widest[p] - rise:
+            dips.highs[p] = min(dips.highs[p], high)
+    return undecided
 
 
 @lean
-def _rise(prisms: Prisms, pairs: PrismPairs, rise: float, book: IntervalTables, dips: _Dips) -> None:
-    """Close the dips of pairs that have risen at the end of a step."""
+def _complete_dips(prisms: Prisms, pairs: PrismPairs, rise: float, tables: IntervalTables, dips: _Dips) -> None:
+    """Complete the dips of pairs whose gap has risen by the end of a step."""
     for p in range(len(pairs.prisms)):
-        gap, enough = book.spare[p], dips.best[0] + rise
-        if not gap > enough:  # else it is wide enough, whatever it is
-            write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[1])
-            gap = sphere_gap_bound(prisms, pairs, p, book.seen[1])
+        gap, enough = tables.gap_bounds[p], dips.best[0] + rise
+        if not gap > enough:  # else the gap is wide enough, whatever its value
+            write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[1])
+            gap = sphere_gap_bound(prisms, pairs, p, tables.relative_poses[1])
             if not gap > enough:
-                gap = pair_distance(prisms, pairs, p, book.seen[1], book)[0]
-            book.spare[p] = gap
+                gap = pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0]
+            tables.gap_bounds[p] = gap
         dips.widest[p] = max(dips.widest[p], gap)
         if gap >= dips.lows[p] + rise:
             dips.best[0] = min(dips.best[0], dips.lows[p])
-            dips.best[1] = min(dips.best[1], dips.ups[p])
-            dips.lows[p] = dips.ups[p] = math.inf
+            dips.best[1] = min(dips.best[1], dips.highs[p])
+            dips.lows[p] = dips.highs[p] = math.inf
 
 
 APPROACH_INTERVAL, MAX_APPROACH_INTERVALS = 1e-4, 100
-"""The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""
+"""Time (s) before contact over which the approach speed is averaged; greatest number of such times searched back."""
 
 
 @compiled
@@ -267,22 +276,22 @@ def angles_at(course: Course, time: float, angles: Reals) -> None:
 
 @compiled
 def approach_speed(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, course: Course, time: float) -> float:
-    """Mean speed (m/s) at which the gap of a pair closed in the last `APPROACH_INTERVAL` seconds in which it was open.
+    """Return the mean speed (m/s) at which the gap of a pair closed in the last `APPROACH_INTERVAL` before contact.
 
-    A collision is reported when prisms overlap for sure, which can be a while after they have met. 0 where they were
-    not apart in all of the time that is gone back.
+    A collision is reported when prisms certainly overlap, which can be some time after contact. The result is 0 if the
+    pair was not apart in all of the time searched back.
     """
-    book = new_interval_tables(chain, prisms, pairs, course)
-    last = 0.0
+    tables = new_interval_tables(chain, prisms, pairs, course)
+    last_gap = 0.0
     for k in range(MAX_APPROACH_INTERVALS):
-        before = time - APPROACH_INTERVAL * k
-        if before < course.times[0]:
+        earlier = time - APPROACH_INTERVAL * k
+        if earlier < course.times[0]:
             return 0.0
-        angles_at(course, before, book.angles)
-        place_panels(chain, book.angles, book.highs[0])
-        write_relative_pose(prisms, pairs, p, book.highs[0], book.seen[0])
-        gap = pair_distance(prisms, pairs, p, book.seen[0], book)[0]
+        angles_at(course, earlier, tables.angles)
+        place_panels(chain, tables.angles, tables.end_poses[0])
+        write_relative_pose(prisms, pairs, p, tables.end_poses[0], tables.relative_poses[0])
+        gap = pair_distance(prisms, pairs, p, tables.relative_poses[0], tables)[0]
         if k > 0 and gap > 0.0:
-            return float(max(gap - last, 0.0) / APPROACH_INTERVAL)
-        last = gap
+            return float(max(gap - last_gap, 0.0) / APPROACH_INTERVAL)
+        last_gap = gap
     return 0.0

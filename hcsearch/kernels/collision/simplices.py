@@ -1,7 +1,7 @@
-"""Simplices of up to four points: what of them is nearest to the origin, and which way it is from there.
+"""Simplices of up to four points: the point nearest to the origin, and normals.
 
-By signed volumes (Montanari, Petrinic and Barbieri 2017, https://doi.org/10.1145/3083724): the nearest point lies
-within, or on one of the sides that the origin is beyond.
+The method is that of signed volumes (Montanari, Petrinic and Barbieri 2017, https://doi.org/10.1145/3083724): the
+nearest point lies inside, or on one of the sides that face the origin.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_
 from hcsearch.kernels.compiling.compiled import inlined, lean
 
 CornerShares = tuple[float, float, float, float]
-"""Of the corners in a point of a simplex; they sum up to 1."""
+"""Barycentric coordinates of a point of a simplex; they sum to 1."""
 
 
 @inlined
 def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
-    """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
+    """Return squared length and barycentric coordinates (none below 0) of a simplex's point nearest to the origin."""
     if k == 1:
         return dot(a, a), (1.0, 0.0, 0.0, 0.0)
     if k == 2:
@@ -32,13 +32,13 @@ def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3
 @inlined
 def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
     e = vector_difference(b, a)
-    long = dot(e, e)
+    square_length = dot(e, e)
     t = -dot(a, e)
-    if t <= 0.0 or long == 0.0:
+    if t <= 0.0 or square_length == 0.0:
         return dot(a, a), 1.0, 0.0
-    if t >= long:
+    if t >= square_length:
         return dot(b, b), 0.0, 1.0
-    t /= long
+    t /= square_length
     s = 1.0 - t
     x, y, z = s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]
     return x * x + y * y + z * z, s, t
@@ -48,57 +48,57 @@ def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
 def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, float, float]:
     n = cross(vector_difference(b, a), vector_difference(c, a))
     s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
-    whole = s + t + u
-    least, shares = math.inf, (0.0, 0.0, 0.0)
+    total = s + t + u
+    least_square, shares = math.inf, (0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0:
-        shares = (s / whole, t / whole, u / whole)
-        near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
-        least = dot(near, near)
-    # else it lies on a side that the origin is beyond; on any, where there is no area
+        shares = (s / total, t / total, u / total)
+        nearest = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
+        least_square = dot(nearest, nearest)
+    # else it lies on a side that faces the origin; on any side, where the area is 0
     if not s > 0.0:
         square, x, y = _of_edge(b, c)
-        if square < least:
-            least, shares = square, (0.0, x, y)
+        if square < least_square:
+            least_square, shares = square, (0.0, x, y)
     if not t > 0.0:
         square, x, y = _of_edge(a, c)
-        if square < least:
-            least, shares = square, (x, 0.0, y)
+        if square < least_square:
+            least_square, shares = square, (x, 0.0, y)
     if not u > 0.0:
         square, x, y = _of_edge(a, b)
-        if square < least:
-            least, shares = square, (x, y, 0.0)
-    return least, shares[0], shares[1], shares[2]
+        if square < least_square:
+            least_square, shares = square, (x, y, 0.0)
+    return least_square, shares[0], shares[1], shares[2]
 
 
 @lean
 def _of_tetrahedron(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     m, n = cross(a, b), cross(c, d)
     s, t, u, v = dot(b, n), -dot(a, n), dot(d, m), -dot(c, m)
-    whole = s + t + u + v
-    if whole < 0.0:
-        s, t, u, v, whole = -s, -t, -u, -v, -whole
-    least, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
+    volume = s + t + u + v
+    if volume < 0.0:
+        s, t, u, v, volume = -s, -t, -u, -v, -volume
+    least_square, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0 and v > 0.0:
-        shares = (s / whole, t / whole, u / whole, v / whole)
+        shares = (s / volume, t / volume, u / volume, v / volume)
         shares = _refined(a, b, c, d, shares)
-        least = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
+        least_square = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
     if not s > 0.0:
         square, x, y, z = _of_triangle(b, c, d)
-        if square < least:
-            least, shares = square, (0.0, x, y, z)
+        if square < least_square:
+            least_square, shares = square, (0.0, x, y, z)
     if not t > 0.0:
         square, x, y, z = _of_triangle(a, c, d)
-        if square < least:
-            least, shares = square, (x, 0.0, y, z)
+        if square < least_square:
+            least_square, shares = square, (x, 0.0, y, z)
     if not u > 0.0:
         square, x, y, z = _of_triangle(a, b, d)
-        if square < least:
-            least, shares = square, (x, y, 0.0, z)
+        if square < least_square:
+            least_square, shares = square, (x, y, 0.0, z)
     if not v > 0.0:
         square, x, y, z = _of_triangle(a, b, c)
-        if square < least:
-            least, shares = square, (x, y, z, 0.0)
-    return least, shares
+        if square < least_square:
+            least_square, shares = square, (x, y, z, 0.0)
+    return least_square, shares
 
 
 @lean
@@ -113,36 +113,36 @@ def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares)
 
 @lean
 def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> CornerShares:
-    """Shares of the origin in a tetrahedron, corrected by where they lead: it may be flat."""
-    off = _point(a, b, c, d, shares)
+    """Return corrected barycentric coordinates of the origin in a tetrahedron, which may be nearly flat."""
+    error = _point(a, b, c, d, shares)
     x, y, z = vector_difference(b, a), vector_difference(c, a), vector_difference(d, a)
-    whole = dot(x, cross(y, z))
-    if whole == 0.0:
+    volume = dot(x, cross(y, z))
+    if volume == 0.0:
         return shares
-    t, u, v = dot(off, cross(y, z)) / whole, dot(off, cross(z, x)) / whole, dot(off, cross(x, y)) / whole
+    t, u, v = dot(error, cross(y, z)) / volume, dot(error, cross(z, x)) / volume, dot(error, cross(x, y)) / volume
     shifted = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
     return shifted if shifted[0] > 0.0 and shifted[1] > 0.0 and shifted[2] > 0.0 and shifted[3] > 0.0 else shares
 
 
 @lean
 def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
-    """The side of a tetrahedron, of those with its last corner, that is nearest to the origin; 0 for who is not in."""
-    one, two, three = (
+    """Return, as 1 or 0 per corner, the side nearest to the origin among those with a tetrahedron's last corner."""
+    opposite_a, opposite_b, opposite_c = (
         _of_triangle(b, c, d)[0],
         _of_triangle(a, c, d)[0],
         _of_triangle(a, b, d)[0],
     )
-    if one <= two and one <= three:
+    if opposite_a <= opposite_b and opposite_a <= opposite_c:
         return 0.0, 1.0, 1.0, 1.0
-    return (1.0, 0.0, 1.0, 1.0) if two <= three else (1.0, 1.0, 0.0, 1.0)
+    return (1.0, 0.0, 1.0, 1.0) if opposite_b <= opposite_c else (1.0, 1.0, 0.0, 1.0)
 
 
 @lean
 def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vector3:
-    """The unit direction across a triangle, or a tetrahedron that is flat."""
+    """Return the unit normal of a triangle, or of a flat tetrahedron."""
     n = cross(vector_difference(b, a), vector_difference(c, a))
     if k == 4:
-        # of the products of two opposite edges the greatest
+        # the greatest of the cross products of opposite edges
         for m in (
             cross(vector_difference(c, a), vector_difference(d, b)),
             cross(vector_difference(b, a), vector_difference(d, c)),
@@ -155,7 +155,7 @@ def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vecto
 
 @inlined
 def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
-    """The unit direction away from the origin across a point, an edge or a triangle that it is nearest to."""
+    """Return the unit normal, away from the origin, of the point, edge or triangle nearest to it."""
     if k == 1:
         return unit_vector(a)
     if k == 2:
@@ -168,31 +168,31 @@ def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
     elif ff >= gg:
         f = g
     n = cross(e, f)
-    long = dot(n, a)
-    return unit_vector(scaled_vector(-1.0, n) if long < 0.0 else n)
+    height = dot(n, a)
+    return unit_vector(scaled_vector(-1.0, n) if height < 0.0 else n)
 
 
 @inlined
 def across_edge(a: Vector3, b: Vector3) -> Vector3:
-    """The unit direction to the line through two points."""
+    """Return the unit direction from the origin to the line through two points."""
     e = vector_difference(b, a)
-    long = dot(e, e)
+    square_length = dot(e, e)
     if dot(b, b) < dot(a, a):
         a = b
-    if long == 0.0:
+    if square_length == 0.0:
         return unit_vector(a)
-    share = 1.0 / long
+    share = 1.0 / square_length
     t = share * dot(a, e)
     n = unit_vector((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
-    # again: what rounding has left along the line counts by the line's length, not by the distance
+    # again: the rounding error along the line is relative to the line's length, not to the distance
     t = share * dot(n, e)
     n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
-    off = 1.0 - dot(n, n)
-    return scaled_vector(1.0 + 0.5 * off, n) if off < 1e-8 else unit_vector(n)
+    excess = 1.0 - dot(n, n)
+    return scaled_vector(1.0 + 0.5 * excess, n) if excess < 1e-8 else unit_vector(n)
 
 
 @inlined
 def unit_vector(a: Vector3) -> Vector3:
-    """A vector made one of unit length; the first axis, where it has none."""
+    """Return a normalised vector; the first axis for a zero vector."""
     square = dot(a, a)
     return scaled_vector(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)

@@ -1,1 +1,1 @@
-"""How kernels are compiled, and kept on disk between runs."""
+"""Compilation of kernels, and the cache that keeps them on disk between runs."""

@@ -1,7 +1,7 @@
-"""The folder of compiled kernels, in the user's cache, and the locks by which processes write there one at a time.
+"""The folder of compiled kernels, in the user's cache, and file locks against compiling a kernel twice.
 
-They order nothing but work: without them a kernel may be compiled twice at once, and one of the same files replaces the
-other.
+The locks only save work: without them two processes may compile the same kernel at once, and one of two equal files
+replaces the other.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ import numba
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-_TOTAL = 512 * 2**20
-"""Bytes to which the folder is pruned: some ten sets of kernels."""
+_MAX_FOLDER_SIZE = 512 * 2**20
+"""Size (bytes) to which the folder is pruned: about ten sets of kernels."""
 _REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
 KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN = "*.kernel", "*.part", "*.lock"
-"""Patterns of the files: finished ones, those that are being written, and those of who writes."""
+"""File patterns: finished kernels, partly written files, and locks."""
 
 
 def wanted_folder() -> Path:
-    """Where compiled kernels are looked for first; `NUMBA_CACHE_DIR` names another place than the user's folder."""
+    """Return the preferred folder of compiled kernels: in `NUMBA_CACHE_DIR` if set, else in the user's cache."""
     config: Any = numba.config
     if config.CACHE_DIR:
         return Path(config.CACHE_DIR).absolute() / "hcsearch"
@@ -43,34 +43,34 @@ def wanted_folder() -> Path:
 
 
 def writable_folder() -> Path | None:
-    """Where kernels that are compiled now are kept: a temporary folder where the wanted one cannot be written.
+    """Return the folder that new kernels are written to: the preferred one, or else a temporary folder.
 
-    None where there is neither; stderr names the remedy, once.
+    Returns None if neither can be written. A single warning on stderr names the remedy.
     """
     return _writable(wanted_folder())
 
 
 @cache
-def _writable(wanted: Path) -> Path | None:
+def _writable(preferred: Path) -> Path | None:
     try:
-        _make(wanted)
+        _ensure_writable(preferred)
     except OSError as error:
-        trouble = f"compiled kernels cannot be kept in {wanted} ({error.strerror or error})"
+        problem = f"compiled kernels cannot be kept in {preferred} ({error.strerror or error})"
     else:
-        return wanted
-    spare = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
+        return preferred
+    fallback = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
     try:
-        _make(spare, 0o700)
-        _check_private(spare)
+        _ensure_writable(fallback, 0o700)
+        _check_private(fallback)
     except OSError:
-        warn_once(f"{trouble}: they are compiled at every start; {_REMEDY}")
+        warn_once(f"{problem}: they are compiled at every start; {_REMEDY}")
         return None
-    warn_once(f"{trouble} but are in {spare}; {_REMEDY}")
-    return spare
+    warn_once(f"{problem} but are in {fallback}; {_REMEDY}")
+    return fallback
 
 
-def _make(folder: Path, mode: int = 0o777) -> None:
-    """Make a folder in which a file can be written; OSError where it cannot."""
+def _ensure_writable(folder: Path, mode: int = 0o777) -> None:
+    """Create a folder and check that files can be written there; raises OSError otherwise."""
     if not folder.is_absolute():
         raise FileNotFoundError(0, "the user has no home folder")
     folder.mkdir(parents=True, exist_ok=True, mode=mode)
@@ -79,7 +79,7 @@ def _make(folder: Path, mode: int = 0o777) -> None:
 
 
 def _check_private(folder: Path) -> None:
-    """Refuse a folder in which another user can put files: what is read there is run."""
+    """Raise PermissionError for a folder that other users can write to, as code from there is executed."""
     status = folder.lstat()
     if hasattr(os, "getuid") and (
         not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & 0o022
@@ -89,14 +89,14 @@ def _check_private(folder: Path) -> None:
 
 @cache
 def warn_once(line: str) -> None:
-    """Write a line to stderr, once however often it is said and however many processes work."""
+    """Write a warning to stderr, once per line, and from the main process only."""
     if parent_process() is None and sys.stderr is not None:
         with suppress(OSError):
             print(f"hcsearch: {line}", file=sys.stderr, flush=True)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that nobody sees a part of it; as readable as any other, as a folder may serve more users."""
+    """Write a file atomically, with default permissions, as several users may share the folder."""
     part = path.with_name(f"{path.stem}-{uuid4().hex}{PART_FILE_PATTERN[1:]}")
     try:
         part.write_bytes(content)
@@ -106,42 +106,42 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise
 
 
-def prune_folder(folder: Path, total: int = _TOTAL) -> None:
-    """Delete the files that have not been used for longest, until the others take no more than a total of bytes."""
+def prune_folder(folder: Path, max_size: int = _MAX_FOLDER_SIZE) -> None:
+    """Delete the least recently used files until the rest take at most `max_size` bytes."""
     files = []
     for path in (
         path for pattern in (KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN) for path in folder.glob(pattern)
     ):
-        with suppress(OSError):  # another process prunes, too
+        with suppress(OSError):  # another process may be pruning, too
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))
-    taken = 0
+    total_size = 0
     for _, size, path in sorted(files, reverse=True):
-        taken += size
-        if taken > total:
+        total_size += size
+        if total_size > max_size:
             with suppress(OSError):
                 path.unlink()
 
 
 LOCK_TIMEOUT_SECONDS = 600.0
-"""Seconds after which a kernel is compiled although another process, which may be suspended, says that it does so."""
-_LOOK = 0.02  # s, between two looks
+"""Seconds to wait for another process to compile a kernel; it may be suspended."""
+_LOCK_POLL_INTERVAL = 0.02  # s, between two attempts
 
 
 def claim_kernel(folder: Path, name: str) -> BaseFileLock:
-    """Wait until no other process holds the name of a kernel's file, and hold it.
+    """Acquire the lock of a kernel's file, waiting until no other process holds it.
 
-    Raises OSError where the folder's disk has no locks, or another process holds the name for longer than PATIENCE.
+    Raises OSError if the file system has no locks, or after `LOCK_TIMEOUT_SECONDS`.
     """
-    from filelock import FileLock  # noqa: PLC0415 - takes as long to import as kernels to be read, and few runs compile
+    from filelock import FileLock  # noqa: PLC0415 - importing it takes as long as reading kernels, and few runs compile
 
-    lock = FileLock(folder / f"{name}.lock", is_singleton=True)  # one that a process may take twice
-    lock.acquire(timeout=LOCK_TIMEOUT_SECONDS, poll_interval=_LOOK)
+    lock = FileLock(folder / f"{name}.lock", is_singleton=True)  # reentrant within a process
+    lock.acquire(timeout=LOCK_TIMEOUT_SECONDS, poll_interval=_LOCK_POLL_INTERVAL)
     return lock
 
 
 def release_kernel(lock: BaseFileLock) -> None:
-    """Give a name back, and leave no file; who waits meanwhile finds the kernel."""
+    """Release the lock of a kernel's file, and delete the lock file."""
     lock.release()
     if not lock.is_locked:
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""How this project compiles its loops: cached on disk, without the interpreter lock, typed for mypy."""
+"""Decorators that compile kernels with numba: cached on disk, releasing the interpreter lock, typed for mypy."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ def compiled(function: Kernel) -> Kernel:
 
 
 def lean(function: Kernel) -> Kernel:
-    """Compile a kernel that makes no arrays, and is given none by what it calls, without counting references.
+    """Compile a kernel without reference counting; it must neither create arrays nor receive any from its callees.
 
-    numba counts those of every array of a table of arrays at every call, which takes longer than a small kernel does.
-    Whoever calls holds the arrays meanwhile. The assignment of a table to another counts as making one: they may share
-    memory, so numba copies the first.
+    At every call numba counts references to each array of a named tuple of arrays, which takes longer than a small
+    kernel itself. The caller keeps the arrays alive meanwhile. Assigning one table to another counts as creating an
+    array: they may share memory, so numba copies the source.
     """
     return _compiled(function, counting=False)
 
 
 def inlined(function: Kernel) -> Kernel:
-    """Compile a lean kernel into each that calls it: where handing arrays over takes as long as the work itself."""
+    """Compile a lean kernel inline into its callers, where passing arrays takes as long as the work itself."""
     return _compiled(function, counting=False, forceinline=True)
 
 
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
-    """A kernel whose machine code is kept on disk, by numba itself where this numba lacks what our cache rests on."""
+    """Compile a function and cache its machine code on disk, in numba's own cache if this numba lacks internals."""
     njit: Any = numba.njit  # has options that its types do not name
     if not has_internals():
         return cast(Kernel, njit(nogil=True, cache=True)(function))
     from hcsearch.kernels.compiling.kernel_cache import KernelCache  # noqa: PLC0415 - imports what another numba may lack
 
-    # the flag is passed on to kernels that are compiled on the way, unless they say themselves
+    # kernels compiled on the way inherit the flag unless they set it
     kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
-    if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
+    if isinstance(kernel, Dispatcher):  # with numba disabled, njit returns the function itself
         KernelCache.attach(kernel)
     return cast(Kernel, kernel)

@@ -1,11 +1,11 @@
-"""Compiled kernels on disk, one file for each kernel, stamp and signature.
+"""On-disk cache of compiled kernels, one file per kernel, stamp and signature.
 
-numba's own cache is stamped with one file's content and lies beside it: it does not see edits of what a kernel calls,
-and every clone compiles anew. numba also compiles all that a kernel calls once more into it, and a part through which
-Python would call it. This cache keeps what is large apart, called where it is, and leaves that part out of kernels that
-only others call: that halves the time to compile, and changes no result.
+numba's own cache lies beside the source file and is stamped with the content of that file alone: it misses edits of
+callees, and every clone compiles anew. numba also compiles all callees into each kernel again, and adds a wrapper
+through which Python can call it. This cache keeps large kernels as separate code that callers jump to, and omits the
+wrapper of kernels called only by others: this halves the time to compile and changes no result.
 
-It rests on private API of numba, which `numba_internals` lists.
+It relies on private API of numba, listed in `numba_internals`.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ _Tuple: Any = types.BaseTuple
 _dumps: Any = serialize.dumps
 _DAY = 86400.0
 _CHECKED = 16
-"""Bytes of the checksum before what is kept."""
+"""Length (bytes) of the checksum that precedes the content of a file."""
 
 
 class KernelCache(NullCache):
-    """What numba asks for the code of a dispatcher before it compiles, and gives it to afterwards."""
+    """The cache of one dispatcher: numba loads overloads from it before compiling, and saves them afterwards."""
 
     _pruned = False
     _depth = 0
@@ -59,19 +59,19 @@ class KernelCache(NullCache):
 
     @classmethod
     def attach(cls, kernel: Any) -> None:
-        """Give a dispatcher such a cache."""
-        own = cls(kernel)
-        kernel._cache, kernel.compile, kernel.add_overload = own, own.compile, own.add_overload
-        kernel._compiler._customize_flags = own.set_flags
+        """Attach a new cache to a dispatcher."""
+        cache = cls(kernel)
+        kernel._cache, kernel.compile, kernel.add_overload = cache, cache.compile, cache.add_overload
+        kernel._compiler._customize_flags = cache.set_flags
 
     def compile(self, sig: Any) -> Any:
-        """Compile, as the dispatcher does; whatever comes of it, other processes need not wait any more.
+        """Compile a signature as the dispatcher does, and release the locks of its files even on failure.
 
-        What is compiled on the way, for another kernel, is made without the part that Python would call, which takes as
-        long again: it is compiled once more when Python does.
+        Kernels compiled on the way, as callees, get no Python wrapper, which would double the time; they are compiled
+        again if Python calls them.
         """
         with global_compiler_lock, use_compiler_settings():
-            held = len(self._claims)  # of more signatures where a kernel calls itself
+            claim_count = len(self._claims)  # several signatures if a kernel calls itself
             KernelCache._depth += 1
             try:
                 if KernelCache._depth == 1 and sig in self._bare:
@@ -82,17 +82,17 @@ class KernelCache(NullCache):
                 KernelCache._depth -= 1
                 if KernelCache._depth == 0:
                     under_way.end_compilation()
-                while len(self._claims) > held:
+                while len(self._claims) > claim_count:
                     cache_folder.release_kernel(self._claims.pop())
 
     @staticmethod
     def set_flags(flags: Any) -> Any:
-        """Flags with which the compilation begins."""
+        """Set the compiler flags: no Python wrapper for callees."""
         flags.no_cpython_wrapper = KernelCache._depth > 1
         return flags
 
     def add_overload(self, result: Any) -> None:
-        """Hand a compile result to those who call: kernels, and Python where it can."""
+        """Register a compile result for calls from kernels and, if it has a wrapper, from Python."""
         if KernelCache._depth > 1:
             self._bare.add(result.signature.args)
             self._kernel.overloads[result.signature.args] = result
@@ -101,7 +101,7 @@ class KernelCache(NullCache):
 
     @property
     def cache_path(self) -> str:
-        """The folder."""
+        """The folder of the cache."""
         return str(wanted_folder())
 
     @cached_property
@@ -109,14 +109,14 @@ class KernelCache(NullCache):
         return kernel_stamp(self._kernel)
 
     def _file(self, signature: Any, codegen: Any) -> str:
-        """The name of the file of a signature, on this processor."""
+        """Return the file name of a signature on this processor."""
         bare = ".bare" if KernelCache._depth > 1 else ""
-        text = f"{self._stamp} {_spelled(signature)} {codegen.magic_tuple()} {bare}"
+        text = f"{self._stamp} {_signature_text(signature)} {codegen.magic_tuple()} {bare}"
         digest = hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
         return f"{digest}-{self._stamp}-{self._kernel.__name__}{bare}.kernel"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compile result of a signature; None where this process is to compile it."""
+        """Return the cached compile result of a signature; None if this process must compile it."""
         target_context.refresh()
         name = self._file(sig, target_context.codegen())
         result = _read(wanted_folder(), name, target_context)
@@ -127,22 +127,22 @@ class KernelCache(NullCache):
                 under_way.start_compilation(self._kernel)
         if folder is None:
             return result
-        with suppress(OSError):  # without locks, two processes may do the same work
+        with suppress(OSError):  # without locks, two processes may compile the same kernel
             self._claims.append(cache_folder.claim_kernel(folder, name))
-        return _read(folder, name, target_context)  # another process may have made it meanwhile
+        return _read(folder, name, target_context)  # another process may have compiled it meanwhile
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the compile result of a signature."""
+        """Write the compile result of a signature to the cache."""
         name = self._file(sig, data.codegen)
         folder = writable_folder()
-        apart = []
+        entry_points = []
         if not self._kernel.targetoptions.get("forceinline") and _is_large(data):
-            apart = _callable(data)
-            _set_apart(data, name)
+            entry_points = _entry_points(data)
+            _register_separate(data, name)
             _empty_for_linking(data)
         try:
-            if folder is not None and not data.library.has_dynamic_globals:  # which are addresses
-                content = _dumps((apart, _needed(data), data._reduce()))
+            if folder is not None and not data.library.has_dynamic_globals:  # dynamic globals are addresses
+                content = _dumps((entry_points, _separate_callees(data), data._reduce()))
                 write_atomically(folder / name, _checksum(content) + content)
                 if not KernelCache._pruned:
                     KernelCache._pruned = True
@@ -156,40 +156,40 @@ def _checksum(content: bytes) -> bytes:
 
 
 def _read(folder: Path, name: str, target_context: Any) -> Any:
-    """The compile result in a file; None where there is none. One that is damaged is deleted."""
+    """Load a compile result from a file; return None if there is none. Damaged files are deleted."""
     path = folder / name
     try:
         content = path.read_bytes()
     except OSError:
         return None
-    kept = content[_CHECKED:]
+    payload = content[_CHECKED:]
     try:
-        if content[:_CHECKED] != _checksum(kept):
+        if content[:_CHECKED] != _checksum(payload):
             raise ValueError("damaged")
-        apart, needed, reduced = pickle.loads(kept)
-        for other, symbol in needed:
-            if symbol not in _APART:
-                _read(folder, other, target_context)
-            if symbol not in _APART:
+        entry_points, callees, state = pickle.loads(payload)
+        for callee_file, symbol in callees:
+            if symbol not in _SEPARATE_KERNELS:
+                _read(folder, callee_file, target_context)
+            if symbol not in _SEPARATE_KERNELS:
                 raise ValueError("made for other code than there is now")
-        target_context.codegen()._engine._defined_symbols.update(apart)
-        result = _Result._rebuild(target_context, *reduced)
-    except Exception:  # whatever is wrong with it, compiling it again is the remedy
+        target_context.codegen()._engine._defined_symbols.update(entry_points)
+        result = _Result._rebuild(target_context, *state)
+    except Exception:  # whatever the error, recompilation is the remedy
         with suppress(OSError):
             path.unlink()
         return None
-    if apart:
-        _set_apart(result, name)
+    if entry_points:
+        _register_separate(result, name)
     with suppress(OSError):
         if path.stat().st_mtime < time.time() - _DAY:
-            path.touch()  # the order of pruning
+            path.touch()  # last use, for pruning
     return result
 
 
-_APART: dict[str, tuple[str, Any]] = {}
-"""Kernels whose code is called where it is, not linked into their callers, by symbol: their files, and themselves."""
+_SEPARATE_KERNELS: dict[str, tuple[str, Any]] = {}
+"""Kernels called as separate code, not linked into their callers, by symbol: file name and compile result."""
 _SIZE = 300
-"""Instructions above which no compiler would put a kernel into its caller."""
+"""Number of instructions above which no compiler would inline a kernel."""
 
 
 def _is_large(result: Any) -> bool:
@@ -197,37 +197,37 @@ def _is_large(result: Any) -> bool:
     return sum(1 for block in function.blocks for _ in block.instructions) > _SIZE
 
 
-def _callable(result: Any) -> list[str]:
-    """The functions of a kernel that kernels call, and Python where it can."""
+def _entry_points(result: Any) -> list[str]:
+    """Return the names of a kernel's entry points, for kernels and, if present, for Python."""
     names = {result.fndesc.llvm_func_name, result.fndesc.llvm_cpython_wrapper_name}
     return [function.name for function in result.library.get_defined_functions() if function.name in names]
 
 
-def _needed(result: Any) -> list[tuple[str, str]]:
-    """Files and symbols of the kernels that a new one calls where they are."""
+def _separate_callees(result: Any) -> list[tuple[str, str]]:
+    """Return files and symbols of the separate kernels that a compile result calls."""
     names = [function.name for function in result.library._final_module.functions if function.is_declaration]
-    return [(_APART[name][0], name) for name in names if name in _APART]
+    return [(_SEPARATE_KERNELS[name][0], name) for name in names if name in _SEPARATE_KERNELS]
 
 
-def _set_apart(result: Any, name: str) -> None:
-    """Note where a kernel is, which keeps its environment alive."""
-    _APART[result.fndesc.llvm_func_name] = name, result
+def _register_separate(result: Any, name: str) -> None:
+    """Register a kernel as separate code; the reference keeps its environment alive."""
+    _SEPARATE_KERNELS[result.fndesc.llvm_func_name] = name, result
 
 
 def _empty_for_linking(result: Any) -> None:
-    """Give those that call a kernel nothing to link: the engine knows where its code is.
+    """Replace the module that callers link by an empty one: the engine knows the address of the code.
 
-    The file then holds nothing to link either, which would take most of the time to read it.
+    The file then contains no module to link either, which would take most of the time to read it.
     """
     layout, triple = result.library.codegen.target_data, llvm.get_process_triple()
     result.library._shared_module = llvm.parse_assembly(f'target datalayout = "{layout}"\ntarget triple = "{triple}"\n')
 
 
-def _spelled(signature: Any) -> str:
-    """Types written down; names of named tuples with their modules."""
+def _signature_text(signature: Any) -> str:
+    """Return the text of a signature; named tuples include their modules."""
     if isinstance(signature, tuple):
-        return f"({', '.join(_spelled(part) for part in signature)})"
+        return f"({', '.join(_signature_text(part) for part in signature)})"
     if isinstance(signature, _Tuple):
         kind = getattr(signature, "instance_class", tuple)
-        return f"{kind.__module__}.{kind.__qualname__}({', '.join(_spelled(part) for part in signature.types)})"
+        return f"{kind.__module__}.{kind.__qualname__}({', '.join(_signature_text(part) for part in signature.types)})"
     return str(signature)

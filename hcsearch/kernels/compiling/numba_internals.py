@@ -1,6 +1,6 @@
-"""What is used of numba beyond its public API, and whether it has that; settings of LLVM for our kernels.
+"""Private API of numba that the kernel cache uses, a check that it is present, and LLVM settings of our kernels.
 
-numba promises none of it. Where a part is missing, or takes other arguments, kernels are kept by numba's own cache.
+numba does not guarantee this API. If a part is missing, or takes other arguments, numba's own cache is used instead.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numba
 
 
 class NumbaInternal(NamedTuple):
-    """A part of numba's private API, by its module and its name there.
+    """A part of numba's private API, given by module and qualified name.
 
-    arguments : those that it takes, as the cache passes them; None where it is not called. sets : attributes that it
-    gives to an instance, where it is the function that makes one.
+    arguments : names of the arguments that the cache passes; None if the part is not called. sets : attributes of
+        instances that the part, an initialiser, must set.
     """
 
     module: str
@@ -30,14 +30,14 @@ class NumbaInternal(NamedTuple):
 
     @property
     def is_present(self) -> bool:
-        """Whether this numba has the part, as the cache takes it."""
+        """Whether the installed numba has this part in the form that the cache needs."""
         try:
             part: Any = importlib.import_module(self.module)
             for name in self.name.split("."):
                 part = getattr(part, name)
         except (ImportError, AttributeError):
             return False
-        if self.arguments is not None and not _takes(part, self.arguments):
+        if self.arguments is not None and not _accepts(part, self.arguments):
             return False
         return set(self.sets) <= set(getattr(getattr(part, "__code__", None), "co_names", ()))
 
@@ -47,9 +47,9 @@ NUMBA_INTERNALS = (
     NumbaInternal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
     NumbaInternal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
     NumbaInternal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
-    # the code of a library, and what of it is linked into callers
+    # the code of a library, and its part that is linked into callers
     NumbaInternal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
-    # the names of all functions that can be called
+    # names of all functions that can be called
     NumbaInternal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
     NumbaInternal("numba.core.compiler", "CompileResult._reduce", ("self",)),
     NumbaInternal("numba.core.compiler", "CompileResult._rebuild"),
@@ -69,12 +69,12 @@ NUMBA_INTERNALS = (
 
 @cache
 def has_internals() -> bool:
-    """Whether this numba has all that the kernel cache rests on."""
+    """Return whether the installed numba has all internals that the kernel cache needs."""
     return all(internal.is_present for internal in NUMBA_INTERNALS)
 
 
-def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
-    """Whether a function can be called with so many arguments by place, and needs no others."""
+def _accepts(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
+    """Return whether a function accepts exactly these positional arguments."""
     try:
         inspect.signature(function).bind(*arguments)
     except (TypeError, ValueError):
@@ -82,29 +82,29 @@ def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
     return True
 
 
-_OURS: Mapping[str, int] = {"OPT": 1, "LOOP_VECTORIZE": 0}
-"""numba's own choice, 3 and 1, compiles the same kernels in nearly twice the time, and they run no faster."""
-_OTHERS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
-"""More of numba's configuration that changes the code it makes, and is left as it is."""
+_OUR_SETTINGS: Mapping[str, int] = {"OPT": 1, "LOOP_VECTORIZE": 0}
+"""With numba's defaults, 3 and 1, compilation takes nearly twice as long, and the kernels run no faster."""
+_OTHER_SETTINGS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+"""Other configuration of numba that affects generated code; left unchanged, but part of the settings."""
 
 
 def compiler_settings() -> dict[str, Any]:
-    """What our kernels are compiled with, by names of numba's configuration; environment variables NUMBA_... win."""
+    """Return compiler settings by names of numba's configuration; environment variables NUMBA_... take precedence."""
     config: Any = numba.config
-    ours = {name: type(getattr(config, name))(value) for name, value in _OURS.items()}
-    named = {name for name in ours if f"NUMBA_{name}" in os.environ}
-    return {name: ours[name] for name in ours.keys() - named} | {
-        name: getattr(config, name, None) for name in (*sorted(named), *_OTHERS)
+    our_settings = {name: type(getattr(config, name))(value) for name, value in _OUR_SETTINGS.items()}
+    overridden = {name for name in our_settings if f"NUMBA_{name}" in os.environ}
+    return {name: our_settings[name] for name in our_settings.keys() - overridden} | {
+        name: getattr(config, name, None) for name in (*sorted(overridden), *_OTHER_SETTINGS)
     }
 
 
 @contextmanager
 def use_compiler_settings() -> Iterator[None]:
-    """Let our settings hold while the block runs, which must hold numba's lock of compilation."""
+    """Apply our compiler settings within a block, which must hold numba's compiler lock."""
     config: Any = numba.config
-    before = {name: getattr(config, name) for name in _OURS}
+    before = {name: getattr(config, name) for name in _OUR_SETTINGS}
     chosen = compiler_settings()
-    for name in _OURS:
+    for name in _OUR_SETTINGS:
         setattr(config, name, chosen[name])
     try:
         yield

@@ -1,9 +1,8 @@
-"""What the machine code of a kernel depends on, as one digest.
+"""Stamps of kernels: digests of everything that their machine code depends on.
 
-A kernel is compiled with all that it calls linked into it. So its stamp is made of its own code and constants, and of
-those of every kernel that it reaches: an edit changes the stamps of what it touches and of what calls that, and of
-nothing else. Code is compared as Python compiles it: comments, docstrings, annotations and the place of a file are
-no part of it.
+A kernel is compiled together with all its callees. So its stamp covers its own code and constants, and those of every
+kernel that it reaches: an edit changes the stamps of the edited kernels and of their callers only. Code is compared as
+Python compiles it, without comments, docstrings, annotations and file locations.
 """
 
 from __future__ import annotations
@@ -26,21 +25,27 @@ _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.gener
 
 
 def kernel_stamp(kernel: Any) -> str:
-    """The digest of a dispatcher and of all that it reaches, of the versions that compile it, and of their settings.
+    """Return the digest of a kernel, all kernels it reaches, versions of the compilers, and their settings.
 
-    Raises TypeError where a kernel uses a global value that cannot be written down.
+    Raises TypeError if a kernel uses a global value that has no stable text form.
     """
     return _digest(
-        "\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached_kernels(kernel))])
+        "\n".join(
+            [
+                _environment_text(),
+                _name(kernel),
+                *sorted(_own_digest(reached)[0] for reached in reached_kernels(kernel)),
+            ]
+        )
     )
 
 
 @cache
 def reached_kernels(kernel: Any) -> tuple[Any, ...]:
-    """A kernel, and those that it calls, and those that they call; they may call each other."""
+    """Return a kernel and all its direct and indirect callees, which may be mutually recursive."""
     kernels = [kernel]
-    for one in kernels:  # which grows meanwhile
-        kernels += [used for used in _own(one)[1] if not any(used is other for other in kernels)]
+    for reached in kernels:  # which grows meanwhile
+        kernels += [used for used in _own_digest(reached)[1] if not any(used is known for known in kernels)]
     return tuple(kernels)
 
 
@@ -48,30 +53,30 @@ def _digest(text: str) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def _surroundings() -> str:
+def _environment_text() -> str:
     versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], sys.implementation.name)
     return repr((versions, getattr(sys, "abiflags", ""), sorted(compiler_settings().items())))
 
 
 @cache
-def _own(kernel: Any) -> tuple[str, tuple[Any, ...]]:
-    """The digest of one kernel, or plain function, without those that it uses; and those."""
+def _own_digest(kernel: Any) -> tuple[str, tuple[Any, ...]]:
+    """Return the digest of a single kernel or function, and the functions that it uses directly."""
     function: FunctionType = getattr(kernel, "py_func", kernel)
     names = sorted(_names(function.__code__))
-    used: list[Any] = []
+    callees: list[Any] = []
     values = {name: function.__globals__[name] for name in names if name in function.__globals__}
     values |= {
         name: cell.cell_contents
         for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     }
-    words = [
+    lines = [
         _name(kernel),
         repr(sorted(getattr(kernel, "targetoptions", {}).items())),
-        _spelled(function.__code__, function, used),
-        _spelled((function.__defaults__, function.__kwdefaults__), function, used),
-        *(f"{name}={_spelled(value, function, used)}" for name, value in values.items()),
+        _value_text(function.__code__, function, callees),
+        _value_text((function.__defaults__, function.__kwdefaults__), function, callees),
+        *(f"{name}={_value_text(value, function, callees)}" for name, value in values.items()),
     ]
-    return _digest("\n".join(words)), tuple(used)
+    return _digest("\n".join(lines)), tuple(callees)
 
 
 def _name(value: Any) -> str:
@@ -79,7 +84,7 @@ def _name(value: Any) -> str:
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """A code object, and those of its comprehensions and inner functions."""
+    """Yield a code object and those of its comprehensions and inner functions."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -87,12 +92,12 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Names that code looks up in its module, or as attributes."""
+    """Return the names that code looks up in its module or as attributes."""
     return {name for part in _codes(code) for name in part.co_names}
 
 
-def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
-    """A value that a function uses, written down; kernels by name, and listed for themselves."""
+def _value_text(value: Any, user: FunctionType, used: list[Any]) -> str:
+    """Return the text form of a value that a function uses; functions by name, and appended to `used`."""
     if isinstance(value, Dispatcher | FunctionType):
         used.append(value)
         return _name(value)
@@ -101,21 +106,21 @@ def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
     if isinstance(value, np.ndarray):
         return f"array {value.dtype} {value.shape} {hashlib.blake2b(value.tobytes()).hexdigest()}"
     if isinstance(value, CodeType):
-        return _spelled_code(value, user, used)
-    parts = [f"{name}={_spelled(part, user, used)}" for name, part in _parts(value, user)]
+        return _code_text(value, user, used)
+    parts = [f"{name}={_value_text(part, user, used)}" for name, part in _parts(value, user)]
     return f"{_name(value if hasattr(value, '__name__') else type(value))} {parts}"
 
 
-def _spelled_code(code: CodeType, user: FunctionType, used: list[Any]) -> str:
+def _code_text(code: CodeType, user: FunctionType, used: list[Any]) -> str:
     flat = code.co_name, code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags
     counts = code.co_argcount, code.co_kwonlyargcount, code.co_posonlyargcount
     has_doc = code is user.__code__ and user.__doc__ is not None
     constants = (None, *code.co_consts[1:]) if has_doc else code.co_consts
-    return repr((flat, counts, [_spelled(constant, user, used) for constant in constants]))
+    return repr((flat, counts, [_value_text(constant, user, used) for constant in constants]))
 
 
 def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
-    """What a value consists of, by name or place."""
+    """Return the parts of a composite value, by name or index."""
     parts: Iterable[tuple[object, Any]] = ()
     if isinstance(value, dict):
         parts = value.items()
@@ -126,8 +131,8 @@ def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
     elif isinstance(value, frozenset):
         parts = enumerate(sorted(value, key=repr))
     elif isinstance(value, ModuleType):
-        ours = value.__name__.partition(".")[0] == user.__module__.partition(".")[0]
-        names = sorted(_names(user.__code__)) if ours else []
+        is_ours = value.__name__.partition(".")[0] == user.__module__.partition(".")[0]
+        names = sorted(_names(user.__code__)) if is_ours else []
         parts = ((name, getattr(value, name)) for name in names if hasattr(value, name))
     elif isinstance(value, type):  # a named tuple, or a type of numbers
         parts = enumerate((*getattr(value, "_fields", ()), getattr(value, "_field_defaults", {})))

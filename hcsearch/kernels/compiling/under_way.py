@@ -1,4 +1,4 @@
-"""Which kernels are being compiled: k of n, in whichever process, and the one that this process is at."""
+"""Progress of compilation: kernels compiled by any process, k of n, and the current kernel of this process."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
 
 class Compilation(NamedTuple):
-    """How many kernels are compiled, of how many that are needed, and the name of the next."""
+    """Progress of a compilation: kernels compiled, kernels needed, and name of the current one."""
 
     done: int
     total: int
@@ -19,42 +19,44 @@ class Compilation(NamedTuple):
 
 
 class _State:
-    """What this process compiles for a call from Python: kernels that were missing when it began, and where it is."""
+    """Compilation for a call from Python: stamps missing at its start, and name of the current kernel."""
 
     missing: frozenset[str] = frozenset()
     name: str = ""
 
 
 def start_compilation(kernel: Any) -> None:
-    """A kernel that Python calls is to be compiled, with all that it reaches."""
+    """Start the compilation of a kernel that Python calls, with all kernels it reaches."""
     _State.missing = missing_stamps([kernel])
 
 
 def set_current_kernel(kernel: Any) -> None:
-    """The kernel that this process is at."""
+    """Set the kernel that this process is compiling or waiting for."""
     _State.name = kernel.__name__
 
 
 def end_compilation() -> None:
-    """What Python called is compiled."""
+    """End the compilation for a call from Python."""
     _State.missing, _State.name = frozenset(), ""
 
 
 def compilation_under_way() -> Compilation | None:
-    """What is being compiled in this process now, or waited for; None where it runs."""
-    name, wanted = _State.name, _State.missing
-    return Compilation(len(wanted - uncompiled_stamps(wanted)), len(wanted), name) if name and wanted else None
+    """Return the progress of the compilation in this process, waiting included; None if there is none."""
+    name, missing = _State.name, _State.missing
+    return Compilation(len(missing - uncompiled_stamps(missing)), len(missing), name) if name and missing else None
 
 
 def missing_stamps(kernels: Iterable[Any]) -> frozenset[str]:
-    """Stamps of the kernels that some reach, and that no process has compiled yet."""
+    """Return the stamps of all kernels reached by some that no process has compiled yet."""
     return uncompiled_stamps(
-        frozenset(kernel_stamp(used) for used in {used for kernel in kernels for used in reached_kernels(kernel)})
+        frozenset(
+            kernel_stamp(reached) for reached in {reached for kernel in kernels for reached in reached_kernels(kernel)}
+        )
     )
 
 
 def is_ready(kernel: Any) -> bool:
-    """Whether a kernel that Python calls is compiled, and so all that it calls; or numba's own cache keeps it."""
+    """Return whether a kernel can be called without compiling; always true with numba's own cache."""
     if not has_internals():
         return True
     end = f"-{kernel_stamp(kernel)}-{kernel.__name__}.kernel"
@@ -62,7 +64,7 @@ def is_ready(kernel: Any) -> bool:
 
 
 def uncompiled_stamps(stamps: frozenset[str]) -> frozenset[str]:
-    """Those of some stamps that no process has compiled yet."""
+    """Return the given stamps that no process has compiled yet."""
     return stamps - {path.name.split("-")[1] for path in _files()}
 
 

@@ -1,7 +1,7 @@
-"""Whether hinges that can turn one way only can move: cones of velocities, and what holds them shut.
+"""Motions of one-sided hinges: cones of velocities, and wrenches that hold the hinges shut.
 
-Hinges are given as lines or screws in the sense in which they can turn, in the order of their loop; velocities x >= 0
-keep the loop closed to first order when sum x_i screw_i = 0. What is proved from that is in `locks.proofs`.
+Hinges are given as lines or screws, oriented in the sense in which they can turn, in the order of their loop;
+velocities x >= 0 keep the loop closed to first order when sum x_i screw_i = 0. `locks.proofs` draws the conclusions.
 """
 
 from __future__ import annotations
@@ -16,26 +16,25 @@ from hcsearch.kernels.algebra import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 MAX_EXTREME_RAYS = 2048
-"""Nothing is claimed about a cone with more extreme rays."""
-
+"""Greatest number of extreme rays; cones with more are left undecided."""
 
 END_LOCKED, END_PASSED, END_OPEN = 1, 2, 0
-"""What `settle_ends` finds at an end: locked at first order; not to be locked at second order either, or with too many
-motions to decide; or open, as no motion was found that second order allows."""
+"""Verdicts of `settle_ends` on an end: locked at first order; passed, as some motion exists to second order or there
+are too many rays to decide; open, as no motion was found that is possible to second order."""
 
 
 @lean
-def _dot(one: Reals, two: Reals) -> float:
-    """Scalar product; so short that calling a library takes longer."""
+def _dot(first: Reals, second: Reals) -> float:
+    """Return the scalar product; a library call would take longer for vectors this short."""
     total = 0.0
-    for i in range(len(one)):
-        total += one[i] * two[i]
+    for i in range(len(first)):
+        total += first[i] * second[i]
     return total
 
 
 @lean
-def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> None:
-    """Add the k-th chosen column to those orthogonalised before it (twice, for accuracy)."""
+def _orthogonalise(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> None:
+    """Orthogonalise the k-th chosen column against those before it, twice for accuracy: one step of QR."""
     height = columns.shape[1]
     for c in range(height):
         q[k, c] = columns[chosen[k], c]
@@ -43,12 +42,12 @@ def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> N
         r[j, k] = 0.0
     for _ in range(2):
         for j in range(k):
-            part = 0.0
+            component = 0.0
             for c in range(height):
-                part += q[j, c] * q[k, c]
-            r[j, k] += part
+                component += q[j, c] * q[k, c]
+            r[j, k] += component
             for c in range(height):
-                q[k, c] -= part * q[j, c]
+                q[k, c] -= component * q[j, c]
     length = 0.0
     for c in range(height):
         length += q[k, c] ** 2
@@ -59,7 +58,7 @@ def _join(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> N
 
 @lean
 def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals) -> None:
-    """Least squares over the columns that are orthogonalised."""
+    """Write the least-squares weights of the first `count` orthogonalised columns."""
     for i in range(count - 1, -1, -1):
         value = 0.0
         for c in range(len(target)):
@@ -71,22 +70,24 @@ def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals
 
 @compiled
 def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
-    """Write x >= 0 for which sum x_i columns_i comes nearest to a target, and what is left (Lawson and Hanson).
+    """Write the x >= 0 for which sum x_i columns_i is nearest to a target, and the residual (Lawson and Hanson).
 
-    columns : shape (n, height), of about unit length. No column would reduce what is left by more than 1e-11.
+    The product of the residual with any column not used is at most 1e-11.
+
+    columns : shape (n, height), of about unit length.
     """
     n, height = columns.shape
     x[:] = 0.0
     residual[:] = target
     chosen = np.empty(min(n, height), np.int64)
-    inside = np.zeros(n, np.bool_)
+    is_chosen = np.zeros(n, np.bool_)
     weights = np.empty(len(chosen))
     q, r = np.empty((len(chosen), height)), np.empty((len(chosen), len(chosen)))
-    count = ready = 0
+    count = factored = 0
     for _ in range(20 * n):
         best, gain = -1, 1e-11
         for j in range(n):
-            if not inside[j]:
+            if not is_chosen[j]:
                 value = 0.0
                 for c in range(height):
                     value += residual[c] * columns[j, c]
@@ -95,34 +96,34 @@ def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual:
         if best < 0 or count == len(chosen):
             return
         chosen[count] = best
-        inside[best] = True
+        is_chosen[best] = True
         count += 1
         while count > 0:
-            for k in range(ready, count):
-                _join(columns, chosen, k, q, r)
-            ready = count
+            for k in range(factored, count):
+                _orthogonalise(columns, chosen, k, q, r)
+            factored = count
             _least_squares(q, r, target, count, weights)
             step = 1.0
             for i in range(count):
                 if weights[i] <= 0.0:
-                    old = x[chosen[i]]
-                    step = min(step, old / (old - weights[i]) if old > 0.0 else 0.0)
+                    weight_before = x[chosen[i]]
+                    step = min(step, weight_before / (weight_before - weights[i]) if weight_before > 0.0 else 0.0)
             for i in range(count):
                 x[chosen[i]] += step * (weights[i] - x[chosen[i]])
             if step == 1.0:
                 break
-            kept = 0
+            kept_count = 0
             for i in range(count):
                 if weights[i] > 0.0 or x[chosen[i]] > 1e-14:
-                    chosen[kept] = chosen[i]
-                    kept += 1
+                    chosen[kept_count] = chosen[i]
+                    kept_count += 1
                 else:
-                    ready = min(ready, i)
-                    inside[chosen[i]] = False
+                    factored = min(factored, i)
+                    is_chosen[chosen[i]] = False
                     x[chosen[i]] = 0.0
-            if kept == count:  # rounding: the last one brought nothing
+            if kept_count == count:  # rounding: the last column made no difference
                 return
-            count = kept
+            count = kept_count
         for c in range(height):
             residual[c] = target[c]
             for i in range(count):
@@ -131,18 +132,20 @@ def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual:
 
 @compiled
 def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
-    """Whether a wrench, written to `wrench`, holds every hinge shut: its power on every line is positive, exactly.
+    """Search a wrench that holds every hinge shut; return whether its power on every line is positive, exactly.
 
-    Then no velocities x >= 0 but 0 can satisfy sum x_i line_i = 0 (Gordan), and the linkage is locked. `lines` has
-    shape (n, 5). False says nothing: motion, or a margin too small to see.
+    Then only x = 0 satisfies sum x_i line_i = 0 with x >= 0 (Gordan), and the linkage is locked. False is inconclusive:
+    the hinges may move, or the margin may be too small to detect.
+
+    lines : shape (n, 5). wrench : shape (5,), written.
     """
     n, width = lines.shape
     scale = np.ones(width + 1)
     for c in range(width):
-        most = 0
+        greatest = 0
         for i in range(n):
-            most = max(most, abs(lines[i, c]))
-        scale[c] = max(1, most)
+            greatest = max(greatest, abs(lines[i, c]))
+        scale[c] = max(1, greatest)
     columns = np.ones((n, width + 1))
     for i in range(n):
         for c in range(width):
@@ -170,19 +173,21 @@ def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
 
 @compiled
 def cone_rays(columns: Reals, rays: Reals) -> int:
-    """Write the extreme rays of the cone of x >= 0 with sum x_i columns_i = 0, each of sum 1; return how many.
+    """Write the extreme rays, each of sum 1, of the cone of x >= 0 with sum x_i columns_i = 0; return their number.
 
-    By double description: the equations are met one after the other, and two rays on different sides of one make a
-    new ray where no third has its zeros wherever both have. Those of a face of two dimensions have together at most
-    two entries above the number of equations met, so that only such pairs are held against all others. columns : shape
-    (n, height), of about unit length, n at most 63. rays : shape (most, n); -1 is returned where there is no room for
-    what is met on the way, or where rounding hides whether an equation depends on those before.
+    Double description method: equations are added one after the other; two rays on different sides of a new equation
+    combine to a new ray if they are adjacent, that is, if no third ray is 0 wherever both are. The joint support of
+    adjacent rays has at most two entries more than equations have been added, so that only such pairs are compared to
+    all other rays. Returns -1 if there is no room for the intermediate rays, or if rounding hides whether an equation
+    depends on the earlier ones.
+
+    columns : shape (n, height), of about unit length, n at most 63. rays : shape (most, n).
     """
     n, height = columns.shape
-    most = len(rays)
-    supports = np.empty(most, np.int64)
-    values = np.empty(most)
-    if n > min(most, 63):
+    capacity = len(rays)
+    supports = np.empty(capacity, np.int64)
+    values = np.empty(capacity)
+    if n > min(capacity, 63):
         return -1
     rays[:n] = 0.0
     for i in range(n):
@@ -190,24 +195,24 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
         supports[i] = np.int64(1) << i
     count = n
     equations = np.empty((height, n))
-    met = 0
+    equation_count = 0
     for row in range(height):
-        # orthogonal to the equations before, so that rays are not spoilt by nearly dependent ones
+        # orthogonalised against the earlier equations, so that nearly dependent ones do not spoil the rays
         equation = columns[:, row].copy()
         for _ in range(2):
-            for before in range(row):
-                equation -= _dot(equations[before], equation) * equations[before]
-        rest = np.sqrt(_dot(equation, equation))
-        if rest <= 1e-11:
+            for earlier in range(row):
+                equation -= _dot(equations[earlier], equation) * equations[earlier]
+        length = np.sqrt(_dot(equation, equation))
+        if length <= 1e-11:
             equations[row] = 0.0
             continue
-        if rest < 1e-6:  # neither met by all nor an equation of its own: rounding would decide
+        if length < 1e-6:  # neither dependent nor independent: rounding would decide
             return -1
-        equations[row] = equation / rest
+        equations[row] = equation / length
         for k in range(count):
             value = _dot(rays[k], equations[row])
             values[k] = value if abs(value) > 1e-11 else 0.0
-        made = count
+        ray_count = count
         for p in range(count):
             if values[p] <= 0.0:
                 continue
@@ -215,7 +220,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
                 if values[q] >= 0.0:
                     continue
                 joint = supports[p] | supports[q]
-                if not _at_most(joint, met + 2):
+                if not _at_most(joint, equation_count + 2):
                     continue
                 adjacent = True
                 for k in range(count):
@@ -224,36 +229,36 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
                         break
                 if not adjacent:
                     continue
-                if made == most:
+                if ray_count == capacity:
                     return -1
                 total = 0.0
                 support = np.int64(0)
                 for i in range(n):
                     value = rays[p, i] * -values[q] + rays[q, i] * values[p]
-                    rays[made, i] = value
+                    rays[ray_count, i] = value
                     total += value
                 for i in range(n):
-                    rays[made, i] /= total
-                    if rays[made, i] > 1e-11:
+                    rays[ray_count, i] /= total
+                    if rays[ray_count, i] > 1e-11:
                         support |= np.int64(1) << i
                     else:
-                        rays[made, i] = 0.0
-                supports[made] = support
-                made += 1
-        kept = 0
-        for k in range(made):
+                        rays[ray_count, i] = 0.0
+                supports[ray_count] = support
+                ray_count += 1
+        kept_count = 0
+        for k in range(ray_count):
             if k >= count or values[k] == 0.0:
-                rays[kept] = rays[k]
-                supports[kept] = supports[k]
-                kept += 1
-        count = kept
-        met += 1
+                rays[kept_count] = rays[k]
+                supports[kept_count] = supports[k]
+                kept_count += 1
+        count = kept_count
+        equation_count += 1
     return int(count)
 
 
 @lean
 def _at_most(support: int, size: int) -> bool:
-    """Whether a support has no more than so many members."""
+    """Return whether a bit set has at most `size` members."""
     for _ in range(size):
         support &= support - 1
     return support == 0
@@ -273,10 +278,10 @@ def _bend(screws: Reals, x: Reals, bend: Reals) -> None:
 
 
 @compiled
-def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
-    """Whether velocities x >= 0 that keep a loop closed to first order can be completed to second order.
+def _extends_to_second_order(screws: Reals, x: Reals, columns: Reals) -> bool:
+    """Return whether velocities x >= 0 that keep a loop closed to first order extend to second order.
 
-    Accelerations are free where x > 0, and not negative elsewhere. columns : room for shape (2 n, 6).
+    Accelerations are free where x > 0, and not negative elsewhere. columns : work table of shape (2 n, 6).
     """
     n = len(x)
     bend = np.empty(6)
@@ -284,50 +289,50 @@ def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
     length = np.sqrt(_dot(bend, bend))
     if length < 1e-12:
         return True
-    count = n
+    column_count = n
     for i in range(n):
         columns[i] = screws[i] / np.sqrt(_dot(screws[i], screws[i]))
-        if x[i] > 1e-9:  # else it may be a zero that rounding moved
-            columns[count] = -columns[i]
-            count += 1
-    w, left = np.empty(count), np.empty(6)
-    nonnegative_least_squares(columns[:count], -bend / length, w, left)
-    return bool(_dot(left, left) < 1e-18)
+        if x[i] > 1e-9:  # smaller values may be zeros changed by rounding
+            columns[column_count] = -columns[i]
+            column_count += 1
+    weights, residual = np.empty(column_count), np.empty(6)
+    nonnegative_least_squares(columns[:column_count], -bend / length, weights, residual)
+    return bool(_dot(residual, residual) < 1e-18)
 
 
 @compiled
-def _some_corners(columns: Reals, corners: Reals) -> None:
-    """Write some extreme rays of the cone of `cone_rays`, one for each row, perhaps the same ones: it is not {0}."""
+def _some_extreme_rays(columns: Reals, corners: Reals) -> None:
+    """Write some extreme rays of the cone of `cone_rays`, one per row, possibly repeated; the cone must not be {0}."""
     n, height = columns.shape
     weighted = np.empty((n, height + 1))
     weighted[:, :height] = columns
     target = np.zeros(height + 1)
     target[height] = 1.0
-    left = np.empty(height + 1)
+    residual = np.empty(height + 1)
     for row in range(len(corners)):
         for i in range(n):
             weighted[i, height] = 0.1 + (i * 0.6180339887498949 + row * 0.7548776662466927) % 1.0
-        nonnegative_least_squares(weighted, target, corners[row], left)
+        nonnegative_least_squares(weighted, target, corners[row], residual)
 
 
 @compiled
-def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
-    """Write the shares s for which (1 - s) one + s two bends without turning about z; return how many (0 to 2)."""
+def _level_shares(screws: Reals, first_ray: Reals, second_ray: Reals, shares: Reals) -> int:
+    """Write the s in (0, 1) for which (1 - s) one + s two has no second-order rotation about z; return their number."""
     bend = np.empty(6)
-    _bend(screws, one, bend)
-    first = bend[2]
-    _bend(screws, two, bend)
-    last = bend[2]
-    _bend(screws, one + two, bend)
-    across = bend[2] - first - last
+    _bend(screws, first_ray, bend)
+    first_turn = bend[2]
+    _bend(screws, second_ray, bend)
+    second_turn = bend[2]
+    _bend(screws, first_ray + second_ray, bend)
+    mixed_turn = bend[2] - first_turn - second_turn
     # first (1 - s)^2 + across s (1 - s) + last s^2 = 0
-    a, b = first - across + last, across - 2.0 * first
-    root = b * b - 4.0 * a * first
+    a, b = first_turn - mixed_turn + second_turn, mixed_turn - 2.0 * first_turn
+    root = b * b - 4.0 * a * first_turn
     if root < 0.0:
         return 0
     q = -0.5 * (b + (np.sqrt(root) if b >= 0.0 else -np.sqrt(root)))
     count = 0
-    for top, bottom in ((q, a), (first, q)):
+    for top, bottom in ((q, a), (first_turn, q)):
         if abs(bottom) > 1e-14 and 0.0 < top / bottom < 1.0:
             shares[count] = top / bottom
             count += 1
@@ -336,30 +341,32 @@ def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
 
 @compiled
 def yields_second_order(screws: Reals, rays: Reals) -> bool:
-    """Whether some velocities of one-sided hinges of a loop can be completed to second order.
+    """Return whether some velocities of the one-sided hinges of a loop extend to second order; False is inconclusive.
 
-    screws : shape (n, 6), in the order of the loop, each in the sense in which its hinge can move, all horizontal: at
-    second order a turn about z can be met by no acceleration. rays : of the cone of velocities to first order; they
-    are tried, and such sums of two that turn nothing about z. False says nothing.
+    The rays are tried, their pairwise sums, and those combinations of two without second-order rotation about z: as all
+    screws are horizontal, no acceleration can compensate such a rotation.
+
+    screws : shape (n, 6), in the order of the loop, oriented in the sense in which the hinges can move. rays : of the
+        cone of velocities to first order.
     """
-    room = np.empty((2 * len(screws), 6))
+    columns = np.empty((2 * len(screws), 6))
     shares = np.empty(2)
     for ray in rays:
-        if _completes(screws, ray, room):
+        if _extends_to_second_order(screws, ray, columns):
             return True
-    for one in range(len(rays)):
-        for two in range(one):
-            if _completes(screws, rays[one] + rays[two], room):
+    for i in range(len(rays)):
+        for j in range(i):
+            if _extends_to_second_order(screws, rays[i] + rays[j], columns):
                 return True
-            for k in range(_level_shares(screws, rays[one], rays[two], shares)):
-                if _completes(screws, (1.0 - shares[k]) * rays[one] + shares[k] * rays[two], room):
+            for k in range(_level_shares(screws, rays[i], rays[j], shares)):
+                if _extends_to_second_order(screws, (1.0 - shares[k]) * rays[i] + shares[k] * rays[j], columns):
                     return True
     return False
 
 
 @compiled
 def settle_ends(lines: WholeNumbers, screws: Reals, ends: NDArray[np.int8]) -> None:
-    """Write LOCKED, PASSED or OPEN for each of many loops.
+    """Write `END_LOCKED`, `END_PASSED` or `END_OPEN` for each of many loops.
 
     lines : shape (n_loops, n, 5), whole; screws : shape (n_loops, n, 6), the same hinges in metres.
     """
@@ -372,7 +379,7 @@ def settle_ends(lines: WholeNumbers, screws: Reals, ends: NDArray[np.int8]) -> N
             ends[i] = END_LOCKED
             continue
         level[:, :2], level[:, 2:] = screws[i, :, :2], screws[i, :, 3:]
-        _some_corners(level, corners)  # mostly enough, and far cheaper than all rays
+        _some_extreme_rays(level, corners)  # mostly sufficient, and far cheaper than all rays
         if yields_second_order(screws[i], corners):
             ends[i] = END_PASSED
             continue

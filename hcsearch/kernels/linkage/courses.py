@@ -1,4 +1,4 @@
-"""A motion between two of its states: a polynomial for each fold angle, and bounds of its rates over the whole step."""
+"""Courses of fold angles between two states: polynomials in the step, and bounds of speeds and accelerations."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.linkage.prisms import PrismPairs
 
 COURSE_TERM_COUNT = 6
-"""Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""
+"""Coefficients of a course: a quintic in the share of the step, or a cubic if accelerations are unknown."""
 
 
 @lean
 def write_course(
     h: float, cubic: bool, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals, course: Reals
 ) -> None:
-    """Write the polynomials through the states at both ends of a step of length h (s), shape (n, 6)."""
+    """Write the polynomials, shape (n, 6), through the states at both ends of a step of length h (s)."""
     for i in range(len(q0)):
         rise, s0, s1, b0, b1 = q1[i] - q0[i], h * v0[i], h * v1[i], h * h * a0[i], h * h * a1[i]
         course[i, 0], course[i, 1] = q0[i], s0
@@ -50,9 +50,9 @@ def write_course_rates(course: Reals, x: float, h: float, rates: Reals) -> None:
 
 @lean
 def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
-    """Write what |rate| (rad/s) and |acceleration| (rad/s^2) do not exceed in the step.
+    """Write upper bounds of |rate| (rad/s) and |acceleration| (rad/s^2) in the step.
 
-    A polynomial stays within its Bernstein coefficients.
+    A polynomial is bounded by its Bernstein coefficients.
     """
     for i in range(len(speeds)):
         speeds[i] = accelerations[i] = 0.0
@@ -75,40 +75,40 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
 
 
 @lean
-def path_speed(pairs: PrismPairs, p: int, back: int, speeds: Reals, panels: WholeNumbers) -> float:
-    """What speed (m/s) of points of the second prism of a pair is not exceeded, as seen from the panel of the first.
+def path_speed(pairs: PrismPairs, p: int, side: int, speeds: Reals, panels: WholeNumbers) -> float:
+    """Return an upper bound of the speed (m/s) of points of a pair's second prism relative to the panel of the first.
 
-    back : 1 for points of the first, seen from the second. panels : of the prisms. Each hinge on the way turns all that
-    lies beyond it.
+    Each hinge on the path between the panels turns everything beyond it.
+
+    side : 1 for points of the first prism relative to the second panel. panels : of the prisms.
     """
-    g = pairs.prisms[p, 1 - back]
-    here, there = panels[pairs.prisms[p, back]], panels[g]
-    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
+    g = pairs.prisms[p, 1 - side]
+    panel, target = panels[pairs.prisms[p, side]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[target], pairs.nexts[target], pairs.reaches[g]
     speed = 0.0
-    while here != there:
-        hinge = hinges[here]
+    while panel != target:
+        hinge = hinges[panel]
         if hinge >= 0:  # none joins panels that stand still
             speed += speeds[hinge] * reaches[hinge]
-        here = nexts[here]
+        panel = nexts[panel]
     return speed
 
 
 @lean
-def path_bend(pairs: PrismPairs, p: int, back: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
-    """What acceleration (m/s^2) of points of the second prism is not exceeded, as seen from the panel of the first.
+def path_bend(pairs: PrismPairs, p: int, side: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
+    """Return an upper bound of the acceleration (m/s^2) of points of a pair's second prism relative to the first panel.
 
-    back, panels : as of `path_speed`. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k
-    before l)).
+    |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)). side, panels : as of `path_speed`.
     """
-    g = pairs.prisms[p, 1 - back]
-    here, there = panels[pairs.prisms[p, back]], panels[g]
-    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
-    acceleration = before = 0.0
-    while here != there:
-        hinge = hinges[here]
+    g = pairs.prisms[p, 1 - side]
+    panel, target = panels[pairs.prisms[p, side]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[target], pairs.nexts[target], pairs.reaches[g]
+    acceleration = speed_sum = 0.0
+    while panel != target:
+        hinge = hinges[panel]
         if hinge >= 0:
             w = speeds[hinge]
-            acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * before))
-            before += w
-        here = nexts[here]
+            acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * speed_sum))
+            speed_sum += w
+        panel = nexts[panel]
     return acceleration

@@ -1,8 +1,9 @@
-"""Hinge lines of two-stack foldings in whole numbers, at both ends of the motion, and their exact ranks.
+"""Integer hinge lines of two-stack foldings at both ends of the motion, and their exact ranks.
 
-A line through p and q at height z is (u, m) with u = q - p and m = p x q. In lattice coordinates, heights counted in
-panel thicknesses, all of it is whole; and as affine maps act on lines linearly, ranks and the signs of powers are those
-of the true panels, whatever their size and thickness. Lines are horizontal: their third direction is 0 and left out.
+A line through p and q at height z is (u, m) with u = q - p and m = p x q. In lattice coordinates, with heights in panel
+thicknesses, all components are integers; and as affine maps act linearly on lines, ranks and the signs of powers equal
+those of the true panels, whatever their size and thickness. Lines are horizontal: the z component of u is 0 and left
+out.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ def _put_line(line: WholeNumbers, px: int, py: int, qx: int, qy: int, z: int, si
 def write_flat_lines(
     word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
 ) -> None:
-    """Write the lines that hinges fold about in the flat state, from crease + 1 on around the circuit.
+    """Write the lines about which hinges fold in the flat state, from crease + 1 on around the circuit.
 
     edges : shape (directions, 4), start and end of the edge that faces a direction, counterclockwise about a cell's
-        centre. scale : lattice units of the lines to a lattice step.
-    lines : shape (n, 5); the panel after a crease turns about its line, seen from the one before, when the crease
-        folds. The flat creases come in the middle and at the end, with the faces that continue the alternation.
+        centre. scale : lattice units of the lines per lattice step.
+    lines : shape (n, 5); when a crease folds, the panel after it turns about its line relative to the panel before.
+        The flat creases come in the middle and at the end, on the faces that continue the alternation.
     """
     n = len(word)
     x = y = 0
@@ -52,28 +53,28 @@ def write_flat_lines(
 def write_folded_lines(
     word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
 ) -> None:
-    """Write the lines that hinges open about in the folded state, in the order of `write_flat_lines`.
+    """Write the lines about which hinges open in the folded state, in the order of `write_flat_lines`.
 
-    The lowest panels are those at the crease; layer t lies between the heights t and t + 1. A hinge that opens turns
-    what lies above it upwards, about the edge with the panel on its left; on the way down the second stack that is
-    run through backwards. A flat crease folds as its hinge allows, out of the package.
+    The lowest panels are those at the crease; layer t lies between the heights t and t + 1. An opening hinge turns the
+    panels above it upwards, about the edge with the panel on its left; the second stack is traversed downwards, with
+    edges reversed. A flat crease folds as its hinge allows, out of the package.
     """
     n = len(word)
     m = len(steps)
     half = n // 2
     d = word[crease]
     for stack in range(2):
-        # the lowest panel lies as in the flat state: the first stack across the crease, the second before it
+        # the lowest panel lies as in the flat state: of the first stack beyond the crease, of the second before it
         cx, cy = (scale * steps[d, 0], scale * steps[d, 1]) if stack == 0 else (0, 0)
-        turn, offset = 1, 0  # a panel's own direction i has come to face turn * i + offset
+        turn, offset = 1, 0  # direction i of a panel now faces turn * i + offset
         for t in range(half - 1):
             if stack == 0:
                 k = (crease + 1 + t) % n
-                own = word[k]
+                direction = word[k]
             else:
                 k = (crease - 1 - t) % n
-                own = (word[k] + m // 2) % m
-            r = (turn * own + offset) % m
+                direction = (word[k] + m // 2) % m
+            r = (turn * direction + offset) % m
             row = (k - crease - 1) % n
             _put_line(
                 lines[row],
@@ -85,7 +86,7 @@ def write_folded_lines(
                 1 if stack == 0 else -1,
             )
             # the next panel: reflect its directions in the crease, then turn them as this one
-            offset = (turn * (2 * own + m // 2) + offset) % m
+            offset = (turn * (2 * direction + m // 2) + offset) % m
             turn = -turn
     # the edge between the stacks, seen from the second: the first stack's panel lies on its right
     px, py, qx, qy = edges[d, 0], edges[d, 1], edges[d, 2], edges[d, 3]
@@ -95,10 +96,10 @@ def write_folded_lines(
 
 @compiled
 def whole_rank(lines: WholeNumbers) -> int:
-    """Rank of the whole lines of a loop, shape (n, 5): the greater of two ranks modulo primes near 2^31.
+    """Return the exact rank of the integer lines of a loop, shape (n, 5): the greater of two ranks modulo primes.
 
-    It is exact: a determinant that is not 0 is a multiple of both primes only from 4.6e18 on, and those of lines of n
-    panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000
+    The primes lie near 2^31. A nonzero determinant is a multiple of both primes only from 4.6e18 on, and the
+    determinants of lines of n panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000
     (docs/explanation/theory.md, 25).
     """
     rank = _rank_modulo(lines, 2147483647)
@@ -109,7 +110,7 @@ def whole_rank(lines: WholeNumbers) -> int:
 
 @compiled
 def _rank_modulo(lines: WholeNumbers, prime: int) -> int:
-    """Rank modulo a prime below 2^31, by elimination without division: no product leaves 63 bits."""
+    """Return the rank modulo a prime below 2^31, by fraction-free elimination: all products fit in 63 bits."""
     rows = lines % prime
     n, width = rows.shape
     rank = 0
@@ -135,9 +136,9 @@ def _rank_modulo(lines: WholeNumbers, prime: int) -> int:
 
 @lean
 def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
-    """Write the unit screws of whole lines: direction, and moment divided by `size`.
+    """Write the unit screws of integer lines: direction, and moment divided by `size`.
 
-    basis : shape (2, 2), what lattice coordinates are multiplied with to give metres. screws : shape (n, 6).
+    basis : shape (2, 2), maps lattice coordinates to metres. screws : shape (n, 6).
     """
     area = basis[0, 0] * basis[1, 1] - basis[0, 1] * basis[1, 0]
     for i in range(len(lines)):
@@ -155,30 +156,33 @@ def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float
 
 @lean
 def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int, int]:
-    """How many pairs of panels meet on a mirror axis, flat and folded, and how often two pairs follow each other."""
+    """Count pairs of panels that meet on a mirror axis, flat and folded, and adjacent pairs of such pairs."""
     n, m = len(word), len(steps)
-    across = np.int64(word[crease])
+    crease_direction = np.int64(word[crease])
     for t in range(n // 2):
-        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * across) % m != 0:
+        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * crease_direction) % m != 0:
             return 0, 0
-    inwards = across + m // 2  # from the first stack to the second
-    x, y = steps[across, 0], steps[across, 1]  # from the second stack's panel to the first's, in the flat state
-    turn, offset = 1, np.int64(0)  # folded, the first's own direction i has come to face turn * i + offset
-    pairs = joints = 0
-    met_before = False
+    inwards = crease_direction + m // 2  # from the first stack to the second
+    x, y = (
+        steps[crease_direction, 0],
+        steps[crease_direction, 1],
+    )  # from the second stack's panel to the first's, in the flat state
+    turn, offset = 1, np.int64(0)  # folded, direction i of the first now faces turn * i + offset
+    pairs = adjacent_pairs = 0
+    met_last = False
     for t in range(n // 2):
         # the walk stays on its side of the axis
-        meets = x == steps[across, 0] and y == steps[across, 1]
-        meets = meets and (turn * inwards + offset - inwards) % m == 0
-        pairs += meets
-        joints += meets and met_before
-        met_before = meets
-        ahead, back = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
-        x += steps[ahead, 0] + steps[back, 0]
-        y += steps[ahead, 1] + steps[back, 1]
-        offset = (turn * (2 * ahead + m // 2) + offset) % m
+        do_meet = x == steps[crease_direction, 0] and y == steps[crease_direction, 1]
+        do_meet = do_meet and (turn * inwards + offset - inwards) % m == 0
+        pairs += do_meet
+        adjacent_pairs += do_meet and met_last
+        met_last = do_meet
+        forward, backward = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
+        x += steps[forward, 0] + steps[backward, 0]
+        y += steps[forward, 1] + steps[backward, 1]
+        offset = (turn * (2 * forward + m // 2) + offset) % m
         turn = -turn
-    return pairs, joints
+    return pairs, adjacent_pairs
 
 
 @compiled
@@ -197,11 +201,13 @@ def survey_ends(
     lines: WholeNumbers,
     screws: Reals,
 ) -> None:
-    """Look at the two ends, folded and flat, of many foldings (of circuits `rows`, at `creases`).
+    """Write lines, screws, ranks and mirror pairs at the two ends, folded and flat, of many foldings.
 
+    rows, creases : circuit and crease of each folding.
     steps, edges, scale, basis : of the grid, as in `write_flat_lines` and `true_screws`.
-    ranks : shape (n_foldings, 2), of all n hinges, folded and flat. mirrors : shape (n_foldings, 2), pairs of panels
-    on a mirror axis, and how often two follow each other. lines, screws : shape (n_foldings, 2, n, 5 and 6).
+    ranks : shape (n_foldings, 2), of all n hinges, folded and flat. mirrors : shape (n_foldings, 2), number of pairs of
+        panels that meet on a mirror axis, and of adjacent such pairs. lines, screws : shape (n_foldings, 2, n, 5) and
+        (n_foldings, 2, n, 6).
     """
     for i in range(len(rows)):
         word, crease = words[rows[i]], int(creases[i])

@@ -1,9 +1,9 @@
-"""Closure of loops of revolute hinges: where a walk around a loop ends, and how it moves with each fold angle.
+"""Closure of loops of revolute hinges: residuals, Jacobians, second-order terms, and poses of panels.
 
-A hinge is a line of the flat state: a unit direction and a point. Folding hinges h_1, ..., h_k by angles turns what
-comes after them by the product of the rotations about those lines, taken in order (product of exponentials), so a loop
-is closed when the product is the identity. Loops are concatenated: loop l is `hinges[starts[l]:starts[l + 1]]`, each
-with +1 or -1 as the walk crosses it from its first panel to its second or back.
+A hinge is a line in the flat state: a unit direction and a point. Folding hinges h_1, ..., h_k moves everything after
+them by the product of the rotations about those lines, in this order (product of exponentials), so a loop is closed
+when the product is the identity. Loops are concatenated: loop l is `hinges[starts[l]:starts[l + 1]]`, each hinge with
+sign +1 or -1 as the loop crosses it from its first panel to its second or back.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 
 @lean
 def fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
-    """Multiply a pose (3 x 4, rotation and translation) by the rotation about a line, from the right."""
+    """Multiply a pose (3 x 4, rotation and translation) from the right by the rotation about a line."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
     ux, uy, uz = direction[0], direction[1], direction[2]
-    # the rotation less the identity, by rows, so that what does not move stays exact
+    # the rotation minus the identity, by rows, so that fixed points stay exact
     xx, xy, xz = -c * (uy * uy + uz * uz), c * ux * uy - s * uz, c * ux * uz + s * uy
     yx, yy, yz = c * ux * uy + s * uz, -c * (ux * ux + uz * uz), c * uy * uz - s * ux
     zx, zy, zz = c * ux * uz - s * uy, c * uy * uz + s * ux, -c * (ux * ux + uy * uy)
@@ -41,7 +41,7 @@ def fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
 
 @lean
 def _rotation_vector(pose: Reals, vector: Reals) -> None:
-    """Axis times angle of the rotation of a pose, for angles up to pi."""
+    """Write axis times angle of the rotation of a pose, for angles up to pi."""
     x = pose[2, 1] - pose[1, 2]
     y = pose[0, 2] - pose[2, 0]
     z = pose[1, 0] - pose[0, 1]
@@ -81,12 +81,12 @@ def close_loops(
     jacobian: Reals,
     pose: Reals,
 ) -> None:
-    """Write the closure residual of every loop, and its derivative by the fold angles.
+    """Write the closure residual of every loop, and its Jacobian with respect to the fold angles.
 
     residual : shape (6 n_loops,), for each loop the rotation vector (rad) and the gap divided by `size`.
-    jacobian : shape (6 n_loops, n_hinges), columns the screws of the hinges where they lie now, seen from the first
+    jacobian : shape (6 n_loops, n_hinges), columns the screws of the hinges in the current state, relative to the first
         panel of the loop; exact where the loop is closed, else up to terms of the size of the residual.
-    pose : shape (3, 4), for what a walk comes to.
+    pose : shape (3, 4), work table; the pose at the end of the last loop.
     """
     for i in range(jacobian.shape[0]):
         for h in range(jacobian.shape[1]):
@@ -122,8 +122,8 @@ def bend_loops(starts: WholeNumbers, hinges: WholeNumbers, jacobian: Reals, velo
     """Write the second-order closure error of moving with a velocity: the sum over i < j of v_i v_j [S_i, S_j].
 
     S_i are the columns of the Jacobian in the order of the loop. With accelerations w of the fold angles, a loop
-    stays closed to second order when J w + bend = 0. No hinge comes twice in a loop. Linear time: the sum over i is
-    carried along.
+    stays closed to second order when J w + bend = 0. No hinge may occur twice in a loop. Linear time: the sum over i is
+    accumulated.
     """
     before = np.empty(6)
     for loop in range(len(starts) - 1):
@@ -138,11 +138,11 @@ def bend_loops(starts: WholeNumbers, hinges: WholeNumbers, jacobian: Reals, velo
 
 
 class Chain(NamedTuple):
-    """Lines of hinges in the flat state, and a tree of panels.
+    """Lines of hinges in the flat state, and a spanning tree of panels.
 
-    directions, points : (n_hinges, 3). order : the panels, parents before those that hang on them.
-    parents, hinges, signs : of each panel: the panel it hangs on (-1: held in its flat position), by which hinge,
-        crossed in which sense.
+    directions, points : (n_hinges, 3). order : the panels, parents before children.
+    parents, hinges, signs : for each panel, its parent (-1 if fixed in its flat position), the hinge between them, and
+        the sense in which the tree crosses that hinge.
     """
 
     directions: Reals
@@ -170,11 +170,13 @@ def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
 
 @lean
 def weigh_rows(jacobian: Reals, residual: Reals, damping: float, gram: Reals, weights: Reals) -> bool:
-    """Write the x for which -J^T x is the shortest change of the angles that takes a residual away, to first order.
+    """Write the x for which -J^T x is the shortest change of the angles that cancels a residual to first order.
 
-    Solves (J J^T + d) x = residual by Cholesky, d = `damping` and the residual's square; False where rounding leaves no
-    solution. gram : (r, r), for the factor. The step is that of `kinematics.closing.correction`, but for directions
-    that its singular values rule out: damping alone keeps redundant loops solvable here.
+    Solves (J J^T + d) x = residual by Cholesky, with d = `damping` plus the squared norm of the residual; returns False
+    if rounding makes the matrix indefinite. The step equals that of `kinematics.closing.correction`, except in the
+    directions that are excluded there by singular values: here damping alone keeps redundant loops solvable.
+
+    gram : (r, r), work table for the factor.
     """
     r, m = jacobian.shape
     for i in range(r):
@@ -213,33 +215,33 @@ def _close_one(
     jacobian: Reals,
     steps: int,
 ) -> float:
-    """Close one loop by damped Newton steps of least length; return the greatest residual that is left."""
+    """Close one loop by damped Newton steps of least length; return the remaining residual."""
     n = len(angles)
     gram, weights, pose = np.empty((6, 6)), np.empty(6), np.empty((3, 4))
-    worst = 0.0
+    largest = 0.0
     for step in range(steps + 1):
         close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian, pose)
-        worst = 0.0
+        largest = 0.0
         for i in range(6):
-            worst = max(worst, abs(residual[i]))
-        if worst < 1e-13 or step == steps or not weigh_rows(jacobian, residual, 1e-14, gram, weights):
+            largest = max(largest, abs(residual[i]))
+        if largest < 1e-13 or step == steps or not weigh_rows(jacobian, residual, 1e-14, gram, weights):
             break
         for k in range(n):
             for i in range(6):
                 angles[k] -= jacobian[i, k] * weights[i]
-    return worst
+    return largest
 
 
 @compiled
 def generic_states(
     directions: Reals, points: Reals, folded: Reals, heading: Reals, size: float, jacobians: Reals, residuals: Reals
 ) -> None:
-    """Move each of many single loops away from its folded state, and write the Jacobian where it has come to.
+    """Move each of many single loops away from its folded state, and write the Jacobian in the state reached.
 
     directions, points : shape (n_loops, n, 3), hinges in the order of the loop. folded : shape (n,), angles that close
-    every loop. heading : shape (n,), what each of six steps adds to the angles before the loop is closed again.
-    jacobians : shape (n_loops, 6, n). residuals : shape (n_loops,), the greatest residual that is left; infinite
-    where the loop has come back to its folded state.
+        every loop. heading : shape (n,), added to the angles in each of six steps, before the loop is closed again.
+    jacobians : shape (n_loops, 6, n). residuals : shape (n_loops,), greatest remaining residual; infinite if the loop
+        has returned to its folded state.
     """
     n = len(folded)
     walk = (np.array([0, n]), np.arange(n), np.ones(n, np.int64))
@@ -249,8 +251,8 @@ def generic_states(
         for _ in range(6):
             angles += heading
             _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 3)
-        worst = _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 40)
-        away = 0.0
+        remaining = _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 40)
+        distance = 0.0
         for k in range(n):
-            away = max(away, abs(angles[k] - folded[k]))
-        residuals[loop] = worst if away > 1e-3 else np.inf
+            distance = max(distance, abs(angles[k] - folded[k]))
+        residuals[loop] = remaining if distance > 1e-3 else np.inf

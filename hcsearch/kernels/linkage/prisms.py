@@ -1,4 +1,4 @@
-"""Right prisms over convex facets on moving panels, and ways between panels through a tree of hinges."""
+"""Right prisms over convex facets of moving panels, and paths between panels through a tree of hinges."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from hcsearch.kernels.linkage.loops import Chain
 class Prisms(NamedTuple):
     """Right prisms over convex facets, in the flat state; tables are as wide as the largest facet needs.
 
-    panels : (f,), which panel each belongs to. counts : (f, 2), number of vertices, and of axes.
-    vertices : (f, m, 3), those of the bottom, then in the same order those above. middles : (f, 3).
+    panels : (f,), panel of each prism. counts : (f, 2), number of vertices, and of axes.
+    vertices : (f, m, 3), those of the bottom, then those of the top in the same order. middles : (f, 3).
     reaches : (f,), greatest distance of a vertex from the middle.
-    normals, edges : (f, a, 3), unit vectors, one of each parallel class: of faces and of edges, the upright one among
-        both.
+    normals, edges : (f, a, 3), unit normals of faces and unit directions of edges, one for each parallel class, both
+        including the vertical one.
     """
 
     panels: WholeNumbers
@@ -35,7 +35,7 @@ class Prisms(NamedTuple):
 
 @compiled
 def copy_prisms(prisms: Prisms) -> Prisms:
-    """The same prisms with tables of their own for what moves."""
+    """Copy prisms; only the tables that change with the pose are duplicated."""
     return Prisms(
         prisms.panels,
         prisms.counts,
@@ -49,7 +49,7 @@ def copy_prisms(prisms: Prisms) -> Prisms:
 
 @lean
 def place_prisms(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
-    """Move the vertices and middles of all prisms with their panels."""
+    """Write the vertices and middles of all prisms for given poses of their panels."""
     for f in range(len(prisms.panels)):
         pose = poses[prisms.panels[f]]
         for j in range(prisms.counts[f, 0]):
@@ -59,7 +59,7 @@ def place_prisms(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
 
 @lean
 def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
-    """Turn the normals and edges of a prism with its panel."""
+    """Write the normals and edges of a prism for the pose of its panel."""
     pose = poses[prisms.panels[f]]
     for j in range(prisms.counts[f, 1]):
         _move(pose, 0.0, prisms.normals[f, j], placed.normals[f, j])
@@ -67,13 +67,13 @@ def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
 
 
 @inlined
-def sphere_distance(prisms: Prisms, one: int, two: int) -> float:
-    """The distance of the spheres about two prisms, below 0 where they overlap."""
-    x = prisms.middles[one, 0] - prisms.middles[two, 0]
-    y = prisms.middles[one, 1] - prisms.middles[two, 1]
-    z = prisms.middles[one, 2] - prisms.middles[two, 2]
-    between: float = math.sqrt(x * x + y * y + z * z)
-    return between - float(prisms.reaches[one] + prisms.reaches[two])
+def sphere_distance(prisms: Prisms, first: int, second: int) -> float:
+    """Return the distance of the enclosing spheres of two prisms, negative where they overlap."""
+    x = prisms.middles[first, 0] - prisms.middles[second, 0]
+    y = prisms.middles[first, 1] - prisms.middles[second, 1]
+    z = prisms.middles[first, 2] - prisms.middles[second, 2]
+    middle_distance: float = math.sqrt(x * x + y * y + z * z)
+    return middle_distance - float(prisms.reaches[first] + prisms.reaches[second])
 
 
 @inlined
@@ -83,15 +83,15 @@ def _move(pose: Reals, shift: float, vector: Reals, moved: Reals) -> None:
 
 
 class PrismPairs(NamedTuple):
-    """Pairs of prisms, and the ways between their panels through the tree of the chain.
+    """Pairs of prisms, and the paths between their panels through the tree of the chain.
 
-    A way is walked by its next hinge, so that tables grow with the square of the panels: written out, ways of all
-    pairs grow with the cube.
+    Each table entry gives the next hinge of a path, so that tables grow with the square of the number of panels; full
+    paths of all pairs would grow with the cube.
 
-    prisms : (p, 2). hinges, nexts : (n, n), the first hinge on the way to a panel (row) from another one (column), and
-        the panel beyond it; the first panels of parts that no hinge joins are beside each other, with hinge -1, as they
-        stand still. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
-        of the tree, however it folds; 0 of hinges that it leaves out.
+    prisms : (p, 2). hinges, nexts : (n, n), the first hinge on the path to a panel (row) from another one (column), and
+        the panel beyond it. The root panels of parts that no hinge connects stand still, and count as neighbours with
+        hinge -1. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge in any
+        folded state; 0 for hinges that do not belong to the tree.
     """
 
     prisms: WholeNumbers
@@ -101,8 +101,8 @@ class PrismPairs(NamedTuple):
 
 
 @compiled
-def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPairs:
-    """The ways between the panels of some pairs of prisms, shape (p, 2)."""
+def pairs_between(chain: Chain, prisms: Prisms, prism_pairs: WholeNumbers) -> PrismPairs:
+    """Return the paths between the panels of given pairs of prisms, shape (p, 2)."""
     n, parents = len(chain.order), chain.parents.copy()
     for panel in chain.order[1:]:
         if parents[panel] < 0:
@@ -112,7 +112,7 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPa
         parent, hinge = parents[panel], chain.hinges[panel]
         if parent < 0:
             continue
-        for other in range(n):  # those that the tree came to before are beyond the parent
+        for other in range(n):  # panels visited before lie beyond the parent
             if nexts[other, parent] >= 0 or other == parent:
                 hinges[other, panel], nexts[other, panel] = hinge, parent
         for other in range(n):
@@ -122,12 +122,12 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: WholeNumbers) -> PrismPa
     reaches = np.zeros((len(prisms.panels), len(chain.points)))
     lengths = np.zeros(n)
     for f in range(len(prisms.panels)):
-        _reach(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
-    return PrismPairs(wanted, hinges, nexts, reaches)
+        _write_reaches(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
+    return PrismPairs(prism_pairs, hinges, nexts, reaches)
 
 
 @lean
-def _reach(
+def _write_reaches(
     chain: Chain,
     prisms: Prisms,
     parents: WholeNumbers,
@@ -137,23 +137,23 @@ def _reach(
     lengths: Reals,
     reaches: Reals,
 ) -> None:
-    """Write the greatest distance of the corners of a prism from the line of each hinge, however those between fold.
+    """Write the greatest distance of a prism's corners from the line of each hinge, over all fold angles.
 
-    lengths : room for each panel, of the way from the corners to the hinge that leads to it.
+    lengths : work table with an entry per panel: length of the path from the corners to the hinge that leads there.
     """
-    own = prisms.panels[f]
-    # down from the panel to the root first, then up: a panel comes after the next one on its way to the prism
-    panel = own
+    prism_panel = prisms.panels[f]
+    # from the panel to the root first, then outward: a panel comes after the next one on its path to the prism
+    panel = prism_panel
     while parents[panel] >= 0:
-        _pass(chain, prisms, hinges, nexts, f, parents[panel], lengths, reaches)
+        _write_reach(chain, prisms, hinges, nexts, f, parents[panel], lengths, reaches)
         panel = parents[panel]
     for panel in chain.order:
-        if panel != own and nexts[own, panel] >= 0 and nexts[own, panel] == parents[panel]:
-            _pass(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
+        if panel != prism_panel and nexts[prism_panel, panel] >= 0 and nexts[prism_panel, panel] == parents[panel]:
+            _write_reach(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
 
 
 @lean
-def _pass(
+def _write_reach(
     chain: Chain,
     prisms: Prisms,
     hinges: NDArray[np.int32],
@@ -163,11 +163,11 @@ def _pass(
     lengths: Reals,
     reaches: Reals,
 ) -> None:
-    """Write the reach of a prism beyond the hinge that leads from a panel to it, by that of the hinge after."""
-    own = prisms.panels[f]
-    hinge, after = hinges[own, panel], nexts[own, panel]
+    """Write the reach of a prism from the hinge that leads towards it from a panel, by that of the next hinge."""
+    prism_panel = prisms.panels[f]
+    hinge, after = hinges[prism_panel, panel], nexts[prism_panel, panel]
     point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
-    if after == own:
+    if after == prism_panel:
         length = 0.0
         for c in range(prisms.counts[f, 0]):
             arm = vector_difference(vector_at(prisms.vertices[f], c, 0), point)
@@ -177,7 +177,7 @@ def _pass(
             length = max(length, math.sqrt(dot(arm, arm)))
         lengths[panel] = length
     else:
-        arm = vector_difference(_point(chain, hinges[own, after]), point)
+        arm = vector_difference(_point(chain, hinges[prism_panel, after]), point)
         across = cross(arm, line)
         if hinge >= 0:
             reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
@@ -186,5 +186,5 @@ def _pass(
 
 @lean
 def _point(chain: Chain, hinge: int) -> Vector3:
-    """A point of the line of a hinge; the origin, which is at rest in both, between panels that stand still."""
+    """Return a point on the line of a hinge; the origin for hinge -1, between panels that stand still."""
     return (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.points, hinge, 0)

@@ -1,4 +1,4 @@
-"""What a mechanism does next: accelerations with its loops closed, and the projection of a state onto closed loops."""
+"""Joint accelerations of a mechanism with closed loops, and the projection of states onto closed loops."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ from hcsearch.kernels.multibody.welds import (
 
 
 class Mechanism(NamedTuple):
-    """Bodies and what acts on them.
+    """A mechanism: bodies, joints, loops and the forces on them.
 
     loads : (n, 3), constant forces at the centres of mass, N; or no rows.
     closure_stiffness, closure_damping : of springs in place of exact closure, N m and N m s per rad, or per gap over
-        size; 0 where it is exact.
-    overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0 and weights are loads.
-    targets : of drives, which depend on time.
+        size; 0 where closure is exact.
+    overdamped : whether bodies have no inertia, so that only dampers resist; masses are then 0 and weights are loads.
+    targets : of the drives, as functions of time.
     """
 
     tree: BodyTree
@@ -75,18 +75,19 @@ class DiscreteState(NamedTuple):
 
 
 class Stepper(NamedTuple):
-    """What steps of a motion are made with.
+    """The mechanism, tolerances and work tables that each integration step needs.
 
-    scale : the pivot that others are compared to. tolerance, floor : relative and absolute error of a step.
+    scale : `largest_pivot`, which other pivots are compared to. relative_tolerance,
+        absolute_tolerance : of the error of a step.
     stages : (s + 1, 2 n + 2), derivatives of the state (q, v, energy lost, time) in a step, the last one at its end.
-    start, end : (2 n + 2,), states. counts : of the record.
+    start, end : (2 n + 2,), states at both ends of the step. counts : of the record.
     """
 
     mechanism: Mechanism
     hold: DiscreteState
     scale: float
-    tolerance: float
-    floor: float
+    relative_tolerance: float
+    absolute_tolerance: float
     work: Work
     stages: Reals
     start: Reals
@@ -95,7 +96,7 @@ class Stepper(NamedTuple):
 
 
 def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
-    """The discrete state at some coordinates: nothing held, laws bent where they have snapped."""
+    """Return the discrete state at given coordinates: no joint held, laws bent beyond `snaps_up`."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
     return DiscreteState(
         np.zeros(n, np.int8),
@@ -106,7 +107,7 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
 
 @inlined
 def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, work: Work) -> None:
-    """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
+    """Write positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
     tree = mechanism.tree
     place_bodies(tree, q, work)
     move_bodies(tree, v, work)
@@ -131,25 +132,25 @@ def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals,
 def solve_accelerations(
     mechanism: Mechanism, hold: DiscreteState, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
-    """Write the joint accelerations for the joint forces in `work.torques`; after `update_bodies`. As `accelerate`."""
+    """Write joint accelerations under the forces in `work.torques`; call `update_bodies` first. See `accelerate`."""
     tree = mechanism.tree
     gather_inertias(tree, hold.held, work)
     load_joints(tree, hold.held, work.torques, True, work)
-    good = True
+    independent = True
     if mechanism.closure_stiffness > 0.0:
         spring_forces(tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
     else:
         if fresh:
             choose_rows(work, scale)
-        good = factor_chosen_rows(work, scale)
+        independent = factor_chosen_rows(work, scale)
         close_rows(work, work.rates)
     release_joints(tree, hold.held, True, work, a)
-    return good
+    return independent
 
 
 @lean
 def solve_accelerations_ahead(mechanism: Mechanism, hold: DiscreteState, h: float, work: Work, a: Reals) -> None:
-    """Write joint accelerations with closure springs as they will be after a time h; call `update_bodies` first."""
+    """Write joint accelerations with closure springs treated implicitly over a time h; call `update_bodies` first."""
     tree = mechanism.tree
     gather_inertias(tree, hold.held, work)
     load_joints(tree, hold.held, work.torques, True, work)
@@ -159,7 +160,7 @@ def solve_accelerations_ahead(mechanism: Mechanism, hold: DiscreteState, h: floa
 
 @lean
 def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
-    """Energy of closure springs, and the power lost in their dampers; after `place` and `move`."""
+    """Return energy of the closure springs and power lost in their dampers; call `update_bodies` first."""
     return spring_energy(mechanism.tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
 
 
@@ -167,14 +168,14 @@ def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
 def accelerate_inlined(
     mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
-    """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
+    """The same as `accelerate`, but inlined: integration steps spend most of their time here."""
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    write_drive_targets(mechanism.targets, work.clock[0], work)
+    write_drive_targets(mechanism.targets, work.time[0], work)
     add_drive_torques(mechanism.targets, q, v, work, work.torques)
     if mechanism.overdamped:
-        for i in range(len(work.soft)):
-            work.soft[i] = mechanism.hinges.damping[i]
+        for i in range(len(work.added_inertia)):
+            work.added_inertia[i] = mechanism.hinges.damping[i]
     return solve_accelerations(mechanism, hold, scale, fresh, work, a)
 
 
@@ -182,21 +183,23 @@ def accelerate_inlined(
 def accelerate(
     mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
-    """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
+    """Write joint accelerations (holding forces at held joints); return whether the chosen rows were independent.
 
-    Where motion is overdamped these are velocities, and `v` is 0. Drives are asked at the time of `work.clock`.
-    scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
+    In overdamped motion the results are velocities, and `v` is 0. Drives are evaluated at the time `work.time`. The
+    constraint forces of the rows are left in `work.forces`.
+
+    scale : as of `choose_rows`. fresh : whether to choose independent rows anew.
     """
     return accelerate_inlined(mechanism, hold, q, v, scale, fresh, work, a)
 
 
 @compiled
 def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
-    """Largest diagonal entry of the Delassus matrix with all joints free, which pivots are compared to."""
+    """Return the largest diagonal entry of the Delassus matrix with all joints free: the scale of pivots."""
     tree, n = mechanism.tree, len(q)
     if mechanism.overdamped:
-        for i in range(len(work.soft)):
-            work.soft[i] = mechanism.hinges.damping[i]
+        for i in range(len(work.added_inertia)):
+            work.added_inertia[i] = mechanism.hinges.damping[i]
     place_bodies(tree, q, work)
     move_bodies(tree, np.zeros(n), work)
     gather_inertias(tree, np.zeros(n, np.int8), work)
@@ -208,17 +211,19 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
 
 @lean
 def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
-    """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
+    """Project a state onto closed loops in the mass metric; return the remaining residual and its rate.
 
-    Newton with the factor that `work` holds, so near to the state it was made at. It is another iteration than those
-    that close linkages (`linkage.loops.weigh_rows`): those move angles least, and compute the Jacobian anew.
+    Newton iteration with the factor stored in `work`, hence only near the state at which that was computed. The
+    iteration that closes linkages (`linkage.loops.weigh_rows`) differs: it minimises the change of the angles, and
+    recomputes the Jacobian.
+
     closed : residual (and rate) at which to stop; three steps at most.
     """
-    worst = rate = 0.0
+    residual = rate = 0.0
     for k in range(4):
         place_bodies(tree, q, work)
-        worst = weld_errors(tree, work, work.errors)
-        if worst <= closed or k == 3:
+        residual = weld_errors(tree, work, work.errors)
+        if residual <= closed or k == 3:
             break
         _correct(tree, held, q, work)
     for k in range(3):
@@ -227,15 +232,15 @@ def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float
         if rate <= closed or k == 2:
             break
         _correct(tree, held, v, work)
-    return worst, rate
+    return residual, rate
 
 
 @lean
 def _correct(tree: BodyTree, held: Signs, state: Reals, work: Work) -> None:
-    """Take the errors away from joint coordinates, or velocities."""
-    load_joints(tree, held, work.still, False, work)
+    """Correct joint coordinates or velocities by the closure errors in `work.errors`."""
+    load_joints(tree, held, work.zeros, False, work)
     close_rows(work, work.errors)
-    release_joints(tree, held, False, work, work.change)
+    release_joints(tree, held, False, work, work.projection_change)
     for i in range(len(state)):
         if not held[i]:
-            state[i] += work.change[i]
+            state[i] += work.projection_change[i]

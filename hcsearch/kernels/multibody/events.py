@@ -1,4 +1,8 @@
-"""Events within a step, and what lies between its states: stops, snaps, how far the loops open there."""
+"""Events within integration steps, and closure of loops between recorded states.
+
+Stops and snaps are located on the quintic through both ends of a step. Motions whose loops open too far between states
+are refined by closed states in the middle of steps.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +20,14 @@ from hcsearch.kernels.multibody.tree import BodyTree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
 
 NEAR_STOP_ANGLE, PASSED_STOP_ANGLE = 1e-9, 1e-6
-"""A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""
+"""A joint is at its stop up to the first angle (rad) inside it, and has passed it beyond the second."""
 
 EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP = 0, 1, 2, 3
-"""What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
+"""Kinds of events: a joint reaches a stop, or an angle at which its law snaps. Odd ones are passed upwards."""
 
 
 class IntegrationStep(NamedTuple):
-    """A step of length h (s): coordinates, velocities and accelerations at its start and its end, (n,)."""
+    """A step of length h (s): coordinates, velocities and accelerations at its start (0) and end (1), (n,)."""
 
     h: float
     q0: Reals
@@ -36,7 +40,7 @@ class IntegrationStep(NamedTuple):
 
 @lean
 def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
-    """The polynomial through positions, velocities and accelerations at both ends of a step, at a share x of it."""
+    """Evaluate, at a share x of a step, the quintic through positions, velocities and accelerations at both ends."""
     c3 = 10.0 * (q1 - q0) - h * (6.0 * v0 + 4.0 * v1) - 0.5 * h * h * (3.0 * a0 - a1)
     c4 = -15.0 * (q1 - q0) + h * (8.0 * v0 + 7.0 * v1) + 0.5 * h * h * (3.0 * a0 - 2.0 * a1)
     c5 = 6.0 * (q1 - q0) - 3.0 * h * (v0 + v1) - 0.5 * h * h * (a0 - a1)
@@ -45,7 +49,7 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
 
 @lean
 def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
-    """The coordinate of a joint at a share x of a step."""
+    """Return the coordinate of a joint at a share x of a step."""
     if x == 1.0:
         return float(span.q1[i])
     return quintic(x, span.h, span.q0[i], span.v0[i], span.a0[i], span.q1[i], span.v1[i], span.a1[i])
@@ -53,7 +57,7 @@ def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
 
 @lean
 def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int) -> float:
-    """The coordinate at which a joint has an event of a kind; infinite where it has none."""
+    """Return the coordinate at which a joint has an event of a given kind; infinite if it has none."""
     hinges = mechanism.hinges
     hard = hinges.stop_stiffness == 0.0 and not hold.held[i]
     if kind == EVENT_LOWER_STOP:
@@ -67,8 +71,8 @@ def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int
 
 @lean
 def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep) -> tuple[float, int, int]:
-    """Share of the step at which the first joint passes a stop or snap, the joint and the kind; 2 if none does."""
-    best, joint, what = 2.0, -1, -1
+    """Locate the first event in a step: share of the step, joint and kind; (2, -1, -1) without an event."""
+    best, joint, event_kind = 2.0, -1, -1
     for i in range(len(span.q0)):
         for kind in range(4):
             limit = event_threshold(mechanism, hold, i, kind)
@@ -87,25 +91,27 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
                         else:
                             before = x
                     if after < best:
-                        best, joint, what = after, i, kind
+                        best, joint, event_kind = after, i, kind
                     break
                 before = x
-    return best, joint, what
+    return best, joint, event_kind
 
 
 @lean
-def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
-    """Share of the step at which all coordinates are first within `near` of a place; 2 if at none of its quarters.
+def first_near(span: IntegrationStep, target: Reals, tolerance: float) -> float:
+    """Return the share of a step at which all coordinates first lie within a tolerance of a target; 2 if never.
 
-    place : (n,), NaN where a coordinate does not count.
+    Only quarters of the step are sampled.
+
+    target : (n,), NaN where a coordinate does not count.
     """
     before = 0.0
     for k in range(1, 5):
         after = 0.25 * k
-        if _within(after, span, place, near):
+        if _within(after, span, target, tolerance):
             for _ in range(40):
                 x = 0.5 * (before + after)
-                if _within(x, span, place, near):
+                if _within(x, span, target, tolerance):
                     after = x
                 else:
                     before = x
@@ -115,21 +121,21 @@ def first_near(span: IntegrationStep, place: Reals, near: float) -> float:
 
 
 @lean
-def _within(x: float, span: IntegrationStep, place: Reals, near: float) -> bool:
+def _within(x: float, span: IntegrationStep, target: Reals, tolerance: float) -> bool:
     within = True
     for i in range(len(span.q0)):
-        within = within and not abs(_coordinate(span, i, x) - place[i]) > near
+        within = within and not abs(_coordinate(span, i, x) - target[i]) > tolerance
     return within
 
 
 @lean
 def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
-    """By how much a stop would have to pull at most to go on holding; negative where all push."""
-    most = -np.inf
+    """Return the greatest pull needed at a stop to hold its joint; negative where all stops push."""
+    greatest = -np.inf
     for i in range(len(forces)):
         if hold.held[i]:
-            most = max(most, hold.held[i] * forces[i])
-    return most
+            greatest = max(greatest, hold.held[i] * forces[i])
+    return greatest
 
 
 StateSeries = tuple[Reals, Reals, Reals, Reals]
@@ -138,58 +144,59 @@ StateSeries = tuple[Reals, Reals, Reals, Reals]
 INTERPOLATED_STATE_RESIDUAL = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
 RESIDUAL_SAMPLE_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-"""Where the openings of loops are computed between states, as shares of a step."""
+"""Shares of a step at which closure residuals are sampled between states."""
 MAX_REFINEMENT_PASSES = 4
-"""A step is halved no more often than this."""
+"""Greatest number of times that a step is halved."""
 HELD_JOINT_TOLERANCE = 1e-9
-"""A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
+"""A joint counts as held in a step if it moves by at most this (rad), at most this fast at both ends (rad/s)."""
 SIMULATED_STATE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
 @compiled
 def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion, also at `RESIDUAL_SAMPLE_SHARES` of each step.
+    """Return the greatest closure residual (rad, or gap over size) at states and at `RESIDUAL_SAMPLE_SHARES` of steps.
 
-    A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
+    A polynomial through exact states and rates at both ends deviates most in the middle, or first to one side, then to
     the other.
     """
     times, q, v, a = states
     course, angles = np.empty((q.shape[1], COURSE_TERM_COUNT)), np.empty(q.shape[1])
-    worst = 0.0
+    largest = 0.0
     for k in range(len(times)):
         place_bodies(tree, q[k], work)
-        worst = max(worst, weld_errors(tree, work, work.errors))
+        largest = max(largest, weld_errors(tree, work, work.errors))
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             for share in RESIDUAL_SAMPLE_SHARES:
                 write_course_angles(course, share, angles)
                 place_bodies(tree, angles, work)
-                worst = max(worst, weld_errors(tree, work, work.errors))
-    return worst
+                largest = max(largest, weld_errors(tree, work, work.errors))
+    return largest
 
 
 @compiled
 def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
-    """Share of projected states, (k, n), at which loops are open by more than `SIMULATED_STATE_RESIDUAL`.
+    """Return the share of states q, (k, n), whose loops are open by more than `SIMULATED_STATE_RESIDUAL`.
 
-    Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
-    only seemed to, as on a branch of singular states.
+    Projection closes the chosen rows. The other rows stay closed with them if they depend on them, but not if they only
+    seemed to, as on a branch of singular states.
     """
-    loose = 0
+    open_count = 0
     for k in range(len(q)):
         place_bodies(tree, q[k], work)
         if weld_errors(tree, work, work.errors) > SIMULATED_STATE_RESIDUAL:
-            loose += 1
-    return loose / max(1, len(q))
+            open_count += 1
+    return open_count / max(1, len(q))
 
 
 @compiled
 def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
-    """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
+    """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
 
-    They are those nearest to the polynomials, where Newton finds them, and so again in the halves.
+    The new states are the projections of the polynomials onto closed loops, where Newton's method converges; the halves
+    are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
@@ -197,7 +204,7 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
     for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
         count = len(times)
-        wide = np.zeros(count, np.bool_)
+        split = np.zeros(count, np.bool_)
         middles = np.empty((3, count, n))
         for k in range(count - 1):
             h = times[k + 1] - times[k]
@@ -206,45 +213,45 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
             write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             write_course_angles(course, 0.5, middles[0, k])
             place_bodies(tree, middles[0, k], work)
-            gap = weld_errors(tree, work, work.errors)
-            if gap > closed:
+            residual = weld_errors(tree, work, work.errors)
+            if residual > closed:
                 write_course_rates(course, 0.5, h, middles[1, k])
                 for i in range(n):
-                    still = (
+                    is_held = (
                         abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE
                         and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
                     )
-                    hold.held[i] = 1 if still else 0
-                work.clock[0] = 0.5 * (times[k] + times[k + 1])
-                wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
-        more = wide.sum()
-        if more == 0:
+                    hold.held[i] = 1 if is_held else 0
+                work.time[0] = 0.5 * (times[k] + times[k + 1])
+                split[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < residual
+        insertions = split.sum()
+        if insertions == 0:
             break
-        rows = count + more
+        rows = count + insertions
         states = (np.empty(rows), np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, n)))
-        at = 0
+        row = 0
         for k in range(count):
-            states[0][at], states[1][at], states[2][at], states[3][at] = times[k], q[k], v[k], a[k]
-            at += 1
-            if wide[k]:
-                states[0][at] = 0.5 * (times[k] + times[k + 1])
-                states[1][at], states[2][at], states[3][at] = middles[0, k], middles[1, k], middles[2, k]
-                at += 1
+            states[0][row], states[1][row], states[2][row], states[3][row] = times[k], q[k], v[k], a[k]
+            row += 1
+            if split[k]:
+                states[0][row] = 0.5 * (times[k] + times[k + 1])
+                states[1][row], states[2][row], states[3][row] = middles[0, k], middles[1, k], middles[2, k]
+                row += 1
     return states
 
 
 @compiled
 def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
-    """Move a state onto closure, and write its accelerations; its closure residual then.
+    """Project a state onto closed loops, and write its accelerations; return the remaining closure residual.
 
-    Near singular states Newton may go astray: then the residual is no less than it was.
+    Near singular states Newton's method may diverge: the residual is then no smaller than before.
     """
-    gap = 0.0
+    residual = 0.0
     for _ in range(2):
         accelerate(mechanism, hold, q, v, scale, True, work, a)
-        gap, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
+        residual, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     for i in range(len(hold.held)):
         if hold.held[i]:
             v[i] = a[i] = 0.0
-    return gap
+    return residual

@@ -1,10 +1,11 @@
-"""Forces in joints and between bodies: moment-angle laws, dampers, stops, struts, position control; their energy.
+"""Forces in joints and between bodies: moment-angle laws, dampers, stops, struts and drives; their energies.
 
-A law gives the moment that resists the joint coordinate, as cubics between breaks. Two branches make a law with a snap
-(thesis 2.4): from the straight branch it jumps to the bent one above `snaps_up`, and back below `snaps_down`.
+A law gives the moment that resists the joint coordinate, as cubics between breaks. A law with a snap has two branches
+(thesis 2.4): above `snaps_up` it jumps from the straight branch to the bent one, and below `snaps_down` back.
 
-A controller computes targets every period: angle, rate and torque. Within a period each drive interpolates: the angle
-by the cubic through angles and rates at both ends, the torque by a straight line. It pulls without pause.
+Drives are position-controlled: a controller computes their targets (angle, rate and torque) once a period. Within a
+period each drive interpolates the angle by the cubic through angles and rates at both ends, and the torque linearly; it
+acts continuously.
 """
 
 from __future__ import annotations
@@ -51,10 +52,10 @@ from hcsearch.kernels.multibody.tree import (
 
 
 class Hinges(NamedTuple):
-    """What acts in the joints, n of them.
+    """Laws, dampers and stops of n joints.
 
     pieces : (n, 2, 2), first and last piece (exclusive) of the straight and the bent branch.
-    breaks : (p,), coordinate at which a piece begins; the first serves below, the last above. cubics : (p, 4),
+    breaks : (p,), coordinate at which a piece begins; the first and last pieces extend to infinity. cubics : (p, 4),
         coefficients of 1, x, x^2, x^3, with x from the break. energies : (p,), energy stored at the break.
     snaps_up, snaps_down : (n,), infinite without a snap.
     damping : (n,). lower, upper : (n,), stops, infinite where there is none or it cannot be reached.
@@ -90,7 +91,7 @@ class Struts(NamedTuple):
 
 @lean
 def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
-    """Resisting moment of the law of a joint at one coordinate, and the energy that it stores."""
+    """Return the resisting moment of a joint's law at a coordinate, and the energy stored."""
     first, last = hinges.pieces[i, branch]
     k = first
     while k + 1 < last and hinges.breaks[k + 1] <= q:
@@ -104,7 +105,7 @@ def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, fl
 
 @lean
 def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
-    """Slope of the law of a joint, of its compliant stop too."""
+    """Return the slope of a joint's law at a coordinate, including its compliant stop."""
     first, last = hinges.pieces[i, branch]
     k = first
     while k + 1 < last and hinges.breaks[k + 1] <= q:
@@ -119,7 +120,7 @@ def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
 
 @lean
 def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: Reals) -> None:
-    """Forces of laws, dampers and compliant stops along the joints (thesis eqs. 4.20 to 4.22)."""
+    """Write the joint forces of laws, dampers and compliant stops (thesis eqs. 4.20 to 4.22)."""
     for i in range(len(q)):
         value, _ = law_moment(hinges, i, branches[i], q[i])
         value += hinges.damping[i] * v[i]
@@ -132,7 +133,7 @@ def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: 
 
 @lean
 def pull_struts(struts: Struts, work: Work) -> None:
-    """Add the forces of struts to the pulls on bodies; after `move`."""
+    """Add the forces of struts to the external forces on bodies; call `move_bodies` first."""
     b = work.bodies
     for s in range(len(struts.stiffness)):
         line, speed, length = _strut(struts, s, work)
@@ -148,25 +149,25 @@ def pull_struts(struts: Struts, work: Work) -> None:
 
 @lean
 def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector3, float, float]:
-    """Direction from the first point of a strut to the second, speed at which it grows, and length."""
+    """Return the unit direction from a strut's first point to the second, its rate of elongation, and its length."""
     b = work.bodies
-    way, growth = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    offset, rate = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for side in range(2):
         body = struts.bodies[s, side]
-        here, flow = vector_at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
+        point, velocity = vector_at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
         if body >= 0:
-            arm = rotated(b, body, WORK_ROTATION, here)
-            here = vector_sum(vector_at(b, body, WORK_PLACE), arm)
-            flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
-        way, growth = vector_difference(here, way), vector_difference(flow, growth)
-    length = math.sqrt(dot(way, way))
-    line = scaled_vector(1.0 / length, way) if length > 0.0 else way
-    return line, dot(line, growth), length
+            arm = rotated(b, body, WORK_ROTATION, point)
+            point = vector_sum(vector_at(b, body, WORK_PLACE), arm)
+            velocity = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
+        offset, rate = vector_difference(point, offset), vector_difference(velocity, rate)
+    length = math.sqrt(dot(offset, offset))
+    line = scaled_vector(1.0 / length, offset) if length > 0.0 else offset
+    return line, dot(line, rate), length
 
 
 @lean
 def kinetic_energy(tree: BodyTree, work: Work) -> float:
-    """Energy of motion, J; after `move`."""
+    """Return the kinetic energy, J; call `move_bodies` first."""
     energy = 0.0
     b = work.bodies
     for i in range(len(tree.links)):
@@ -175,41 +176,43 @@ def kinetic_energy(tree: BodyTree, work: Work) -> float:
             vector_at(b, i, WORK_SPEED),
             cross(spin, rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))),
         )
-        own = rotated_back(b, i, WORK_ROTATION, spin)
-        turning = dot(own, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), own))
-        energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + turning)
+        body_spin = rotated_back(b, i, WORK_ROTATION, spin)
+        rotational = dot(body_spin, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), body_spin))
+        energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + rotational)
     return energy
 
 
 @compiled
 def joint_momenta(tree: BodyTree, work: Work, momenta: Reals) -> None:
-    """Momenta along the joints: the mass matrix times the joint velocities; after `move`."""
+    """Write joint momenta: the mass matrix times the joint velocities; call `move_bodies` first."""
     n = len(tree.links)
     b = work.bodies
-    carried = np.zeros((n, 6))  # angular momentum about the joint, momentum
+    momentum_sums = np.zeros((n, 6))  # angular momentum about the joint, momentum
     for i in range(n):
         spin = vector_at(b, i, WORK_SPIN)
         arm = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
         momentum = scaled_vector(tree.bodies[i, BODY_MASS], vector_sum(vector_at(b, i, WORK_SPEED), cross(spin, arm)))
-        own = apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), rotated_back(b, i, WORK_ROTATION, spin))
-        put_vector(carried, i, 0, vector_sum(rotated(b, i, WORK_ROTATION, own), cross(arm, momentum)))
-        put_vector(carried, i, 3, momentum)
+        body_momentum = apply_symmetric(
+            symmetric_at(tree.bodies, i, BODY_INERTIA), rotated_back(b, i, WORK_ROTATION, spin)
+        )
+        put_vector(momentum_sums, i, 0, vector_sum(rotated(b, i, WORK_ROTATION, body_momentum), cross(arm, momentum)))
+        put_vector(momentum_sums, i, 3, momentum)
     for i in range(n - 1, -1, -1):
-        turning, momentum = vector_at(carried, i, 0), vector_at(carried, i, 3)
-        momenta[i] = dot(vector_at(b, i, WORK_LINE), momentum if tree.links[i, LINK_SLIDES] else turning)
+        angular, momentum = vector_at(momentum_sums, i, 0), vector_at(momentum_sums, i, 3)
+        momenta[i] = dot(vector_at(b, i, WORK_LINE), momentum if tree.links[i, LINK_SLIDES] else angular)
         p = tree.links[i, LINK_PARENT]
         if p >= 0:
-            add_vector(carried, p, 0, vector_sum(turning, cross(vector_at(b, i, WORK_ARM), momentum)))
-            add_vector(carried, p, 3, momentum)
+            add_vector(momentum_sums, p, 0, vector_sum(angular, cross(vector_at(b, i, WORK_ARM), momentum)))
+            add_vector(momentum_sums, p, 3, momentum)
 
 
 @lean
 def write_energies(
     tree: BodyTree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, parts: Reals
 ) -> None:
-    """Write kinetic energy, energy of laws and struts, of gravity, and of compliant stops; (4,).
+    """Write kinetic energy, energy of laws and struts, gravitational energy, and energy of compliant stops, (4,).
 
-    After `move`. Their sum falls by what `lost_power` says, and by what snaps and impacts take.
+    Call `move_bodies` first. The sum decreases by `lost_power`, and by the energy lost in snaps and impacts.
     """
     parts[:] = 0.0
     parts[0] = kinetic_energy(tree, work)
@@ -233,7 +236,7 @@ def write_energies(
 
 @lean
 def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -> float:
-    """Power lost in dampers, of compliant stops and struts too; after `move`."""
+    """Return the power lost in dampers, including those of compliant stops and struts; call `move_bodies` first."""
     power = 0.0
     for i in range(len(q)):
         power += hinges.damping[i] * v[i] * v[i]
@@ -246,15 +249,15 @@ def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -
 
 
 TARGET_ANGLE, TARGET_RATE, TARGET_TORQUE = 0, 1, 2
-"""Columns of `Work.asked`, a row a drive: rad, rad/s, N m."""
+"""Columns of `Work.drive_targets`, one row per drive: rad, rad/s, N m."""
 
 
 class Targets(NamedTuple):
-    """Drives of joints, d of them, and their courses.
+    """Drives of d joints, and the courses that they follow.
 
-    joints : (d,). stiffness, damping : (d,), torque for an angle (N m/rad) and a rate (N m s/rad) that is missed.
-    period : of the controller, s. times : (k,), s, from 0. cubics : (k - 1, d, 4), angles by the time from the first of
-    two times, coefficients of 1, x, x^2, x^3. torques : (k, d), N m, straight lines between the times.
+    joints : (d,). stiffness, damping : (d,), torque per error of angle (N m/rad) and of rate (N m s/rad).
+    period : of the controller, s. times : (k,), s, from 0. cubics : (k - 1, d, 4), angles between two times as
+        coefficients of 1, x, x^2, x^3, with x the time since the first. torques : (k, d), N m, linear in between.
     """
 
     joints: WholeNumbers
@@ -268,7 +271,7 @@ class Targets(NamedTuple):
 
 @compiled
 def no_targets() -> Targets:
-    """The targets of joints that no drive moves."""
+    """Return the targets of a mechanism without drives."""
     return Targets(
         joints=np.zeros(0, np.int64),
         stiffness=np.zeros(0),
@@ -282,7 +285,7 @@ def no_targets() -> Targets:
 
 @lean
 def _piece(times: Reals, time: float) -> int:
-    """The last piece of a course that begins at a time or before it."""
+    """Return the last piece of a course that begins at or before a time."""
     low, high = 0, len(times) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -295,7 +298,7 @@ def _piece(times: Reals, time: float) -> int:
 
 @lean
 def _planned(targets: Targets, piece: int, drive: int, time: float) -> tuple[float, float, float]:
-    """Angle, rate and torque of a course at a time; at rest after its end."""
+    """Return angle, rate and torque of a course at a time; the rate is 0 after its end."""
     first, last = targets.times[piece], targets.times[piece + 1]
     x = min(time, last) - first
     c = targets.cubics[piece, drive]
@@ -307,7 +310,7 @@ def _planned(targets: Targets, piece: int, drive: int, time: float) -> tuple[flo
 
 @lean
 def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
-    """Write what drives are asked for at a time: interpolated between the targets of two periods."""
+    """Write the targets of all drives at a time, interpolated between two controller updates."""
     if not len(targets.joints):
         return
     h = targets.period
@@ -319,30 +322,30 @@ def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
         q1, v1, t1 = _planned(targets, last, d, begun + h)
         rise = q1 - q0
         b, c = 3.0 * rise - h * (2.0 * v0 + v1), h * (v0 + v1) - 2.0 * rise
-        work.asked[d, TARGET_ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
-        work.asked[d, TARGET_RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
-        work.asked[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
+        work.drive_targets[d, TARGET_ANGLE] = q0 + x * (h * v0 + x * (b + x * c))
+        work.drive_targets[d, TARGET_RATE] = v0 + x * (2.0 * b + x * 3.0 * c) / h
+        work.drive_targets[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
 
 
 @lean
 def add_drive_torques(targets: Targets, q: Reals, v: Reals, work: Work, torques: Reals) -> None:
-    """Add the torques of drives to joint forces; after `write_drive_targets`."""
+    """Add the torques of drives to joint forces; call `write_drive_targets` first."""
     for d in range(len(targets.joints)):
         torques[targets.joints[d]] += _torque(targets, d, q, v, work)
 
 
 @lean
 def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> None:
-    """As `add_drive_torques`, with the torques as they will be after a time h, for which drives were asked."""
+    """The same as `add_drive_torques`, but implicit over a time h, at the end of which the targets were written."""
     for d in range(len(targets.joints)):
         i = targets.joints[d]
-        work.soft[i] += h * targets.damping[d] + h * h * targets.stiffness[d]
+        work.added_inertia[i] += h * targets.damping[d] + h * h * targets.stiffness[d]
         work.torques[i] += _torque(targets, d, q, v, work) - h * targets.stiffness[d] * v[i]
 
 
 @lean
 def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
-    """Power of all drives, W; after `write_drive_targets`."""
+    """Return the power of all drives, W; call `write_drive_targets` first."""
     power = 0.0
     for d in range(len(targets.joints)):
         power += _torque(targets, d, q, v, work) * v[targets.joints[d]]
@@ -351,6 +354,8 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
 
 @lean
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
-    i, asked = targets.joints[d], work.asked[d]
-    pull: float = targets.stiffness[d] * (asked[TARGET_ANGLE] - q[i]) + targets.damping[d] * (asked[TARGET_RATE] - v[i])
-    return pull + float(asked[TARGET_TORQUE])
+    i, target = targets.joints[d], work.drive_targets[d]
+    torque: float = targets.stiffness[d] * (target[TARGET_ANGLE] - q[i]) + targets.damping[d] * (
+        target[TARGET_RATE] - v[i]
+    )
+    return torque + float(target[TARGET_TORQUE])

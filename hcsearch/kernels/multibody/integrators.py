@@ -1,8 +1,9 @@
-"""One step of an explicit Runge-Kutta method, or of linearly implicit Euler with extrapolation, with its error.
+"""Integration steps with error estimates: explicit Runge-Kutta, and extrapolated linearly implicit Euler.
 
-In one step of length h a spring of slope k and a damper c add h c + h^2 k to the joint's own inertia, so that a step
-costs what an explicit one does. Steps in 1, 2, 3, ... parts are extrapolated to h = 0 (Deuflhard 1985; Hairer and
-Wanner 1996, section IV.9); only the diagonal of the stiff terms is taken as the derivative, which costs no order.
+In a linearly implicit step of length h, a spring of slope k and a damper c add h c + h^2 k to the joint's own inertia,
+so that the step costs no more than an explicit one. Steps in 1, 2, 3, ... parts are extrapolated to h = 0 (Deuflhard
+1985; Hairer and Wanner 1996, section IV.9); only the diagonal of the stiff terms is used as the derivative, which does
+not reduce the order.
 """
 
 from __future__ import annotations
@@ -35,38 +36,38 @@ from hcsearch.kernels.multibody.welds import cut_energy, spring_loss
 
 
 class IntegrationMethod(NamedTuple):
-    """An explicit Runge-Kutta method of s stages whose last derivative is taken at the end of the step.
+    """An integration method: explicit Runge-Kutta of s stages, or extrapolated linearly implicit Euler.
 
-    a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of a second that DOP853 joins to it
-        (0 elsewhere). order : of the error estimate plus 1.
-    columns : 0; else the order of the extrapolated linearly implicit method, s as well, and all coefficients are 0.
+    a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of the second estimate that DOP853
+        combines with it (0 elsewhere); the last stage is at the end of the step. order : of the error estimate plus 1.
+    extrapolation_order : order s of the extrapolated method, all of whose coefficients are 0; 0 for explicit methods.
     """
 
     a: Reals
     b: Reals
     errors: Reals
     order: int
-    columns: int
+    extrapolation_order: int
 
 
 @lean
 def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
-    """One step of length h, whose first stage is given. Its error."""
+    """Take an explicit step of length h whose first stage is given; return its error over the tolerance."""
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
     n = len(hold.held)
     s = len(method.b)
     a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
-        _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
-        work.clock[0] = end[2 * n + 1]
+        _combine_stages(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
+        work.time[0] = end[2 * n + 1]
         accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
     return h * _error(method.errors, stepper)
 
 
 @lean
-def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
-    """Write the state that the first stages lead to; many weights are 0."""
+def _combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
+    """Write the start state plus h times the weighted sum of the first stages; zero weights are skipped."""
     for j in range(len(start)):
         end[j] = start[j]
     for i in range(count):
@@ -78,18 +79,18 @@ def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end
 
 @lean
 def _error(weights: Reals, stepper: Stepper) -> float:
-    """Error of a step over what is allowed, and over its length."""
+    """Return the error of a step, relative to the tolerance and divided by the step length."""
     stages, start, end = stepper.stages, stepper.start, stepper.end
     first = second = 0.0
     count = len(start) - 2
     for j in range(count):
-        one = two = 0.0
+        estimate = second_estimate = 0.0
         for i in range(len(stages)):
-            one += weights[0, i] * stages[i, j]
-            two += weights[1, i] * stages[i, j]
-        allowed = stepper.floor + stepper.tolerance * max(abs(start[j]), abs(end[j]))
-        first += (one / allowed) ** 2
-        second += (two / allowed) ** 2
+            estimate += weights[0, i] * stages[i, j]
+            second_estimate += weights[1, i] * stages[i, j]
+        allowed = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[j]), abs(end[j]))
+        first += (estimate / allowed) ** 2
+        second += (second_estimate / allowed) ** 2
     if first == 0.0:
         return 0.0
     # DOP853 joins its estimates of orders 5 and 3 (Hairer, Norsett and Wanner 1993, section II.10)
@@ -98,7 +99,7 @@ def _error(weights: Reals, stepper: Stepper) -> float:
 
 @inlined
 def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
-    """Derivative of a state (q, v, energy lost, time), with the accelerations given; after `evaluate`."""
+    """Write the derivative of a state (q, v, energy lost, time) for given accelerations; call `accelerate` first."""
     n = len(a)
     for i in range(n):
         rate = a[i] if mechanism.overdamped else state[n + i]
@@ -115,22 +116,22 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
 
 
 @lean
-def _part(
+def _euler_step(
     mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
 ) -> None:
-    """One linearly implicit Euler step of a state (q, v, energy lost, time)."""
+    """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step."""
     n = len(a)
     q, v = state[:n], state[n : 2 * n]
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     for i in range(n):
         slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
-        drag = mechanism.hinges.damping[i]
+        damping = mechanism.hinges.damping[i]
         if mechanism.hinges.stop_stiffness > 0.0 and (
             q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
         ):
-            drag += mechanism.hinges.stop_damping
-        work.soft[i] = h * drag + h * h * slope
+            damping += mechanism.hinges.stop_damping
+        work.added_inertia[i] = h * damping + h * h * slope
         work.torques[i] -= h * slope * v[i]
     state[2 * n + 1] += h
     write_drive_targets(mechanism.targets, state[2 * n + 1], work)
@@ -154,7 +155,7 @@ def _part(
 
 @lean
 def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
-    """One step of order `columns` and length h; its error over the tolerance. Overwrites the stages after the first."""
+    """Take an extrapolated step of order `columns`; return its error over the tolerance. Overwrites stages[1:]."""
     hold, work, table, start, end = stepper.hold, stepper.work, stepper.stages[1:], stepper.start, stepper.end
     n = len(hold.held)
     a = work.accelerations
@@ -163,8 +164,8 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
         for i in range(2 * n + 2):
             end[i] = start[i]
         for _ in range(j + 1):
-            _part(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
-        # Aitken and Neville: row k of the table holds what parts up to this one make of order k
+            _euler_step(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
+        # Aitken and Neville: row k of the table holds the extrapolation of order k
         for i in range(2 * n + 2):
             value = end[i]
             for k in range(j):
@@ -172,11 +173,11 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
                 table[k, i] = value
                 value += (value - old) / ((j + 1.0) / (j - k) - 1.0)
             table[j, i] = value
-    work.soft[:] = 0.0
+    work.added_inertia[:] = 0.0
     end[2 * n] = table[columns - 1, 2 * n]
     end[2 * n + 1] = start[2 * n + 1] + h
     for i in range(2 * n):
         end[i] = table[columns - 1, i]
-        weight = stepper.floor + stepper.tolerance * max(abs(start[i]), abs(end[i]))
+        weight = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[i]), abs(end[i]))
         error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2
     return math.sqrt(error / (2 * n))

@@ -1,4 +1,4 @@
-"""What a simulation leaves: its states, the books of energy, and events."""
+"""Records of simulations: states, energies and events."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import cut_angles
 
 RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 4
-"""What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""
+"""Kinds of recorded events: a joint hits its stop, a joint leaves its stop, a law snaps up, a law snaps down."""
 
 
 class SimulationRecord(NamedTuple):
-    """What a simulation leaves: up to `steps` states and `events` events.
+    """The record of a simulation: up to `steps` states and `events` events.
 
-    times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
-        dampers, lost at events. gaps : (steps,), closure residual before projection. counts : (5,), states, events,
-        evaluations, rejected steps, outcome.
+    times : (steps,). q, v, a : (steps, n). energies : (steps, 6): kinetic, stored, of gravity, in stops, lost in
+        dampers, lost at events. closure_residuals : (steps,), before projection. counts : (5,), states, events,
+        evaluations, rejected steps, ending.
     event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
     """
 
@@ -31,8 +31,8 @@ class SimulationRecord(NamedTuple):
     q: Reals
     v: Reals
     a: Reals
-    books: Reals
-    gaps: Reals
+    energies: Reals
+    closure_residuals: Reals
     counts: WholeNumbers
     event_times: Reals
     event_joints: WholeNumbers
@@ -42,24 +42,31 @@ class SimulationRecord(NamedTuple):
 
 @lean
 def record_state(
-    record: SimulationRecord, hold: DiscreteState, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float
+    record: SimulationRecord,
+    hold: DiscreteState,
+    time: float,
+    q: Reals,
+    v: Reals,
+    a: Reals,
+    energies: Reals,
+    residual: float,
 ) -> None:
-    """Add a state, if there is room."""
+    """Append a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
         record.times[k] = time
         for i in range(len(q)):
             record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
-        for i in range(len(books)):
-            record.books[k, i] = books[i]
-        record.gaps[k] = gap
+        for i in range(len(energies)):
+            record.energies[k, i] = energies[i]
+        record.closure_residuals[k] = residual
         record.counts[0] += 1
 
 
 @lean
 def record_event(record: SimulationRecord, time: float, joint: int, kind: int, speed: float) -> None:
-    """Add an event, and count it where there is no room."""
+    """Append an event if there is room; count it in any case."""
     k = record.counts[1]
     if k < len(record.event_times):
         record.event_times[k] = time
@@ -73,7 +80,7 @@ def record_event(record: SimulationRecord, time: float, joint: int, kind: int, s
 def record_hits(
     mechanism: Mechanism, hold: DiscreteState, time: float, joint: int, q: Reals, v: Reals, record: SimulationRecord
 ) -> None:
-    """Add the joint that has come to its hard stop, and those that come to theirs with it."""
+    """Record the hit of a joint on its hard stop, and of all joints that hit theirs at the same time."""
     record_event(record, time, joint, RECORDED_HIT, v[joint])
     hinges = mechanism.hinges
     for i in range(len(q)):
@@ -86,34 +93,41 @@ def record_hits(
 
 
 @compiled
-def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals, rates: Reals) -> None:
-    """Write coordinates and velocities of joints, and of cut hinges after them, (n + cuts,)."""
+def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, coordinates: Reals, rates: Reals) -> None:
+    """Write coordinates and velocities of all joints, followed by those of the cut hinges, (n + cuts,)."""
     n = len(q)
-    turns[:n], rates[:n] = q, v
-    if len(turns) > n:
+    coordinates[:n], rates[:n] = q, v
+    if len(coordinates) > n:
         place_bodies(mechanism.tree, q, work)
         move_bodies(mechanism.tree, v, work)
-        cut_angles(mechanism.cuts, work, turns[n:], rates[n:])
+        cut_angles(mechanism.cuts, work, coordinates[n:], rates[n:])
 
 
 @compiled
 def record_compliant_stops(
-    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: SimulationRecord
+    mechanism: Mechanism,
+    time: float,
+    h: float,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    coordinates: Reals,
+    record: SimulationRecord,
 ) -> None:
-    """Add the compliant stops that were hit or left in the step h before `time`.
+    """Record the compliant stops that were hit or left in the step of length h that ends at `time`.
 
-    turns : (n + cuts,), coordinates at its start; moved to its end.
+    coordinates : (n + cuts,), at the start of the step; overwritten by those at its end.
     """
-    n, count = len(q), len(turns)
-    now, rates = np.empty(count), np.empty(count)
-    all_turns(mechanism, q, v, work, now, rates)
+    n, count = len(q), len(coordinates)
+    coordinates_now, rates = np.empty(count), np.empty(count)
+    all_turns(mechanism, q, v, work, coordinates_now, rates)
     for i in range(count):
         hinges, k = mechanism.hinges, i
         if i >= n:
             hinges, k = mechanism.cuts.hinges, i - n
         for limit, sign in ((hinges.lower[k], -1.0), (hinges.upper[k], 1.0)):
-            before, after = sign * (turns[i] - limit), sign * (now[i] - limit)
+            before, after = sign * (coordinates[i] - limit), sign * (coordinates_now[i] - limit)
             if (before > 0.0) != (after > 0.0):
                 moment = time - h * after / (after - before)
                 record_event(record, moment, i, RECORDED_HIT if after > 0.0 else RECORDED_RELEASE, rates[i])
-    turns[:] = now
+    coordinates[:] = coordinates_now

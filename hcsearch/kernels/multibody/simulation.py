@@ -1,4 +1,4 @@
-"""A whole motion: steps with error control, events, projection after each step, and the books of energy."""
+"""Simulation of a whole motion: error-controlled steps, events, projection after each step, energy balance."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ ENDING_NONE = -1
     ENDING_UNBALANCED,
     ENDING_JAMMED,
 ) = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""How a simulation ends: at its last time, flat, at rest elsewhere, out of steps, with steps too small to go on, with
-loops that could not be closed, with numbers that are none, with an energy balance that does not hold, or with stops
-that have event after event and hardly move."""
+"""Endings of a simulation, in this order: time is up; flat; at rest elsewhere; out of steps; step size too small; loops
+could not be closed; a number is not finite; the energy balance is violated; jammed, with event after event at stops and
+hardly any motion."""
 
 MAX_CROWDED_EVENTS, CROWDED_TIME_SHARE = 40, 1e-6
-"""Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
-loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
+"""A motion counts as jammed after this many successive events, each within this share of the simulated time after the
+one before: the loops drive joints that can hardly move against their stops, as at a dead point."""
 MAX_UNMOVED_EVENTS, UNMOVED_JOINT_ANGLE = 100, 1e-3
-"""They are jammed, too, after so many events and releases between which no step ends with a joint further away than
-this (rad); where stops bounce with a restitution e, after 1 / (1 - e) times as many, as a step may span a bounce. Of 14
-squares, motions that come flat have at most 34."""
+"""A motion also counts as jammed after this many events and releases during which no joint has moved by more than this
+angle (rad) at the end of a step; with restitution e, after 1 / (1 - e) times as many, as a step may span a bounce.
+Motions of 14 squares that come flat have at most 34."""
 MAX_BALANCE_ERROR = 1e-2
-"""Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
+"""Error of the energy balance, as a share of the largest energy, at which a simulation is aborted."""
 OPEN_LOOP_RESIDUAL = 1e-3
 """Closure residual after projection at which loops count as open."""
 
@@ -86,16 +86,16 @@ OPEN_LOOP_RESIDUAL = 1e-3
     PACE_EVENT_COUNT,
     PACE_COORDINATES,
 ) = range(11)
-"""Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull above
-which a stop may let go (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
-many events came one upon the other, and when the last of them, and how many there were since all joints are close to
-the coordinates that follow, from `PACE_COORDINATES` on."""
+"""Entries of `Simulation.pace`: time and next step size (s); `largest_pivot`; pull above which a stop lets go (N m);
+energy at the start, and largest energy (J); whether stops that seemed to pull were kept; number of crowded events, and
+time of the last event (s); number of events since a joint last moved away from the reference coordinates, which follow
+from `PACE_COORDINATES` on."""
 
 
 class Simulation(NamedTuple):
-    """A simulation between two states.
+    """A simulation paused between two steps.
 
-    q, v : (n,), the state that it has come to. pace : (HERE + n,), of `new_pace`.
+    q, v : (n,), the current state. pace : (PACE_COORDINATES + n,), from `new_pace`.
     """
 
     mechanism: Mechanism
@@ -120,7 +120,7 @@ def simulate_motion(
     work: Work,
     record: SimulationRecord,
 ) -> None:
-    """Follow a motion from a closed state (q, v), which is moved to the last one; fills the record."""
+    """Simulate a motion from a closed state (q, v), which becomes the last state; fill the record."""
     simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(len(q)), record)
     start_simulation(simulation)
     continue_simulation(simulation, len(record.times) + 1)
@@ -128,36 +128,36 @@ def simulate_motion(
 
 @compiled
 def new_pace(n: int) -> Reals:
-    """Room for the pace of a simulation of n joints."""
+    """Return an uninitialised pace table for a simulation of n joints."""
     return np.empty(PACE_COORDINATES + n)
 
 
 @compiled
 def start_simulation(simulation: Simulation) -> None:
-    """Write the first state of a motion, after the impacts in it, and the pace at which it goes on."""
+    """Initialise a simulation: resolve impacts in the first state, record it, and choose the first step size."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
-    a, books = np.zeros(len(q)), np.zeros(6)
+    a, energies = np.zeros(len(q)), np.zeros(6)
     record.counts[:] = 0
     record.counts[4] = ENDING_NONE
-    work.clock[0] = 0.0
+    work.time[0] = 0.0
     scale = largest_pivot(mechanism, q, work)
     pace[:PACE_COORDINATES], pace[PACE_COORDINATES:] = 0.0, q
-    pace[PACE_SCALE], pace[PACE_GRIP] = scale, _grip(mechanism, hold, q)
-    collide_joints(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
-    update_held_joints(mechanism, hold, plan.slow, q, v, scale, work, a)
-    pace[PACE_START_ENERGY] = _balance(simulation, books)
-    pace[PACE_LARGEST_ENERGY] = np.abs(books).max()
+    pace[PACE_SCALE], pace[PACE_GRIP] = scale, _rounding_pull(mechanism, hold, q)
+    collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
+    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
+    pace[PACE_START_ENERGY] = _write_energies(simulation, energies)
+    pace[PACE_LARGEST_ENERGY] = np.abs(energies).max()
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     pace[PACE_STEP] = first_step(plan, simulation.method.order, q, v, a)
-    record_state(record, hold, 0.0, q, v, a, books, 0.0)
+    record_state(record, hold, 0.0, q, v, a, energies, 0.0)
 
 
 @compiled
-def continue_simulation(simulation: Simulation, most: int) -> None:
-    """Follow a motion from the last state of its record until it ends, or the record holds so many states.
+def continue_simulation(simulation: Simulation, max_states: int) -> None:
+    """Continue a simulation until it ends or its record holds a given number of states.
 
-    It is the same motion however often it stops on the way.
+    The motion does not depend on how often it is paused.
     """
     mechanism, hold, method, plan = simulation.mechanism, simulation.hold, simulation.method, simulation.plan
     q, v, work, pace, record = simulation.q, simulation.v, simulation.work, simulation.pace, simulation.record
@@ -166,82 +166,84 @@ def continue_simulation(simulation: Simulation, most: int) -> None:
     start, end = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     a = np.zeros(n)
     counts = record.counts
-    books = record.books[counts[0] - 1].copy()
+    energies = record.energies[counts[0] - 1].copy()
     scale, rejected = pace[PACE_SCALE], False
-    stepper = Stepper(mechanism, hold, scale, plan.tolerance, plan.floor, work, stages, start, end, counts)
-    work.clock[0] = pace[PACE_TIME]
+    stepper = Stepper(
+        mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts
+    )
+    work.time[0] = pace[PACE_TIME]
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[PACE_TIME]
+    start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
-    turns = np.zeros(n + len(mechanism.cuts.bodies))
-    all_turns(mechanism, q, v, work, turns, turns.copy())
-    while counts[4] == ENDING_NONE and (counts[0] < most or rejected):
+    coordinates = np.zeros(n + len(mechanism.cuts.bodies))
+    all_turns(mechanism, q, v, work, coordinates, coordinates.copy())
+    while counts[4] == ENDING_NONE and (counts[0] < max_states or rejected):
         counts[4] = _ending_before(simulation, a)
         if counts[4] != ENDING_NONE:
             break
-        pace[PACE_STEP] = min(pace[PACE_STEP], plan.longest, plan.end - pace[PACE_TIME])
+        pace[PACE_STEP] = min(pace[PACE_STEP], plan.max_step, plan.end - pace[PACE_TIME])
         error = take_step(method, stepper, pace[PACE_STEP])
         if not error <= 1.0:
             counts[3] += 1
             pace[PACE_STEP] *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
             rejected = True
             continue
-        took, came, joint, kind = _shorten(simulation, stepper, a)
-        q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
-        pace[PACE_TIME] += took
-        work.clock[0] = pace[PACE_TIME]
-        gap, _ = project_state(mechanism.tree, hold.held, q, v, plan.closed, work)
+        length, flat_share, joint, kind = _shorten(simulation, stepper, a)
+        q[:], v[:], energies[4] = end[:n], end[n : 2 * n], end[2 * n]
+        pace[PACE_TIME] += length
+        work.time[0] = pace[PACE_TIME]
+        residual, _ = project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
         if len(mechanism.cuts.bodies):
-            gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
+            residual = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if kind >= 0:
-            _meet(simulation, joint, kind, gap, a, books)
+            _process_event(simulation, joint, kind, residual, a, energies)
         else:
-            _arrive(simulation, came < 1.0, took <= MIN_JUMP_STEP_SHARE * pace[PACE_STEP], a, books)
+            _complete_step(simulation, flat_share < 1.0, length <= MIN_JUMP_STEP_SHARE * pace[PACE_STEP], a, energies)
         if mechanism.hinges.stop_stiffness > 0.0:
-            record_compliant_stops(mechanism, pace[PACE_TIME], took, q, v, work, turns, record)
-        record_state(record, hold, pace[PACE_TIME], q, v, a, books, gap)
-        start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[PACE_TIME]
+            record_compliant_stops(mechanism, pace[PACE_TIME], length, q, v, work, coordinates, record)
+        record_state(record, hold, pace[PACE_TIME], q, v, a, energies, residual)
+        start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        _tally(pace, q, books)
-        counts[4] = _ending_after(mechanism, plan, gap, came < 1.0, pace, books)
-        grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
+        _update_pace(pace, q, energies)
+        counts[4] = _ending_after(mechanism, plan, residual, flat_share < 1.0, pace, energies)
+        growth = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if kind < 0:
-            pace[PACE_STEP] *= max(0.2, min(grow, 1.0) if rejected else grow)
+            pace[PACE_STEP] *= max(0.2, min(growth, 1.0) if rejected else growth)
         rejected = False
 
 
 @lean
 def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float, float, int, int]:
-    """Repeat a step, where need be, so that it ends at its first event, at a release, or where the system is flat.
+    """Shorten a step, where necessary, to its first event, a release, or the flat state.
 
-    Returns how long it is (s), at which share of it the system is flat (2 where it is not), and joint and kind of the
-    event that it ends in, -1 where it ends in none.
+    Returns the length of the step (s), the share of it at which the system is flat (2 if it is not), and joint and kind
+    of the event at its end (-1 without an event).
     """
     method, plan, pace = simulation.method, simulation.plan, simulation.pace
     n, h = len(a), pace[PACE_STEP]
-    firm = pace[PACE_STOPS_KEPT] > 0.0
+    keep_stops = pace[PACE_STOPS_KEPT] > 0.0
     pace[PACE_STOPS_KEPT] = 0.0
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
     span = IntegrationStep(h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n])
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
     if kind >= 0:
-        took = land_on_event(method, stepper, share * h, h, joint, kind)
+        length = land_on_event(method, stepper, share * h, h, joint, kind)
     else:
-        took = step_to_release(method, stepper, plan.closed, pace[PACE_GRIP], firm, h)
-    came = 2.0
-    if plan.near >= 0.0 and took > 0.0:
-        # the step is another now, in the same tables
-        span = IntegrationStep(took, span.q0, span.v0, a, span.q1, span.v1, span.a1)
-        came = first_near(span, plan.flat, plan.near)
-    if came < 1.0:
-        took, kind = came * took, -1
-        take_step(method, stepper, took)
-    return took, came, joint, kind
+        length = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], keep_stops, h)
+    flat_share = 2.0
+    if plan.flat_distance >= 0.0 and length > 0.0:
+        # the tables now hold the repeated step
+        span = IntegrationStep(length, span.q0, span.v0, a, span.q1, span.v1, span.a1)
+        flat_share = first_near(span, plan.flat, plan.flat_distance)
+    if flat_share < 1.0:
+        length, kind = flat_share * length, -1
+        take_step(method, stepper, length)
+    return length, flat_share, joint, kind
 
 
 @lean
-def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, books: Reals) -> None:
-    """Note an event and carry it out; saves the state before it, as what is between steps follows from both ends."""
+def _process_event(simulation: Simulation, joint: int, kind: int, residual: float, a: Reals, energies: Reals) -> None:
+    """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step."""
     mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
@@ -257,53 +259,55 @@ def _meet(simulation: Simulation, joint: int, kind: int, gap: float, a: Reals, b
     else:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
     accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
-    _balance(simulation, books)
-    record_state(record, hold, time, q, v, a, books, gap)
-    _happen(simulation, joint, kind, a, books)
+    _write_energies(simulation, energies)
+    record_state(record, hold, time, q, v, a, energies, residual)
+    _apply_event(simulation, joint, kind, a, energies)
     accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
     record.counts[2] += 2
 
 
 @lean
-def _arrive(simulation: Simulation, flat: bool, short: bool, a: Reals, books: Reals) -> None:
-    """End a step without an event: free joints whose stops would have to pull, unless all is over.
+def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, energies: Reals) -> None:
+    """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
-    short : whether a pull has ended it where it began; the next step stands, if it was none.
+    short : whether a pull ended the step near its start; unless a joint is freed, the next step ignores pulls.
     """
     hold, pace = simulation.hold, simulation.pace
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
     simulation.record.counts[2] += 1
     pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
     if not flat and (pulls or short):
-        if pulls and _let_go(simulation, a):
+        if pulls and _release_stops(simulation, a):
             pace[PACE_EVENT_COUNT] += 1.0
         else:
             pace[PACE_STOPS_KEPT] = 1.0
-    _balance(simulation, books)
+    _write_energies(simulation, energies)
 
 
 @lean
-def _tally(pace: Reals, q: Reals, books: Reals) -> None:
-    """Record the largest energy; restart the count of events where a joint has moved by `UNMOVED_JOINT_ANGLE`."""
-    away = False
+def _update_pace(pace: Reals, q: Reals, energies: Reals) -> None:
+    """Update the largest energy; restart the count of events when a joint has moved by `UNMOVED_JOINT_ANGLE`."""
+    moved = False
     for i in range(len(q)):
-        away = away or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
-    if away:
+        moved = moved or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
+    if moved:
         pace[PACE_EVENT_COUNT] = 0.0
         for i in range(len(q)):
             pace[PACE_COORDINATES + i] = q[i]
-    for i in range(len(books)):
-        pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(books[i]))
+    for i in range(len(energies)):
+        pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(energies[i]))
 
 
 @lean
-def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
-    """How the simulation ends after a step, or that it goes on."""
-    apart = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
+def _ending_after(
+    mechanism: Mechanism, plan: StepPlan, residual: float, flat: bool, pace: Reals, energies: Reals
+) -> int:
+    """Return the ending reached after a step, or `ENDING_NONE`."""
+    limit = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
     ending = ENDING_NONE
-    if not gap <= apart:
-        ending = ENDING_OPEN if gap > apart else ENDING_INVALID_NUMBER
-    elif not abs(books.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
+    if not residual <= limit:
+        ending = ENDING_OPEN if residual > limit else ENDING_INVALID_NUMBER
+    elif not abs(energies.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
         ending = ENDING_UNBALANCED
     elif (
         pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS
@@ -317,22 +321,25 @@ def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, 
 
 @lean
 def _ending_before(simulation: Simulation, a: Reals) -> int:
-    """How the simulation ends before a step, or that it goes on."""
+    """Return the ending reached before a step, or `ENDING_NONE`."""
     hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
     q, v, time = simulation.q, simulation.v, pace[PACE_TIME]
-    near = plan.near >= 0.0
+    is_flat = plan.flat_distance >= 0.0
     for i in range(len(q)):
-        near = near and not abs(q[i] - plan.flat[i]) > plan.near
-    still = plan.rest >= 0.0
-    left = max(1.0, plan.end - time)  # a slow motion that has long to go is none at rest
+        is_flat = is_flat and not abs(q[i] - plan.flat[i]) > plan.flat_distance
+    is_at_rest = plan.rest_distance >= 0.0
+    time_left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
     for i in range(len(q)):
-        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest and abs(a[i]) * left**2 <= plan.rest))
+        is_at_rest = is_at_rest and (
+            hold.held[i] != 0
+            or (abs(v[i]) * time_left <= plan.rest_distance and abs(a[i]) * time_left**2 <= plan.rest_distance)
+        )
     ending = ENDING_NONE
-    if near:
+    if is_flat:
         ending = ENDING_FLAT
     elif time >= plan.end * (1.0 - 1e-14):
         ending = ENDING_TIME_OUT
-    elif still:
+    elif is_at_rest:
         ending = ENDING_REST
     elif record.counts[0] >= len(record.times):
         ending = ENDING_TOO_MANY_STEPS
@@ -342,37 +349,41 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
 
 
 @lean
-def _happen(simulation: Simulation, joint: int, kind: int, a: Reals, books: Reals) -> None:
-    """Carry out an event, and book the energy that it takes."""
+def _apply_event(simulation: Simulation, joint: int, kind: int, a: Reals, energies: Reals) -> None:
+    """Apply an impact or snap, and record the energy lost in it."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
     q, v, scale = simulation.q, simulation.v, simulation.pace[PACE_SCALE]
-    before = _balance(simulation, books)
+    before = _write_energies(simulation, energies)
     if kind < 2:
-        collide_joints(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
+        collide_joints(
+            mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work
+        )
     else:
         hold.branches[joint] = 1 - hold.branches[joint]
-    update_held_joints(mechanism, hold, plan.slow, q, v, scale, work, a)
-    project_state(mechanism.tree, hold.held, q, v, plan.closed, work)
-    books[5] += before - _balance(simulation, books)
+    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
+    project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
+    energies[5] += before - _write_energies(simulation, energies)
 
 
 @compiled
-def _let_go(simulation: Simulation, a: Reals) -> bool:
-    """Free the joints that their stops would have to pull, where the others do not hold them; whether any is free."""
+def _release_stops(simulation: Simulation, a: Reals) -> bool:
+    """Free joints whose stops would have to pull, where nothing else holds them; return whether any was freed."""
     hold, q, v, pace = simulation.hold, simulation.q, simulation.v, simulation.pace
-    before = hold.held.copy()
-    update_held_joints(simulation.mechanism, hold, simulation.plan.slow, q, v, pace[PACE_SCALE], simulation.work, a)
-    free = False
+    held_before = hold.held.copy()
+    update_held_joints(
+        simulation.mechanism, hold, simulation.plan.min_bounce_speed, q, v, pace[PACE_SCALE], simulation.work, a
+    )
+    any_freed = False
     for i in range(len(q)):
-        if before[i] and not hold.held[i]:
+        if held_before[i] and not hold.held[i]:
             record_event(simulation.record, pace[PACE_TIME], i, RECORDED_RELEASE, 0.0)
-            free = True
-    return free
+            any_freed = True
+    return any_freed
 
 
 @lean
-def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
-    """Pull (N m) up to which stops hold all the same: rounding, beside the moments at the start."""
+def _rounding_pull(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
+    """Return the pull (N m) up to which stops hold: the rounding error relative to the initial hinge moments."""
     grip = 1e-300
     for i in range(len(q)):
         value, _ = law_moment(mechanism.hinges, i, hold.branches[i], q[i])
@@ -381,10 +392,10 @@ def _grip(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
 
 
 @lean
-def _balance(simulation: Simulation, books: Reals) -> float:
-    """Write the energies of a state into the first four entries; their sum."""
+def _write_energies(simulation: Simulation, energies: Reals) -> float:
+    """Write the energies of the current state into the first four entries; return their sum."""
     mechanism, hold, q, work = simulation.mechanism, simulation.hold, simulation.q, simulation.work
-    parts = books[:4]
+    parts = energies[:4]
     place_bodies(mechanism.tree, q, work)
     move_bodies(mechanism.tree, simulation.v, work)
     write_energies(mechanism.tree, mechanism.hinges, mechanism.struts, hold.branches, q, work, parts)

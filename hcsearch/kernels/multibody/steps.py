@@ -1,4 +1,4 @@
-"""One step of a motion: with which method, how long, and repeated so that it ends where something happens."""
+"""Steps of a simulation: choice of the method, first step size, and repetition of steps up to events and releases."""
 
 from __future__ import annotations
 
@@ -12,52 +12,53 @@ from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, explicit_step, implicit_step, write_stage
 
 REACHED_STOP_ANGLE = 1e-11
-"""A joint is at a stop within this (rad)."""
+"""Distance from a stop (rad) at which a joint has reached it."""
 IMMEDIATE_EVENT_SHARE = 1e-9
-"""An event within this share of a step is at its start."""
+"""An event within this share of a step counts as at its start."""
 PULL_JUMP_SHARE = 1e-4
-"""A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
+"""Share of a step within which a pull that remains large counts as a jump, not as growing from zero."""
 MAX_SECANT_STEPS = 6
-"""After so many secants the interval is halved: they creep towards a jump."""
+"""Secant steps before bisection takes over: near a jump the secants converge too slowly."""
 MIN_JUMP_STEP_SHARE = 1e-4
-"""Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
+"""Least share of a step that is taken where the pull jumps, so that the motion progresses."""
 ROUNDING_PULL_SHARE = 1e-9
-"""A pull within this share of a step is rounding at its start; `MIN_JUMP_STEP_SHARE` of the step is taken, too."""
+"""A pull within this share of a step is due to rounding at its start; `MIN_JUMP_STEP_SHARE` of the step is taken."""
 PARABOLA_TOLERANCE_SHARE = 0.01
-"""Share of the tolerance that the last bit of a step to an event may be off."""
+"""Share of the tolerance that the error of the final parabola up to an event may have."""
 
 
 class StepPlan(NamedTuple):
-    """What a simulation is asked for.
+    """Tolerances and end conditions of a simulation.
 
-    end : s. tolerance, floor : relative and absolute. first : first step (s), 0 to find one; longest : longest step.
-    restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
-    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them that counts as
-        flat; below 0 never.
-    rest : what a joint may move by its speed or acceleration in the time left, or in 1 s, to be at rest (rad); below 0
-        never. closed : residual after projection.
+    end : last time, s. relative_tolerance, absolute_tolerance : of the error of a step.
+    first_step_size, max_step : s; the first step is estimated if 0.
+    restitution : of stops, 0 to 1. min_bounce_speed : rad/s, below which stops do not bounce.
+    flat : (n,), coordinates of the flat state, NaN where they do not count. flat_distance : distance from them (rad)
+        that counts as flat; below 0, no state does.
+    rest_distance : angle (rad) by which a joint at rest may move, by its speed or acceleration, in the time left or
+        1 s, the longer; below 0, no state is at rest. closure_tolerance : closure residual after projection.
     """
 
     end: float
-    tolerance: float
-    floor: float
-    first: float
-    longest: float
+    relative_tolerance: float
+    absolute_tolerance: float
+    first_step_size: float
+    max_step: float
     restitution: float
-    slow: float
+    min_bounce_speed: float
     flat: Reals
-    near: float
-    rest: float
-    closed: float
+    flat_distance: float
+    rest_distance: float
+    closure_tolerance: float
 
 
 @lean
 def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
-    """One step by the method; its error. The last stage holds the derivative at its end."""
-    if not method.columns:
+    """Take one step; return its error over the tolerance. The last stage is the derivative at its end."""
+    if not method.extrapolation_order:
         stepper.counts[2] += len(method.b)
         return explicit_step(method, stepper, h)
-    columns, work = method.columns, stepper.work
+    columns, work = method.extrapolation_order, stepper.work
     stepper.counts[2] += columns * (columns + 1) // 2 + 1
     error = implicit_step(columns, stepper, h)
     _accelerate(stepper, stepper.end, False)
@@ -67,38 +68,41 @@ def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
 
 @lean
 def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
-    """Write the accelerations at a state; as `accelerate`."""
+    """Write the accelerations at a state (q, v, energy lost, time) to `work.accelerations`; see `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
     q, v = state[:n], state[n : 2 * n]
-    work.clock[0] = state[2 * n + 1]
+    work.time[0] = state[2 * n + 1]
     accelerate(stepper.mechanism, stepper.hold, q, v, stepper.scale, fresh, work, work.accelerations)
 
 
 @lean
 def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> float:
-    """A first step from the size of the motion (Hairer, Norsett and Wanner 1993, section II.4, in part)."""
-    if plan.first > 0.0:
-        return plan.first
+    """Estimate the first step from the size of the motion (after Hairer, Norsett and Wanner 1993, section II.4)."""
+    if plan.first_step_size > 0.0:
+        return plan.first_step_size
     n = len(q)
     size = rate = 0.0
     for i in range(n):
-        weight_q, weight_v = plan.floor + plan.tolerance * abs(q[i]), plan.floor + plan.tolerance * abs(v[i])
+        weight_q, weight_v = (
+            plan.absolute_tolerance + plan.relative_tolerance * abs(q[i]),
+            plan.absolute_tolerance + plan.relative_tolerance * abs(v[i]),
+        )
         size += (q[i] / weight_q) ** 2 + (v[i] / weight_v) ** 2
         rate += (v[i] / weight_q) ** 2 + (a[i] / weight_v) ** 2
     if rate == 0.0:
-        return plan.longest
+        return plan.max_step
     guess = 0.01 * math.sqrt(size / rate) if size > 0.0 else 1e-6
-    return min(plan.longest, max(guess, 1e-9 * plan.end))
+    return min(plan.max_step, max(guess, 1e-9 * plan.end))
 
 
 @lean
 def land_on_event(
     method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int, kind: int
 ) -> float:
-    """Repeat the step so that it ends where the joint has its event; its length, 0 where the joint is there already.
+    """Repeat a step so that it ends at an event of a joint; return its length, 0 if the joint is there already.
 
-    The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then
-    accelerations are no rates of the velocities.
+    The last part of the step, over which accelerations hardly change, is a parabola; not without inertia, where
+    accelerations are not the derivatives of the velocities.
     """
     mechanism, stages, start, end = stepper.mechanism, stepper.stages, stepper.start, stepper.end
     n = len(stepper.hold.held)
@@ -117,17 +121,17 @@ def land_on_event(
         if abs(miss) <= REACHED_STOP_ANGLE:
             break
         if speed != 0.0 and not mechanism.overdamped:
-            more = -miss / speed
-            more = -(miss + 0.5 * more * more * last[n + joint]) / speed
-            left = miss + more * (speed + 0.5 * more * last[n + joint])
-            straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED_STOP_ANGLE
-            if straight and _parabolic(stepper, h, more, last):
+            extension = -miss / speed
+            extension = -(miss + 0.5 * extension * extension * last[n + joint]) / speed
+            remaining = miss + extension * (speed + 0.5 * extension * last[n + joint])
+            reaches_event = abs(extension) <= h and h + extension < longest and abs(remaining) <= REACHED_STOP_ANGLE
+            if reaches_event and _parabolic(stepper, h, extension, last):
                 for j in range(n):
-                    end[j] += more * (last[j] + 0.5 * more * last[n + j])
-                    end[n + j] += more * last[n + j]
-                end[2 * n] += more * last[2 * n]
-                end[2 * n + 1] += more
-                return float(h + more)
+                    end[j] += extension * (last[j] + 0.5 * extension * last[n + j])
+                    end[n + j] += extension * last[n + j]
+                end[2 * n] += extension * last[2 * n]
+                end[2 * n + 1] += extension
+                return float(h + extension)
         if sign * miss > 0.0:
             high = min(high, h)
         else:
@@ -138,78 +142,81 @@ def land_on_event(
 
 
 @lean
-def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
-    """Whether accelerations change so little in a time that what they add to velocities is below the tolerance.
+def _parabolic(stepper: Stepper, h: float, extension: float, last: Reals) -> bool:
+    """Return whether a step can be extended by a parabola with an error well below the tolerance.
 
-    more : the time (s), beside the step h in which they change from the first stage to the last.
+    extension : its length (s), over which accelerations are assumed to change as fast as in the step h.
     """
     first, end = stepper.stages[0], stepper.end
     n = len(end) // 2 - 1
     for j in range(n, 2 * n):
-        allowed = PARABOLA_TOLERANCE_SHARE * (stepper.floor + stepper.tolerance * abs(end[j]))
-        if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
+        allowed = PARABOLA_TOLERANCE_SHARE * (stepper.absolute_tolerance + stepper.relative_tolerance * abs(end[j]))
+        if abs(last[j] - first[j]) * extension * extension > 2.0 * h * allowed:
             return False
     return True
 
 
 @lean
 def step_to_release(
-    method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float
+    method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, keep_stops: bool, longest: float
 ) -> float:
-    """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
+    """Repeat a step so that it ends where a stop begins to pull, if one pulls at its end but not at its start.
 
-    A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows. Where stops are firm, one seemed to pull at the start and
-    was kept: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
-    steps: in singular states rounding decides which forces of stops and loops stand for each other.
+    Returns the length of the step. A step across a release would have an error of the order of its length squared,
+    whatever the tolerance. The factor left in `work` is that at the end, for the projection that follows. If the pull
+    jumps, the motion goes on in small steps: in singular states rounding decides how forces are shared between stops
+    and loops.
+
+    keep_stops : whether a stop seemed to pull at the start and was kept; the step is then accepted, as the same
+        pull would end every step after it.
     """
-    some = False
+    any_held = False
     for i in range(len(stepper.hold.held)):
-        some = some or stepper.hold.held[i] != 0
-    if not some:
+        any_held = any_held or stepper.hold.held[i] != 0
+    if not any_held:
         return longest
-    above = _pull(stepper, closed, stepper.end)
-    if not above > grip:
+    end_pull = _pull(stepper, closed, stepper.end)
+    if not end_pull > grip:
         return longest
-    below = _pull(stepper, closed, stepper.start)
-    low, high, h, side, most = 0.0, longest, longest, 0, above
-    under, over = below - 2.0 * grip, above - 2.0 * grip
+    start_pull = _pull(stepper, closed, stepper.start)
+    low, high, h, side, first_pull = 0.0, longest, longest, 0, end_pull
+    low_value, high_value = start_pull - 2.0 * grip, end_pull - 2.0 * grip
     for k in range(40):
-        if firm or below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
+        if keep_stops or start_pull > grip or end_pull <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
-        if high - low <= PULL_JUMP_SHARE * longest and above > 1e3 * PULL_JUMP_SHARE * most:
+        if high - low <= PULL_JUMP_SHARE * longest and end_pull > 1e3 * PULL_JUMP_SHARE * first_pull:
             high = max(high, MIN_JUMP_STEP_SHARE * longest)
             break
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
-        share = min(max(-under / (over - under), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
+        share = min(max(-low_value / (high_value - low_value), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
         h = low + (high - low) * share
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, h)
         pull = _pull(stepper, closed, stepper.end)
         value = pull - 2.0 * grip
         if pull > grip:
-            less = 1.0 - value / over
-            under *= (less if less > 0.0 else 0.5) if side > 0 else 1.0
-            high, above, over, side = h, pull, max(value, 0.0), 1
+            factor = 1.0 - value / high_value
+            low_value *= (factor if factor > 0.0 else 0.5) if side > 0 else 1.0
+            high, end_pull, high_value, side = h, pull, max(value, 0.0), 1
         else:
-            less = 1.0 - value / under
-            over *= (less if less > 0.0 else 0.5) if side < 0 else 1.0
-            low, below, under, side = h, pull, value, -1
+            factor = 1.0 - value / low_value
+            high_value *= (factor if factor > 0.0 else 0.5) if side < 0 else 1.0
+            low, start_pull, low_value, side = h, pull, value, -1
     if high <= ROUNDING_PULL_SHARE * longest:
         high = MIN_JUMP_STEP_SHARE * longest
     if h < high:
         _accelerate(stepper, stepper.start, True)
         take_step(method, stepper, high)
-    elif high == longest:  # nothing was repeated, and the factor is one at the start
+    elif high == longest:  # the step was not repeated, and the factor is that at the start
         _accelerate(stepper, stepper.end, True)
     return high
 
 
 @lean
 def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
-    """By how much a stop would have to pull at most at a state (q, v, energy lost, time), N m.
+    """Return the greatest pull needed at a stop (N m) in a projected state (q, v, energy lost, time).
 
-    closed : residual after projection.
+    closed : closure residual after projection.
     """
     mechanism, hold, work = stepper.mechanism, stepper.hold, stepper.work
     n = len(hold.held)
@@ -217,6 +224,6 @@ def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
     for i in range(n):
         q[i], v[i] = state[i], state[n + i]
     project_state(mechanism.tree, hold.held, q, v, closed, work)
-    work.clock[0] = state[2 * n + 1]
+    work.time[0] = state[2 * n + 1]
     accelerate(mechanism, hold, q, v, stepper.scale, True, work, work.accelerations)
     return greatest_pull(hold, work.accelerations)

@@ -1,9 +1,9 @@
-"""Impacts at one-sided stops, and which stops go on holding afterwards (a cone complementarity problem).
+"""Impacts at unilateral stops, and the stops that keep holding afterwards (a cone complementarity problem).
 
-Velocities and accelerations are taken in the space of the recursion's innovations, where the inertia is the identity:
-y_i = (s_i + U_i . a_i) / sqrt(d_i). There the nearest admissible vector is a least-distance problem with inequalities,
-solved by nonnegative least squares (Lawson and Hanson 1974, chapter 23): Gauss's principle of least constraint. The
-answer is unique even where the forces at redundant stops are not.
+Velocities and accelerations are represented in the space of the recursion's innovations, where the inertia is the
+identity: y_i = (s_i + U_i . a_i) / sqrt(d_i). There the nearest admissible vector is a least-distance problem with
+inequalities, solved by nonnegative least squares (Lawson and Hanson 1974, chapter 23): Gauss's principle of least
+constraint. The solution is unique even where the forces at redundant stops are not.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ from hcsearch.kernels.multibody.tree import (
 from hcsearch.kernels.multibody.welds import MIN_ROW_PIVOT_SHARE, choose_rows, close_rows, factor_chosen_rows
 
 MIN_STOP_MOBILITY = 1e-4
-"""A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops
-give way that much, so that nearly immobile joints do not ask for impossible forces."""
+"""A joint counts as held by the loops, not by its stop, if its mobility is less than this share of that without loops;
+stops are compliant by this share, so that nearly immobile joints do not require impossible forces."""
 
 
 @lean
-def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
-    """Write an orthonormal basis of the closure rows in the space of innovations, by rows; how many; after `gather`."""
+def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares: Reals) -> int:
+    """Write an orthonormal basis of the closure rows in innovation space; return its size; after `gather_inertias`."""
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
         for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
@@ -60,94 +60,96 @@ def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, left: 
                 work.bodies[i, WORK_ALONG]
             )
     for r in range(m):
-        left[r] = row_product(rows, r, rows, r, n)
+        squares[r] = row_product(rows, r, rows, r, n)
     for count in range(m):
         best = count
         for r in range(count, m):
-            if left[r] > left[best]:
+            if squares[r] > squares[best]:
                 best = r
-        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
+        if squares[best] <= MIN_ROW_PIVOT_SHARE * scale:
             return count
         for k in range(n):
             rows[count, k], rows[best, k] = rows[best, k], rows[count, k]
-        left[best] = left[count]
+        squares[best] = squares[count]
         for _ in range(2):  # twice is enough
             for j in range(count):
                 subtract_row(rows, count, row_product(rows, j, rows, count, n), rows, j, n)
         divide_row(rows, count, math.sqrt(row_product(rows, count, rows, count, n)), n)
         for r in range(count + 1, m):
             subtract_row(rows, r, row_product(rows, count, rows, r, n), rows, count, n)
-            left[r] = row_product(rows, r, rows, r, n)
+            squares[r] = row_product(rows, r, rows, r, n)
     return m
 
 
 @compiled
 def push_apart(
-    tree: BodyTree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
+    tree: BodyTree, touching: Signs, needed: Reals, scale: float, work: Work, pushed: Reals, change: Reals
 ) -> bool:
-    """The least change of velocities (or accelerations) that gives touching joints what they want at least.
+    """Write the least change of velocities (or accelerations) that moves touching joints off their stops as required.
 
-    touching : (n,), -1 where the joint is at its lower stop and may only grow, 1 at its upper, 0 elsewhere.
-    wanted : (n,), least change away from the stop. scale : of `choose`. change : (n,), of all joints.
-    pushed : (n,), not 0 where a stop pushes.
-    False, and nothing changed, where rounding hides the answer. After `gather` with all joints free.
+    Returns False, with a change of 0, where rounding hides the solution. Call `gather_inertias` first, with all joints
+    free.
+
+    touching : (n,), -1 at the lower stop, where the coordinate may only grow, 1 at the upper, 0 elsewhere.
+    needed : (n,), least change away from the stop. scale : as of `choose_rows`. change : (n,), written for all joints.
+    pushed : (n,), written, not 0 where a stop pushes.
     """
     n, m = len(touching), len(tree.rows)
     free = np.zeros(n, np.int8)
     basis = np.zeros((m, n))
     count = _closure_basis(tree, scale, work, basis, np.empty(m))
-    which = np.flatnonzero(touching)
-    columns = np.zeros((len(which), n + len(which) + 1))
-    wholes = np.empty(len(which))
+    contacts = np.flatnonzero(touching)
+    columns = np.zeros((len(contacts), n + len(contacts) + 1))
+    lengths = np.empty(len(contacts))
     impulse = np.zeros(n)
     change[:] = 0.0
     pushed[:] = 0.0
     greatest = 0.0
-    for k in range(len(which)):
-        i = which[k]
+    for k in range(len(contacts)):
+        i = contacts[k]
         impulse[i] = -1.0 if touching[i] > 0 else 1.0
         load_joints(tree, free, impulse, False, work)
         impulse[i] = 0.0
         for j in range(n):
             columns[k, j] = work.bodies[j, WORK_DRIVE] / math.sqrt(work.bodies[j, WORK_ALONG])
-        wholes[k] = math.sqrt(row_product(columns, k, columns, k, n))
+        lengths[k] = math.sqrt(row_product(columns, k, columns, k, n))
         for _ in range(2):
-            for b in range(count):
-                subtract_row(columns, k, row_product(basis, b, columns, k, n), basis, b, n)
-        divide_row(columns, k, wholes[k], n)
+            for row in range(count):
+                subtract_row(columns, k, row_product(basis, row, columns, k, n), basis, row, n)
+        divide_row(columns, k, lengths[k], n)
         columns[k, n + k] = MIN_STOP_MOBILITY
-        greatest = max(greatest, abs(wanted[i]) / wholes[k])
+        greatest = max(greatest, abs(needed[i]) / lengths[k])
     if greatest == 0.0:
         return True
-    sizes = np.empty(len(which))
-    height = n + len(which) + 1
-    for k in range(len(which)):
-        columns[k, height - 1] = wanted[which[k]] / wholes[k] / greatest
+    sizes = np.empty(len(contacts))
+    height = n + len(contacts) + 1
+    for k in range(len(contacts)):
+        columns[k, height - 1] = needed[contacts[k]] / lengths[k] / greatest
         sizes[k] = math.sqrt(row_product(columns, k, columns, k, height))
         divide_row(columns, k, sizes[k], height)
     target = np.zeros(height)
     target[height - 1] = 1.0
-    weights, left = np.zeros(len(which)), np.empty(height)
-    nonnegative_least_squares(columns, target, weights, left)
-    if left[height - 1] <= 1e-12:
+    weights, residual = np.zeros(len(contacts)), np.empty(height)
+    nonnegative_least_squares(columns, target, weights, residual)
+    if residual[height - 1] <= 1e-12:
         return False
     innovations = np.empty(n)
     for j in range(n):
-        innovations[j] = -left[j] / left[height - 1] * greatest
-    for k in range(len(which)):
-        # a stop that could hardly move its joint is left to the loops
-        mobile = 0.0
+        innovations[j] = -residual[j] / residual[height - 1] * greatest
+    for k in range(len(contacts)):
+        # a joint that its stop could hardly move is held by the loops
+        mobility = 0.0
         for j in range(n):
-            mobile += (columns[k, j] * sizes[k]) ** 2
-        if weights[k] > 0.0 and mobile > MIN_STOP_MOBILITY**2:
-            pushed[which[k]] = weights[k]
-    _release(tree, innovations, work, change)
+            mobility += (columns[k, j] * sizes[k]) ** 2
+        if weights[k] > 0.0 and mobility > MIN_STOP_MOBILITY**2:
+            pushed[contacts[k]] = weights[k]
+    _write_rates(tree, innovations, work, change)
     return True
 
 
 @lean
-def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
-    """Write the velocities of joints from their innovations, as `sweeps.release` does from forces."""
+def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
+    """Write joint velocities from their innovations, as `sweeps.release_joints` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -162,10 +164,10 @@ def _release(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> No
 
 
 @lean
-def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
-    """Write which joints are at their lower (-1) and upper (1) stops; whether any is."""
+def _find_touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
+    """Write -1 for joints at their lower stops, 1 at their upper ones, else 0; return whether any is at a stop."""
     hinges = mechanism.hinges
-    some = False
+    any_touching = False
     for i in range(len(q)):
         touching[i] = 0
         if hinges.stop_stiffness == 0.0:
@@ -173,44 +175,44 @@ def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
                 touching[i] = -1
             elif q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE:
                 touching[i] = 1
-        some = some or touching[i] != 0
-    return some
+        any_touching = any_touching or touching[i] != 0
+    return any_touching
 
 
 @compiled
 def update_held_joints(
     mechanism: Mechanism, hold: DiscreteState, slow: float, q: Reals, v: Reals, scale: float, work: Work, a: Reals
 ) -> bool:
-    """Find which of the joints at rest at their stops are held there; whether that has changed. Writes accelerations.
+    """Update the set of joints held at their stops, and the accelerations; return whether the set has changed.
 
     slow : speed (rad/s) below which a joint at its stop is at rest.
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    some = _touching(mechanism, q, touching)
-    before = hold.held.copy()
+    any_touching = _find_touching(mechanism, q, touching)
+    held_before = hold.held.copy()
     hold.held[:] = 0
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    if not some:
-        return bool(before.any())
-    wanted = np.zeros(n)
+    if not any_touching:
+        return bool(held_before.any())
+    needed = np.zeros(n)
     largest = 0.0
     for i in range(n):
         if abs(v[i]) > slow:
             touching[i] = 0
-        wanted[i] = touching[i] * a[i]
+        needed[i] = touching[i] * a[i]
         largest = max(largest, abs(a[i]))
     pushed, change = np.empty(n), np.empty(n)
-    solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+    is_solved = push_apart(mechanism.tree, touching, needed, scale, work, pushed, change)
     changed, creeping = False, False
     for i in range(n):
-        # a joint at rest that neither pushes nor leaves stays held, so that rounding does not decide
-        rests = abs(a[i] + change[i]) <= 1e-9 * largest
-        if touching[i] and (not solved or pushed[i] > 0.0 or rests):
+        # a joint at rest without contact force or acceleration stays held, so that rounding does not decide
+        stays_at_rest = abs(a[i] + change[i]) <= 1e-9 * largest
+        if touching[i] and (not is_solved or pushed[i] > 0.0 or stays_at_rest):
             hold.held[i] = touching[i]
             creeping = creeping or v[i] != 0.0
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
-        changed = changed or hold.held[i] != before[i]
+        changed = changed or hold.held[i] != held_before[i]
     if creeping and not mechanism.overdamped:
         place_bodies(mechanism.tree, q, work)
         arrest_joints(mechanism, hold, v, scale, work)
@@ -230,37 +232,39 @@ def collide_joints(
     closed: float,
     work: Work,
 ) -> None:
-    """Velocities after impacts of all joints at their stops that move against them (Newton's law, as Moreau has it).
+    """Apply impacts to all joints that move against their stops (Newton's law of impact in Moreau's form).
 
-    restitution : 0 to 1. slow : speed (rad/s) below which nothing bounces: joints that knock each other off their
-    stops, ever more slowly, come to rest together.
+    restitution : 0 to 1. slow : speed (rad/s) below which nothing bounces, so that joints that knock each other off
+        their stops, ever more slowly, come to rest together.
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    if not _touching(mechanism, q, touching):
+    if not _find_touching(mechanism, q, touching):
         return
-    wanted, before = np.zeros(n), v.copy()
+    needed, velocities_before = np.zeros(n), v.copy()
     fastest = 0.0
     for i in range(n):
         if touching[i]:
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
             speed = touching[i] * v[i]  # against the stop
             fastest = max(fastest, speed)
-            wanted[i] = (1.0 + restitution) * speed if speed > slow else speed
+            needed[i] = (1.0 + restitution) * speed if speed > slow else speed
     hold.held[:] = 0
     place_bodies(mechanism.tree, q, work)
     if fastest > slow:
         pushed, change = np.empty(n), np.empty(n)
         gather_inertias(mechanism.tree, hold.held, work)
-        solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+        is_solved = push_apart(mechanism.tree, touching, needed, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
             if touching[i] and abs(v[i]) <= 1e-9 * fastest:
                 v[i] = 0.0
         # half the change and the mean velocity are orthogonal at most: no impact adds energy
-        if solved and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
+        if is_solved and _squared_norm(mechanism, change, work) <= 4.0 * _squared_norm(
+            mechanism, velocities_before, work
+        ) * (1.0 + 1e-6):
             return
-        v[:] = before
+        v[:] = velocities_before
     for i in range(n):
         if touching[i] and touching[i] * v[i] >= -slow:
             hold.held[i] = touching[i]
@@ -270,7 +274,7 @@ def collide_joints(
 
 @compiled
 def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: float, work: Work) -> None:
-    """The velocities nearest to some, by kinetic energy, with held joints at rest and loops closed; after `place`."""
+    """Project velocities, in the kinetic metric, onto held joints at rest and closed loops; after `place_bodies`."""
     n = len(v)
     tree, held = mechanism.tree, hold.held
     momenta = np.empty(n)
@@ -288,7 +292,7 @@ def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: fl
 
 
 @lean
-def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
-    """Twice the kinetic energy of joint velocities; after `place`."""
+def _squared_norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
+    """Return twice the kinetic energy of joint velocities; call `place_bodies` first."""
     move_bodies(mechanism.tree, v, work)
     return 2.0 * kinetic_energy(mechanism.tree, work)

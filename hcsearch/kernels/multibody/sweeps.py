@@ -1,9 +1,9 @@
 """Articulated-body recursions: outward for positions and velocities, inward for inertias, outward for accelerations.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 7 and 8, in world axes about the joints, so that bodies
-far from the origin lose no accuracy. The forces that close loops are carried inward beside the inertias; what a row's
-unit force does along each joint gives the Delassus matrix as a sum over joints (Rodriguez, Jain and Kreutz-Delgado
-1992). A held joint is left out of all three: its bodies move as one.
+far from the origin lose no accuracy. The forces that close loops are carried inward together with the inertias; the
+effect of each row's unit force along each joint gives the Delassus matrix as a sum over joints (Rodriguez, Jain and
+Kreutz-Delgado 1992). A held joint is skipped in all three recursions: its bodies move as one.
 """
 
 from __future__ import annotations
@@ -84,16 +84,16 @@ from hcsearch.kernels.multibody.tree import (
 
 @lean
 def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
-    """Positions of all bodies and of the closure rows."""
+    """Write the positions of all bodies, and directions and points of the closure rows."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
-        own = vector_at(tree.bodies, i, BODY_AXIS)
+        axis = vector_at(tree.bodies, i, BODY_AXIS)
         arm = vector_at(tree.bodies, i, BODY_OFFSET)
         x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-        line, origin = own, (0.0, 0.0, 0.0)
+        line, origin = axis, (0.0, 0.0, 0.0)
         if p >= 0:
-            arm, line = rotated(b, p, WORK_ROTATION, arm), rotated(b, p, WORK_ROTATION, own)
+            arm, line = rotated(b, p, WORK_ROTATION, arm), rotated(b, p, WORK_ROTATION, axis)
             x, y, z = (
                 vector_at(b, p, WORK_ROTATION),
                 vector_at(b, p, WORK_ROTATION + 3),
@@ -103,7 +103,7 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
         if tree.links[i, LINK_SLIDES]:
             arm = vector_sum(arm, scaled_vector(q[i], line))
         else:
-            columns = rotation(own, q[i])
+            columns = rotation(axis, q[i])
             x, y, z = turn_row(x, columns), turn_row(y, columns), turn_row(z, columns)
         put_vector(b, i, WORK_ROTATION, x)
         put_vector(b, i, WORK_ROTATION + 3, y)
@@ -114,20 +114,20 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
     for r in range(len(tree.rows)):
         weld, kind = tree.rows[r, ROW_WELD], tree.rows[r, ROW_KIND]
         first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
-        way = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * (kind if kind < 3 else kind - 3))
+        direction = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * (kind if kind < 3 else kind - 3))
         arm = rotated(b, second, WORK_ROTATION, vector_at(tree.weld_places, weld, WELD_POINT_B))
-        put_vector(work.ways, r, WAY_ARM_B, arm)
+        put_vector(work.row_lines, r, WAY_ARM_B, arm)
         if first >= 0:
-            way = rotated(b, first, WORK_ROTATION, way)
+            direction = rotated(b, first, WORK_ROTATION, direction)
             # body a carries the row where body b is, which may be elsewhere along directions that are not closed
             arm = vector_difference(vector_sum(vector_at(b, second, WORK_PLACE), arm), vector_at(b, first, WORK_PLACE))
-        put_vector(work.ways, r, WAY_DIRECTION, way)
-        put_vector(work.ways, r, WAY_ARM_A, arm)
+        put_vector(work.row_lines, r, WAY_DIRECTION, direction)
+        put_vector(work.row_lines, r, WAY_ARM_A, arm)
 
 
 @lean
 def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
-    """Velocities of all bodies, and the accelerations that they cause; after `place_bodies`."""
+    """Write velocities of all bodies, and velocity-dependent accelerations; call `place_bodies` first."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -135,32 +135,39 @@ def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
         if p >= 0:
             spin, speed = vector_at(b, p, WORK_SPIN), vector_at(b, p, WORK_SPEED)
         arm = vector_at(b, i, WORK_ARM)
-        own = scaled_vector(v[i], vector_at(b, i, WORK_LINE))
-        flow = cross(spin, arm)
-        speed = vector_sum(speed, flow)
-        drift = cross(spin, flow)
+        joint_velocity = scaled_vector(v[i], vector_at(b, i, WORK_LINE))
+        spin_velocity = cross(spin, arm)
+        speed = vector_sum(speed, spin_velocity)
+        drift = cross(spin, spin_velocity)
         if tree.links[i, LINK_SLIDES]:
             put_vector(b, i, WORK_SPIN, spin)
-            put_vector(b, i, WORK_SPEED, vector_sum(speed, own))
+            put_vector(b, i, WORK_SPEED, vector_sum(speed, joint_velocity))
             put_vector(b, i, WORK_SPIN_DRIFT, (0.0, 0.0, 0.0))
-            put_vector(b, i, WORK_DRIFT, vector_sum(drift, scaled_vector(2.0, cross(spin, own))))
+            put_vector(b, i, WORK_DRIFT, vector_sum(drift, scaled_vector(2.0, cross(spin, joint_velocity))))
         else:
-            put_vector(b, i, WORK_SPIN, vector_sum(spin, own))
+            put_vector(b, i, WORK_SPIN, vector_sum(spin, joint_velocity))
             put_vector(b, i, WORK_SPEED, speed)
-            put_vector(b, i, WORK_SPIN_DRIFT, cross(spin, own))
+            put_vector(b, i, WORK_SPIN_DRIFT, cross(spin, joint_velocity))
             put_vector(b, i, WORK_DRIFT, drift)
 
 
 @lean
 def _load_body(tree: BodyTree, i: int, work: Work) -> None:
-    """Inertia and bias of one body on its own, about its joint."""
+    """Write the inertia and bias force of one rigid body about its joint."""
     b = work.bodies
     mass = tree.bodies[i, BODY_MASS]
     c = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
     s = rotated_symmetric(b, i, WORK_ROTATION, symmetric_at(tree.bodies, i, BODY_INERTIA))
     cc = mass * dot(c, c)
-    own = outer_product(-mass, c)
-    a = (s[0] + own[0] + cc, s[1] + own[1] + cc, s[2] + own[2] + cc, s[3] + own[3], s[4] + own[4], s[5] + own[5])
+    steiner = outer_product(-mass, c)
+    a = (
+        s[0] + steiner[0] + cc,
+        s[1] + steiner[1] + cc,
+        s[2] + steiner[2] + cc,
+        s[3] + steiner[3],
+        s[4] + steiner[4],
+        s[5] + steiner[5],
+    )
     for k in range(6):
         b[i, WORK_COUPLES + k] = a[k]
         b[i, WORK_FORCES + k] = mass if k < 3 else 0.0
@@ -182,35 +189,35 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
 
 @lean
 def _load_rows(tree: BodyTree, work: Work) -> None:
-    """The unit forces of the closure rows on the bodies where they act."""
+    """Write the unit forces of the closure rows on the bodies on which they act."""
     slots = work.slots
     for slot in range(len(slots)):
         for k in range(6):
             slots[slot, k] = 0.0
     for r in range(len(tree.rows)):
-        way = vector_at(work.ways, r, WAY_DIRECTION)
-        gap = tree.rows[r, ROW_KIND] >= 3
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
+        is_gap = tree.rows[r, ROW_KIND] >= 3
         for side in range(2):
             slot = tree.rows[r, ROW_SLOT_B if side else ROW_SLOT_A]
             if slot < 0:
                 continue
             sign = 1.0 if side else -1.0
-            if gap:
-                force = scaled_vector(sign / tree.size, way)
+            if is_gap:
+                force = scaled_vector(sign / tree.size, direction)
                 add_vector(
                     slots,
                     slot,
                     WORK_SLOT_COUPLE,
-                    cross(vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A), force),
+                    cross(vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A), force),
                 )
                 add_vector(slots, slot, WORK_SLOT_FORCE, force)
             else:
-                add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(sign, way))
+                add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(sign, direction))
 
 
 @lean
-def _pass_on(i: int, p: int, work: Work) -> None:
-    """Add the inertia left at joint i to that of its parent, about the parent's joint."""
+def _add_to_parent(i: int, p: int, work: Work) -> None:
+    """Add the articulated inertia of body i to that of its parent, about the parent's joint."""
     b = work.bodies
     r = vector_at(b, i, WORK_ARM)
     d = symmetric_at(b, i, WORK_FORCES)
@@ -243,7 +250,7 @@ def _pass_on(i: int, p: int, work: Work) -> None:
 
 @lean
 def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
-    """Articulated inertias, what each closure row does along each joint, and the Delassus matrix; after `move_bodies`.
+    """Write articulated inertias, joint components of closure rows, and the Delassus matrix; after `move_bodies`.
 
     held : (n,), not 0 where the joint is held.
     """
@@ -262,10 +269,10 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
         w = vector_at(b, i, WORK_LINE)
         if slides:
             couple, force = rotated(b, i, WORK_CROSSED, w), apply_symmetric(symmetric_at(b, i, WORK_FORCES), w)
-            along = dot(w, force) + work.soft[i]
+            along = dot(w, force) + work.added_inertia[i]
         else:
             couple, force = apply_symmetric(symmetric_at(b, i, WORK_COUPLES), w), rotated_back(b, i, WORK_CROSSED, w)
-            along = dot(w, couple) + work.soft[i]
+            along = dot(w, couple) + work.added_inertia[i]
         put_vector(b, i, WORK_HEAD_COUPLE, couple)
         put_vector(b, i, WORK_HEAD_FORCE, force)
         b[i, WORK_ALONG] = along
@@ -275,16 +282,16 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
                 w, vector_at(slots, slot, WORK_SLOT_FORCE if slides else WORK_SLOT_COUPLE)
             )
         if not held[i]:
-            _free(i, couple, force, along, work)
+            _release_joint(i, couple, force, along, work)
             for slot in range(first, last):
                 share = slots[slot, WORK_SLOT_POWER] / along
                 r = tree.slots[slot, SLOT_ROW]
-                for other in range(first, slot + 1):
-                    work.delassus[r, tree.slots[other, SLOT_ROW]] += share * slots[other, WORK_SLOT_POWER]
+                for other_slot in range(first, slot + 1):
+                    work.delassus[r, tree.slots[other_slot, SLOT_ROW]] += share * slots[other_slot, WORK_SLOT_POWER]
                 add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(-share, couple))
                 add_vector(slots, slot, WORK_SLOT_FORCE, scaled_vector(-share, force))
         if p >= 0:
-            _pass_on(i, p, work)
+            _add_to_parent(i, p, work)
             for slot in range(first, last):
                 above = tree.slots[slot, SLOT_ABOVE]
                 f = vector_at(slots, slot, WORK_SLOT_FORCE)
@@ -302,8 +309,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
 
 
 @lean
-def _free(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> None:
-    """Take what moves with the joint out of the inertia."""
+def _release_joint(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> None:
+    """Remove the part that a free joint accelerates from its articulated inertia."""
     b = work.bodies
     s = -1.0 / along
     add_symmetric(b, i, WORK_COUPLES, outer_product(s, couple))
@@ -315,10 +322,12 @@ def _free(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> 
 
 @lean
 def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work: Work) -> None:
-    """Forces left over for acceleration at each joint, and what they do to the rows; after `gather_inertias`, once.
+    """Write net joint forces, and the row accelerations that they cause; call `gather_inertias` first.
 
-    rates : the relative accelerations of the welds without the forces that close them.
-    moving : whether velocities, gravity and pulls count; else `torques` are impulses at rest, in one call or several.
+    `work.rates` receives the relative accelerations of the welds without constraint forces.
+
+    moving : whether velocities, gravity and external forces count, which allows one call only; else `torques` are
+        impulses at rest, and calls may be repeated.
     """
     b = work.bodies
     work.rates[:] = 0.0
@@ -337,7 +346,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
             work.rates[tree.slots[slot, SLOT_ROW]] += work.slots[slot, WORK_SLOT_POWER] * share
         if moving:
             turn, shift = vector_at(b, i, WORK_SPIN_DRIFT), vector_at(b, i, WORK_DRIFT)
-            for slot in range(first, last):  # `gather_inertias` left in them the part that the joint carries on
+            for slot in range(first, last):  # `gather_inertias` left in them the part that the joint transmits
                 rate = dot(vector_at(work.slots, slot, WORK_SLOT_COUPLE), turn) + dot(
                     vector_at(work.slots, slot, WORK_SLOT_FORCE), shift
                 )
@@ -364,43 +373,53 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
                     force[0] * tree.gravity[0] + force[1] * tree.gravity[1] + force[2] * tree.gravity[2]
                 )
     if moving:
-        _own_rates(tree, work)
+        _add_velocity_rates(tree, work)
 
 
 @lean
-def _own_rates(tree: BodyTree, work: Work) -> None:
-    """Add what the spin of welded bodies does to their common point, and that of body a to the direction of the row."""
+def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
+    """Add centripetal terms of welded bodies, and those of rotating row directions, to the row accelerations."""
     b = work.bodies
     for r in range(len(tree.rows)):
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         first, second = tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_A], tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_B]
         if first >= 0:
-            turning = vector_at(b, first, WORK_SPIN)
+            first_spin = vector_at(b, first, WORK_SPIN)
             if tree.rows[r, ROW_KIND] < 3:
-                work.rates[r] -= dot(way, cross(turning, vector_difference(vector_at(b, second, WORK_SPIN), turning)))
-            else:
-                here = vector_sum(vector_at(b, first, WORK_SPEED), cross(turning, vector_at(work.ways, r, WAY_ARM_A)))
-                there = vector_sum(
-                    vector_at(b, second, WORK_SPEED),
-                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.ways, r, WAY_ARM_B)),
+                work.rates[r] -= dot(
+                    direction, cross(first_spin, vector_difference(vector_at(b, second, WORK_SPIN), first_spin))
                 )
-                work.rates[r] -= 2.0 * dot(way, cross(turning, vector_difference(there, here))) / tree.size
+            else:
+                first_velocity = vector_sum(
+                    vector_at(b, first, WORK_SPEED), cross(first_spin, vector_at(work.row_lines, r, WAY_ARM_A))
+                )
+                second_velocity = vector_sum(
+                    vector_at(b, second, WORK_SPEED),
+                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.row_lines, r, WAY_ARM_B)),
+                )
+                work.rates[r] -= (
+                    2.0
+                    * dot(direction, cross(first_spin, vector_difference(second_velocity, first_velocity)))
+                    / tree.size
+                )
         if tree.rows[r, ROW_KIND] < 3:
             continue
         for side in range(2):
             body = tree.welds[tree.rows[r, ROW_WELD], side]
             if body >= 0:
                 spin = vector_at(work.bodies, body, WORK_SPIN)
-                inward = dot(way, cross(spin, cross(spin, vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A))))
+                inward = dot(
+                    direction, cross(spin, cross(spin, vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)))
+                )
                 work.rates[r] += (inward if side else -inward) / tree.size
             else:  # the ground, too, rises against gravity
-                fall = way[0] * tree.gravity[0] + way[1] * tree.gravity[1] + way[2] * tree.gravity[2]
+                fall = direction[0] * tree.gravity[0] + direction[1] * tree.gravity[1] + direction[2] * tree.gravity[2]
                 work.rates[r] += fall / tree.size
 
 
 @lean
 def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
-    """Write joint accelerations, (n,), or velocities from impulses, and constraint forces; call `load_joints` first."""
+    """Write joint accelerations (or velocities, from impulses) under the constraint forces; after `load_joints`."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, LINK_PARENT]
@@ -426,11 +445,11 @@ def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates:
 
 @inlined
 def carry_body(tree: BodyTree, i: int, rate: float, turn: Vector3, shift: Vector3, work: Work) -> None:
-    """Write how a body moves that is carried by a turn and a shift, and moved by its joint at a rate."""
-    own = scaled_vector(rate, vector_at(work.bodies, i, WORK_LINE))
+    """Write the acceleration of a body: that of its parent at the joint (turn, shift) plus the rate of the joint."""
+    joint_part = scaled_vector(rate, vector_at(work.bodies, i, WORK_LINE))
     if tree.links[i, LINK_SLIDES]:
-        shift = vector_sum(shift, own)
+        shift = vector_sum(shift, joint_part)
     else:
-        turn = vector_sum(turn, own)
+        turn = vector_sum(turn, joint_part)
     put_vector(work.bodies, i, WORK_TURNING, turn)
     put_vector(work.bodies, i, WORK_SHIFTING, shift)

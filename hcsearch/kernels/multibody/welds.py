@@ -1,15 +1,16 @@
 """Closure of loops: exact, by welds; or by springs, across the welds or at hinges cut open (thesis 4.2.2).
 
-Loops of overconstrained linkages have rows that say nothing new where the loops are closed, but contradict the others
-as soon as rounding opens them: solved with all rows they lock. So at the start of each step independent rows are
-chosen by pivoted Cholesky of the Delassus matrix, and stay for the step; the projection afterwards closes all rows.
+Exact closure: overconstrained loops have redundant rows, which agree with the others while the loops are closed but
+contradict them as soon as rounding opens the loops; solved with all rows, the linkage locks. So at the start of each
+step independent rows are chosen by pivoted Cholesky of the Delassus matrix, and kept for the step; the projection
+afterwards closes all rows.
 
-Every row counts, so nothing has to be decided where rows say nothing new: what is singular for exact closure is not
-for springs. They are stiff, and meant for linearly implicit steps, whose equations are those of exact closure with
-rows that yield a little.
+Springs across the welds act on every row, so that no rows have to be chosen: states that are singular for exact closure
+are regular for springs. The springs are stiff, and meant for linearly implicit steps, whose equations are those of
+exact closure with slightly compliant rows.
 
-At both ends M and N of the hinge line springs and dampers of no length join the two panels: along three directions at
-M, and along the two across the hinge at N. The hinge's own law, damper and stops act about the line.
+At cut hinges, springs and dampers of zero length join the two panels at both ends M and N of the hinge line: along
+three directions at M, and along the two across the hinge at N. The hinge's law, damper and stops act about the line.
 """
 
 from __future__ import annotations
@@ -60,13 +61,13 @@ MIN_ROW_PIVOT_SHARE = 1e-11
 
 @lean
 def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
-    """Write the closure residual: turns (rad) and gaps over the size; return the largest; after `place`."""
-    worst = 0.0
+    """Write closure residuals, rotations (rad) and gaps over size; return the largest; call `place_bodies` first."""
+    largest = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
         weld, kind = tree.rows[r, ROW_WELD], tree.rows[r, ROW_KIND]
         first, second = tree.welds[weld, WELD_BODY_A], tree.welds[weld, WELD_BODY_B]
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         if kind < 3:
             # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
             # where b may turn about one axis, that axis alone says how it tilts, however far b has turned
@@ -74,48 +75,48 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
             turn = (0.0, 0.0, 0.0)
             for k in range(3):
                 if free < 0 or free == k:
-                    own = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * k)
-                    here = rotated(b, first, WORK_ROTATION, own) if first >= 0 else own
-                    turn = vector_sum(turn, cross(here, rotated(b, second, WORK_ROTATION, own)))
-            value = (0.5 if free < 0 else 1.0) * dot(way, turn)
+                    fixed = vector_at(tree.weld_places, weld, WELD_FRAME + 3 * k)
+                    rotated_axis = rotated(b, first, WORK_ROTATION, fixed) if first >= 0 else fixed
+                    turn = vector_sum(turn, cross(rotated_axis, rotated(b, second, WORK_ROTATION, fixed)))
+            value = (0.5 if free < 0 else 1.0) * dot(direction, turn)
         else:
-            own = vector_at(tree.weld_places, weld, WELD_POINT_A)
+            fixed = vector_at(tree.weld_places, weld, WELD_POINT_A)
             # from the joint of body a to the point of body b, less to its own
             gap = (
-                vector_difference(vector_at(work.ways, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, own))
+                vector_difference(vector_at(work.row_lines, r, WAY_ARM_A), rotated(b, first, WORK_ROTATION, fixed))
                 if first >= 0
                 else vector_difference(
-                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.ways, r, WAY_ARM_B)), own
+                    vector_sum(vector_at(b, second, WORK_PLACE), vector_at(work.row_lines, r, WAY_ARM_B)), fixed
                 )
             )
-            value = dot(way, gap) / tree.size
+            value = dot(direction, gap) / tree.size
         errors[r] = value
-        worst = max(worst, abs(value))
-    return worst
+        largest = max(largest, abs(value))
+    return largest
 
 
 @lean
 def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
-    """Write the relative velocities of the welded bodies along the rows; return the largest; after `move`."""
-    worst = 0.0
+    """Write relative velocities of welded bodies along the rows; return the largest; call `move_bodies` first."""
+    largest = 0.0
     b = work.bodies
     for r in range(len(tree.rows)):
         weld = tree.rows[r, ROW_WELD]
-        way = vector_at(work.ways, r, WAY_DIRECTION)
+        direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         value = 0.0
         for side in range(2):
             body = tree.welds[weld, side]
             if body < 0:
                 continue
-            part = dot(way, vector_at(b, body, WORK_SPIN))
+            body_part = dot(direction, vector_at(b, body, WORK_SPIN))
             if tree.rows[r, ROW_KIND] >= 3:
-                arm = vector_at(work.ways, r, WAY_ARM_B if side else WAY_ARM_A)
-                flow = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
-                part = dot(way, flow) / tree.size
-            value += part if side else -part
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
+                velocity = vector_sum(vector_at(b, body, WORK_SPEED), cross(vector_at(b, body, WORK_SPIN), arm))
+                body_part = dot(direction, velocity) / tree.size
+            value += body_part if side else -body_part
         rates[r] = value
-        worst = max(worst, abs(value))
-    return worst
+        largest = max(largest, abs(value))
+    return largest
 
 
 @lean
@@ -125,40 +126,40 @@ def choose_rows(work: Work, scale: float) -> None:
     scale : largest diagonal entry of the Delassus matrix with all joints free.
     """
     m = len(work.chosen)
-    left = work.pivots  # -inf once chosen
+    pivots = work.pivots  # -inf once chosen
     for r in range(m):
-        left[r] = work.delassus[r, r]
+        pivots[r] = work.delassus[r, r]
     count = 0
     factor = work.factor
     for k in range(m):
         best = -1
         for r in range(m):
-            if left[r] > -np.inf and (best < 0 or left[r] > left[best]):
+            if pivots[r] > -np.inf and (best < 0 or pivots[r] > pivots[best]):
                 best = r
-        if left[best] <= MIN_ROW_PIVOT_SHARE * scale:
+        if pivots[best] <= MIN_ROW_PIVOT_SHARE * scale:
             break
         work.chosen[k] = best
         count += 1
-        pivot = math.sqrt(left[best])
-        left[best] = -np.inf
+        pivot = math.sqrt(pivots[best])
+        pivots[best] = -np.inf
         for r in range(m):  # column k of the factor, by row of the Delassus matrix
-            if left[r] > -np.inf:
+            if pivots[r] > -np.inf:
                 value = work.delassus[r, best]
                 for j in range(k):
                     value -= factor[r, j] * factor[best, j]
                 factor[r, k] = value / pivot
-                left[r] -= factor[r, k] ** 2
+                pivots[r] -= factor[r, k] ** 2
         factor[best, k] = pivot
     work.chosen_count[0] = count
 
 
 @lean
 def factor_chosen_rows(work: Work, scale: float) -> bool:
-    """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
+    """Factor the Delassus matrix on the chosen rows (Cholesky); return whether they are still independent."""
     count = work.chosen_count[0]
     factor, chosen = work.factor, work.chosen
-    least = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
-    good = True
+    min_pivot = 1e-3 * MIN_ROW_PIVOT_SHARE * scale
+    independent = True
     for k in range(count):
         r = chosen[k]
         for j in range(k + 1):
@@ -168,21 +169,21 @@ def factor_chosen_rows(work: Work, scale: float) -> bool:
             if j < k:
                 factor[r, j] = value / factor[chosen[j], j]
             else:
-                if value < least:
-                    value, good = least, False
+                if value < min_pivot:
+                    value, independent = min_pivot, False
                 factor[r, k] = math.sqrt(value)
-    return good
+    return independent
 
 
 @lean
-def close_rows(work: Work, unwanted: Reals) -> None:
-    """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factor_chosen_rows`."""
+def close_rows(work: Work, residual: Reals) -> None:
+    """Write the row forces that cancel a residual on the chosen rows, 0 on others; call `factor_chosen_rows` first."""
     count = work.chosen_count[0]
     factor, chosen, forces = work.factor, work.chosen, work.forces
     forces[:] = 0.0
     for k in range(count):
         r = chosen[k]
-        value = -unwanted[r]
+        value = -residual[r]
         for j in range(k):
             value -= factor[r, j] * forces[chosen[j]]
         forces[r] = value / factor[r, k]
@@ -196,28 +197,28 @@ def close_rows(work: Work, unwanted: Reals) -> None:
 
 @lean
 def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) -> None:
-    """Write the forces of the rows: -k g - c g'; after `place` and `move`."""
+    """Write the spring forces of the rows, -k g - c g'; call `place_bodies` and `move_bodies` first."""
     weld_errors(tree, work, work.errors)
-    weld_rates(tree, work, work.opening)
+    weld_rates(tree, work, work.residual_rates)
     for r in range(len(work.forces)):
-        work.forces[r] = -stiffness * work.errors[r] - damping * work.opening[r]
+        work.forces[r] = -stiffness * work.errors[r] - damping * work.residual_rates[r]
 
 
 @lean
 def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, work: Work) -> None:
-    """Write the forces of the rows as they will be after a time h; after `gather` and `load`.
+    """Write the spring forces of the rows after a time h; call `gather_inertias` and `load_joints` first.
 
-    Then the gap is g + h g' + h^2 g'', its rate g' + h g'': with g'' linear in the forces, a row yields by
-    1 / (h^2 k + h c).
+    The gap after h is g + h g' + h^2 g'', and its rate g' + h g''; as g'' is linear in the forces, each row has a
+    compliance of 1 / (h^2 k + h c).
     """
     m = len(work.forces)
     stiff = h * (h * stiffness + damping)
     weld_errors(tree, work, work.errors)
-    weld_rates(tree, work, work.opening)
+    weld_rates(tree, work, work.residual_rates)
     for r in range(m):
         work.chosen[r] = r
         work.delassus[r, r] += 1.0 / stiff
-        work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.opening[r]) / stiff
+        work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.residual_rates[r]) / stiff
     work.chosen_count[0] = m
     factor_chosen_rows(work, 0.0)
     close_rows(work, work.rates)
@@ -225,20 +226,20 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, wor
 
 @lean
 def spring_loss(damping: float, work: Work) -> float:
-    """Power lost in the dampers, where `weld_rates` wrote the rates of the rows last."""
+    """Return the power lost in the dampers of closure springs, from the rates in `work.residual_rates`."""
     lost = 0.0
-    for r in range(len(work.opening)):
-        lost += damping * work.opening[r] ** 2
+    for r in range(len(work.residual_rates)):
+        lost += damping * work.residual_rates[r] ** 2
     return lost
 
 
 @lean
 def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
-    """Energy in the springs, and power lost in their dampers; after `place` and `move`."""
+    """Return energy of the closure springs and power lost in their dampers; after `place_bodies` and `move_bodies`."""
     stored = lost = 0.0
     if stiffness > 0.0:
         weld_errors(tree, work, work.errors)
-        weld_rates(tree, work, work.opening)
+        weld_rates(tree, work, work.residual_rates)
         for r in range(len(work.forces)):
             stored += 0.5 * stiffness * work.errors[r] ** 2
         lost = spring_loss(damping, work)
@@ -246,11 +247,11 @@ def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) 
 
 
 class CutHinges(NamedTuple):
-    """Cut hinges, c of them.
+    """Hinges cut open and closed by springs, c of them.
 
     bodies : (c, 2), first and second, -1 the ground. points : (c, 12), M and N from the joint of the first body, then
         from that of the second. frames : (c, 9), the hinge's direction and two across it, fixed to the first body.
-    hinges : what acts about the lines. stiffness, damping : of each of the five springs, N/m and Ns/m.
+    hinges : laws, dampers and stops about the lines. stiffness, damping : of each of the five springs, N/m and Ns/m.
     """
 
     bodies: WholeNumbers
@@ -273,7 +274,7 @@ def _spin(work: Work, body: int) -> Vector3:
 
 @lean
 def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
-    """Position and velocity of a point of a body, or of the ground."""
+    """Return position and velocity of a point of a body, or of the ground."""
     if body < 0:
         return arm, (0.0, 0.0, 0.0)
     b = work.bodies
@@ -284,20 +285,20 @@ def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
 
 @lean
 def cut_angles(cuts: CutHinges, work: Work, angles: Reals, speeds: Reals) -> None:
-    """Fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; after `move`."""
+    """Write fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; call `move_bodies` first."""
     for c in range(len(cuts.bodies)):
         first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
         line = _turned(work, first, vector_at(cuts.frames, c, 0))
         across = vector_at(cuts.frames, c, 3)
-        here, there = _turned(work, first, across), _turned(work, second, across)
-        angle = math.atan2(dot(line, cross(here, there)), dot(here, there))
+        first_across, second_across = _turned(work, first, across), _turned(work, second, across)
+        angle = math.atan2(dot(line, cross(first_across, second_across)), dot(first_across, second_across))
         angles[c] = angle + 2.0 * math.pi if angle < -0.5 * math.pi else angle
         speeds[c] = dot(line, vector_difference(_spin(work, second), _spin(work, first)))
 
 
 @compiled
 def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
-    """Add the forces of cut hinges to the pulls on bodies; after `move`."""
+    """Add the forces of cut hinges to the external forces on bodies; call `move_bodies` first."""
     count = len(cuts.bodies)
     angles, speeds, torques = np.empty(count), np.empty(count), np.empty(count)
     cut_angles(cuts, work, angles, speeds)
@@ -308,21 +309,23 @@ def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
         _push(work, first, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), scaled_vector(-torques[c], line))
         _push(work, second, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), scaled_vector(torques[c], line))
         for end in range(2):
-            one = _turned(work, first, vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, second, vector_at(cuts.points, c, 6 + 3 * end))
-            gap, speed = _gap(cuts, c, end, one, two, work)
+            first_arm = _turned(work, first, vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, second, vector_at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, first_arm, second_arm, work)
             force = vector_sum(scaled_vector(-cuts.stiffness, gap), scaled_vector(-cuts.damping, speed))
-            _push(work, second, two, force, (0.0, 0.0, 0.0))
-            _push(work, first, one, scaled_vector(-1.0, force), (0.0, 0.0, 0.0))
+            _push(work, second, second_arm, force, (0.0, 0.0, 0.0))
+            _push(work, first, first_arm, scaled_vector(-1.0, force), (0.0, 0.0, 0.0))
 
 
 @lean
-def _gap(cuts: CutHinges, c: int, end: int, one: Vector3, two: Vector3, work: Work) -> tuple[Vector3, Vector3]:
-    """What a spring feels between the two points, and its rate: at N nothing along the hinge."""
+def _gap(
+    cuts: CutHinges, c: int, end: int, first_arm: Vector3, second_arm: Vector3, work: Work
+) -> tuple[Vector3, Vector3]:
+    """Return the gap of a spring between its two points, and its rate; at N without the component along the hinge."""
     first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
-    here, slow = _point(work, first, one)
-    there, fast = _point(work, second, two)
-    gap, speed = vector_difference(there, here), vector_difference(fast, slow)
+    first_point, first_velocity = _point(work, first, first_arm)
+    second_point, second_velocity = _point(work, second, second_arm)
+    gap, speed = vector_difference(second_point, first_point), vector_difference(second_velocity, first_velocity)
     if end == 1:
         line = _turned(work, first, vector_at(cuts.frames, c, 0))
         gap = vector_difference(gap, scaled_vector(dot(line, gap), line))
@@ -339,25 +342,25 @@ def _push(work: Work, body: int, arm: Vector3, force: Vector3, couple: Vector3) 
 
 @lean
 def cut_gap(cuts: CutHinges, work: Work) -> float:
-    """The greatest gap that a spring feels, m; after `move`."""
-    worst = 0.0
+    """Return the greatest gap of a spring at cut hinges, m; call `move_bodies` first."""
+    largest = 0.0
     for c in range(len(cuts.bodies)):
         for end in range(2):
-            one = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
-            gap, _ = _gap(cuts, c, end, one, two, work)
-            worst = max(worst, math.sqrt(dot(gap, gap)))
-    return worst
+            first_arm = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
+            gap, _ = _gap(cuts, c, end, first_arm, second_arm, work)
+            largest = max(largest, math.sqrt(dot(gap, gap)))
+    return largest
 
 
 @compiled
 def cut_energy(cuts: CutHinges, branches: Signs, work: Work) -> tuple[float, float, float, float]:
-    """Energy of the laws, of the stops, of the springs across, and power lost in all dampers; after `move`."""
+    """Return energies of laws, stops and springs of cut hinges, and power lost in dampers; after `move_bodies`."""
     count = len(cuts.bodies)
     angles, speeds = np.empty(count), np.empty(count)
     cut_angles(cuts, work, angles, speeds)
     hinges = cuts.hinges
-    stored = stops = open_ = lost = 0.0
+    stored = stops = across = lost = 0.0
     for c in range(count):
         _, energy = law_moment(hinges, c, branches[c], angles[c])
         stored += energy
@@ -367,9 +370,9 @@ def cut_energy(cuts: CutHinges, branches: Signs, work: Work) -> tuple[float, flo
             stops += 0.5 * hinges.stop_stiffness * beyond**2
             lost += hinges.stop_damping * speeds[c] ** 2
         for end in range(2):
-            one = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
-            two = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
-            gap, speed = _gap(cuts, c, end, one, two, work)
-            open_ += 0.5 * cuts.stiffness * dot(gap, gap)
+            first_arm = _turned(work, cuts.bodies[c, 0], vector_at(cuts.points, c, 3 * end))
+            second_arm = _turned(work, cuts.bodies[c, 1], vector_at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, first_arm, second_arm, work)
+            across += 0.5 * cuts.stiffness * dot(gap, gap)
             lost += cuts.damping * dot(speed, speed)
-    return stored, stops, open_, lost
+    return stored, stops, across, lost

@@ -135,7 +135,7 @@ class _Certificate:
         verdict = judge_clearance(
             self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer
         )
-        looks, gap = int(answer.looks[0]), float(answer.gaps[0])
+        looks, gap = int(answer.bound_counts[0]), float(answer.gaps[0])
         if verdict == MOTION_CLEAR:
             return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
         one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])

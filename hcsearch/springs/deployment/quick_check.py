@@ -107,8 +107,8 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        deepest=solids.deepest,
-        reach=screen.reach,
+        max_margin=solids.deepest,
+        residual_lever=screen.reach,
     )
 
 
@@ -149,10 +149,10 @@ def _run(
         times=np.zeros((count, 2)),
         gaps=np.zeros(count),
         speeds=np.zeros(count),
-        lefts=np.zeros((count, 3)),
-        drifts=np.zeros(count),
-        openings=np.zeros(count),
-        looses=np.zeros(count),
+        remaining_angles=np.zeros((count, 3)),
+        energy_drifts=np.zeros(count),
+        closure_residuals=np.zeros(count),
+        open_state_shares=np.zeros(count),
     )
     check_foldings(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
     return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
@@ -172,15 +172,15 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
         collision,
         gap if math.isfinite(gap) else None,
         float(findings.speeds[i]),
-        float(findings.lefts[i, 0]),
-        float(findings.lefts[i, 1]),
-        math.pi * float(findings.lefts[i, 2]),
-        float(findings.drifts[i]),
-        float(findings.openings[i]),
+        float(findings.remaining_angles[i, 0]),
+        float(findings.remaining_angles[i, 1]),
+        math.pi * float(findings.remaining_angles[i, 2]),
+        float(findings.energy_drifts[i]),
+        float(findings.closure_residuals[i]),
         states - 1,
         evaluations,
         looks,
-        float(findings.looses[i]),
+        float(findings.open_state_shares[i]),
     )
 
 

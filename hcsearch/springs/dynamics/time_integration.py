@@ -183,16 +183,16 @@ def plan_for(
     """What the kernel is asked for; see `SimulationOptions`."""
     return StepPlan(
         end=float(end),
-        tolerance=float(tolerance),
-        floor=float(tolerance if floor is None else floor),
-        first=float(first_step),
-        longest=float(longest_step),
+        relative_tolerance=float(tolerance),
+        absolute_tolerance=float(tolerance if floor is None else floor),
+        first_step_size=float(first_step),
+        max_step=float(longest_step),
         restitution=float(restitution),
-        slow=float(slow),
+        min_bounce_speed=float(slow),
         flat=np.zeros(system.n_joints) if watched is None else np.where(watched, 0.0, math.nan),
-        near=-1.0 if flat is None else float(flat),
-        rest=-1.0 if rest is None else float(rest),
-        closed=math.inf if system.closure_stiffness else float(closed),
+        flat_distance=-1.0 if flat is None else float(flat),
+        rest_distance=-1.0 if rest is None else float(rest),
+        closure_tolerance=math.inf if system.closure_stiffness else float(closed),
     )
 
 
@@ -286,8 +286,8 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
         q=np.empty((steps + 1, n)),
         v=np.empty((steps + 1, n)),
         a=np.empty((steps + 1, n)),
-        books=np.empty((steps + 1, 6)),
-        gaps=np.empty(steps + 1),
+        energies=np.empty((steps + 1, 6)),
+        closure_residuals=np.empty(steps + 1),
         counts=np.zeros(5, np.int64),
         event_times=np.empty(steps + 1),
         event_joints=np.empty(steps + 1, np.int64),
@@ -300,7 +300,7 @@ def motion_of_record(record: recording.SimulationRecord, system: System) -> Moti
     """What a record holds."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
-    kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
+    kinetic, stored, height, in_stops, damped, lost = record.energies[:states].T.copy()
     v, a = record.v[:states].copy(), record.a[:states].copy()
     if system.overdamped:  # the kernel writes velocities where accelerations are else
         v, a = a, v
@@ -317,7 +317,7 @@ def motion_of_record(record: recording.SimulationRecord, system: System) -> Moti
         in_stops,
         damped,
         lost,
-        gap=float(record.gaps[:states].max()),
+        gap=float(record.closure_residuals[:states].max()),
         events=tuple(
             Event(
                 float(record.event_times[k]),
