@@ -116,13 +116,9 @@ def _of_linkage(linkage: Linkage, asked: _Asked, db: Place | None) -> Case:
 
 def _of_circuit(circuit: Circuit, asked: _Asked, db: Place | None) -> Case:
     """The case of a circuit's only or best folding, with the numbers of this circuit, which need not be canonical."""
-    folds = foldings(circuit)
-    if len(folds) == 1:
-        return _resolved(circuit.notation, asked, db, folds[0])
     case = _resolved(circuit.notation, asked, db, None)
     assert case.folding is not None
-    own = next(fold for fold in folds if fold.notation == case.folding.notation)
-    return replace(case, what=own)
+    return replace(case, what=next(fold for fold in foldings(circuit) if fold.notation == case.folding.notation))
 
 
 def _resolved(name: str, asked: _Asked, db: Place | None, folding: Folding | None) -> Case:
