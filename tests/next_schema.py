@@ -29,9 +29,9 @@ def install(folder, change=setattr):
     if not folder.exists():
         shutil.copytree(migrate.MIGRATION_SCRIPTS, folder, ignore=shutil.ignore_patterns("__pycache__"))
         (folder / SCRIPT).write_text(_MIGRATION)
-    change(migrate, "SCRIPTS", folder)
+    change(migrate, "MIGRATION_SCRIPTS", folder)
     for module in (migrate, database):
-        change(module, "REVISION", NEXT)
+        change(module, "SCHEMA_REVISION", NEXT)
 
 
 def program_ahead(folder):

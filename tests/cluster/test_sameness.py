@@ -23,9 +23,9 @@ SCRIPT = """
 from pathlib import Path
 import hcsearch
 from hcsearch.basics.errors import ClusterError
-from hcsearch.search.pipeline import Crew
+from hcsearch.search.pipeline import WorkerPool
 
-crew = Crew({jobs})
+crew = WorkerPool({jobs})
 work = crew.work(len, ["a", "bb"] * 20)
 assert next(work) == ("a", 1)
 with (Path(hcsearch.__file__).parent / "designs" / "circuit.py").open("a") as file:
