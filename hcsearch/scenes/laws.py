@@ -1,7 +1,7 @@
 """Moment-angle laws of hinges: linear, quadratic, tabulated, preloaded, and tape springs that snap (thesis 2.4, 4.2.1).
 
-A law gives the moment that drives a hinge back to the flat state, as cubic pieces over the fold angle; its energy is
-their integral, so both are exact. Laws have a notation, moments in N m and angles in rad:
+A law gives the moment that drives a hinge back to the flat state, as a piecewise cubic function of the fold angle; its
+energy is the integral of these pieces, so both are exact. Laws have a notation, moments in N m and angles in rad:
 
     free                             no moment
     linear:STIFFNESS                 linear:0.1
@@ -33,10 +33,10 @@ from hcsearch.scenes.spring_files import check_angles, read_law_points
 Cubic = tuple[float, float, float, float]
 
 MAX_LAW_VALUE, MIN_LAW_ANGLE_STEP = 1e300, 1e-9
-"""The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
+"""The largest moment or angle of a law, and the least distance of its angles (rad); beyond these, numbers overflow."""
 _OVERFLOW = "a law's moments or energies overflow: give smaller moments, or angles further apart"
 MAX_LAW_FACTORS = 10
-"""In front of a law: each `scaled_law` adds one."""
+"""Greatest number of factors in front of a law; each call of `scaled_law` adds one."""
 
 
 def _integral(cubic: Cubic, x: float) -> float:
@@ -46,9 +46,10 @@ def _integral(cubic: Cubic, x: float) -> float:
 
 @dataclass(frozen=True)
 class LawBranch:
-    """Moment (N m) as cubics: `cubics[k]` holds the coefficients of 1, x, x^2, x^3 with x from `breaks[k]` (rad).
+    """Moment (N m) as a piecewise cubic: `cubics[k]` are coefficients of 1, x, x^2, x^3 with x from `breaks[k]` (rad).
 
-    The first piece serves below its break too, the last above. HcsearchError where moments or energies overflow.
+    The first piece also extends below its break, and the last one beyond. HcsearchError where moments or energies
+    overflow.
     """
 
     breaks: tuple[float, ...]
@@ -62,23 +63,23 @@ class LawBranch:
             raise HcsearchError(_OVERFLOW)
 
     def moment(self, angle: float) -> float:
-        """Moment at a fold angle, N m."""
+        """Return the moment at a fold angle, N m."""
         k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
         a, b, c, d = self.cubics[k]
         x = angle - self.breaks[k]
         return a + x * (b + x * (c + x * d))
 
     def energy(self, angle: float) -> float:
-        """Energy stored at a fold angle, J: the moment's integral from the flat state."""
+        """Return the energy stored at a fold angle, J: the integral of the moment from the flat state."""
         k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
         return self.energies()[k] + _integral(self.cubics[k], angle - self.breaks[k])
 
     def energies(self) -> list[float]:
-        """Energy stored at each break, J: the moment's integral from the flat state."""
+        """Return the energy stored at each break, J: the integral of the moment from the flat state."""
         energies = [0.0]
         for start, end, cubic in zip(self.breaks, self.breaks[1:], self.cubics, strict=False):
             energies.append(energies[-1] + _integral(cubic, end - start))
-        # counted from angle 0, wherever the pieces begin
+        # the energy is 0 at angle 0, wherever the pieces begin
         k = max((k for k, start in enumerate(self.breaks) if start <= 0.0), default=0)
         flat = energies[k] + _integral(self.cubics[k], -self.breaks[k])
         return [value - flat for value in energies]
@@ -86,11 +87,11 @@ class LawBranch:
 
 @dataclass(frozen=True)
 class Law:
-    """A moment-angle law; with `bent`, one that snaps.
+    """A moment-angle law; a law with a branch `bent` snaps.
 
-    straight : the branch of the straight hinge, and the only one of most laws. bent : the branch after the snap.
-    snap_up, snap_down : fold angles (rad) above which the straight branch is left, and below which the bent one is.
-    text : what `law_named` reads; empty where a law was put together by hand.
+    straight : the branch of the straight hinge, the only branch of most laws. bent : the branch after the snap.
+    snap_up, snap_down : fold angles (rad) above which the law leaves the straight branch, and below which the bent one.
+    text : the notation that `law_named` reads; empty for a law constructed from its branches.
     """
 
     straight: LawBranch
@@ -100,13 +101,13 @@ class Law:
     text: str = field(default="", compare=False)
 
     def energy(self, angle: float) -> float:
-        """Energy stored at a fold angle, J, on the branch of a hinge that has folded to it."""
+        """Return the energy stored at a fold angle, J, on the branch that a hinge reaches by folding to that angle."""
         branch = self.bent if self.bent is not None and angle > self.snap_up else self.straight
         return branch.energy(angle)
 
     @cached_property
     def least_energy(self) -> float:
-        """A bound from below of the energy between the stops, J: at 100 angles, less what moments allow between."""
+        """A lower bound of the energy between the stops, J: the least of 101 samples less the greatest change between."""
         angles = [math.pi * k / 100 for k in range(101)]
         branches = [branch for branch in (self.straight, self.bent) if branch is not None]
         steepest = max(abs(branch.moment(angle)) for branch in branches for angle in angles)
@@ -114,26 +115,26 @@ class Law:
 
     @property
     def mean_stiffness(self) -> float:
-        """Rise of the moment from the flat to the folded state over the angle, of the bent branch where it snaps."""
+        """Rise of the moment from flat to folded over the angle, N m/rad; laws that snap end on the bent branch."""
         branch = self.bent or self.straight
         return max(0.0, (branch.moment(math.pi) - self.straight.moment(0.0)) / math.pi)
 
 
 FREE_LAW = Law(LawBranch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
-"""No moment."""
+"""The law without a moment."""
 
 
 @lru_cache(maxsize=4096)  # one scene's springs return in hundreds of others
 def linear_law(stiffness: float, preload: float = 0.0) -> Law:
-    """Moment preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
+    """Return the law preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
     _finite(stiffness, preload)
     return _preloaded(Law(_one(0.0, stiffness), text=f"linear:{_short(stiffness)}"), preload)
 
 
 def quadratic_law(stiffness: float, growth: float, preload: float = 0.0) -> Law:
-    """Moment preload + stiffness angle + growth angle^2; N m/rad, N m/rad^2, N m.
+    """Return the law preload + stiffness angle + growth angle^2; N m/rad, N m/rad^2, N m.
 
-    A spring that is stiffer at large angles, as the thesis's may have been (4.6): growth above 0.
+    A growth above 0 describes a spring that stiffens at large angles, as the thesis's may have been (4.6).
     """
     _finite(stiffness, growth, preload)
     text = f"quadratic:{_short(stiffness)},{_short(growth)}"
@@ -141,10 +142,10 @@ def quadratic_law(stiffness: float, growth: float, preload: float = 0.0) -> Law:
 
 
 def tabulated_law(angles: Iterable[float], moments: Iterable[float], preload: float = 0.0) -> Law:
-    """A law through points, two or more; fold angles in rad, increasing, moments in N m.
+    """Return a law through two or more points; fold angles in rad, increasing, moments in N m.
 
-    Cubic Hermite pieces that rise and fall where the points do (Fritsch and Butland 1984, SciPy's PchipInterpolator);
-    the first and last pieces go on beyond the points, so let them cover 0 to pi.
+    Monotone cubic Hermite interpolation (Fritsch and Butland 1984, SciPy's PchipInterpolator); the first and last
+    pieces extrapolate beyond the points, so the points should cover 0 to pi.
     """
     from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - takes longer to load than a law to make
 
@@ -168,15 +169,16 @@ def tabulated_law(angles: Iterable[float], moments: Iterable[float], preload: fl
 
 
 def tape_spring_law(peak: float, peak_angle: float, low: float, back: float | None = None, preload: float = 0.0) -> Law:
-    """A tape spring, bent in its positive sense (Seffen and Pellegrino 1999; thesis 2.4 and figure 2.11b).
+    """Return the law of a tape spring bent in its positive sense (Seffen and Pellegrino 1999; thesis 2.4, fig. 2.11b).
 
-    Straight, its moment rises in proportion from O to A; there it snaps to B, and bent it is constant, whether the fold
-    grows or shrinks; it snaps back at a smaller angle. Below 0 the straight line goes on: no snap at C.
+    The moment of the straight tape is proportional to the angle from O to A, where it snaps to B. The moment of the
+    bent tape is constant, whether the fold grows or shrinks, until it snaps back at a smaller angle. Below 0 the
+    straight line continues: there is no snap at C.
 
-    peak, peak_angle : moment (N m) and fold angle (rad) of A. low : moment when bent (N m), less than half the peak.
+    peak, peak_angle : moment (N m) and fold angle (rad) of A. low : moment when bent (N m), at most half the peak.
     back : fold angle at which it snaps back (rad); where the bent branch meets the straight one unless given.
-    A snap takes the difference of the energies of both branches, each counted from angle 0; HcsearchError where that
-    would be a gain.
+    A snap dissipates the difference of the energies of both branches, each counted from angle 0; HcsearchError where
+    that difference would be a gain.
     """
     _finite(peak, peak_angle, low, preload)
     if not (peak > 0.0 and peak_angle > 0.0 and low > 0.0):
@@ -188,7 +190,7 @@ def tape_spring_law(peak: float, peak_angle: float, low: float, back: float | No
         )
     stiffness = peak / peak_angle
     angle = low / stiffness if back is None else float(back)
-    # the most comes to the peak angle, where low is half the peak
+    # this bound reaches the peak angle where low is half the peak
     if not 0.0 < angle <= min(2.0 * low / stiffness * (1.0 + 1e-12), math.nextafter(peak_angle, 0.0)):
         raise HcsearchError(
             f"a tape spring that snaps back at {_short(angle)} rad would gain energy or not be bent: "
@@ -199,7 +201,7 @@ def tape_spring_law(peak: float, peak_angle: float, low: float, back: float | No
 
 
 def scaled_law(law: Law, factor: float) -> Law:
-    """A law with its moments multiplied: that of several springs in parallel."""
+    """Multiply the moments of a law by a factor, as for several springs in parallel."""
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
 
@@ -212,10 +214,10 @@ def scaled_law(law: Law, factor: float) -> Law:
 
 
 def law_named(text: str) -> Law:
-    """The law that a notation describes, as in the head of this module; `law_named(law.text) == law`.
+    """Parse the notation of a law described at the top of this module; `law_named(law.text) == law`.
 
-    A file has the columns that `spring_files.read_moments` reads, angles rising or falling, each once.
-    Errors: NotationError, HcsearchError as of the laws.
+    A file has the columns that `spring_files.read_law_points` reads, with angles strictly rising or falling.
+    Errors: NotationError, and the HcsearchErrors of the laws.
     """
     factors, name = [], text.strip()
     while factor := re.match(rf"({_NUMBER})\*\s*", name, re.ASCII):
@@ -230,7 +232,7 @@ def law_named(text: str) -> Law:
 
 
 def _plain(name: str, text: str) -> Law:
-    """The law of a notation without a factor; `text` has them."""
+    """Parse a notation without factors; `text` is the whole notation, for messages."""
     if name == FREE_LAW.text:
         return FREE_LAW
     kind, _, rest = name.partition(":")
@@ -251,7 +253,7 @@ def _from_points(text: str, preload: float) -> Law:
 
 
 def _from_file(name: str, preload: float) -> Law:
-    """The law of a table in a file."""
+    """Read a tabulated law from a file."""
     angles, moments = read_law_points(_expanded(name))
     if len(angles) > 1 and (np.diff(angles) < 0.0).all():
         angles, moments = angles[::-1], moments[::-1]
@@ -265,10 +267,11 @@ def _from_file(name: str, preload: float) -> Law:
 
 
 def spring_law(text: str, folder: Path) -> str:
-    """A law as a user gives it, with the points of a table in place of the name of its file.
+    """Replace the file name in a law that a user gives by the points of the file.
 
-    folder : from which names of files count. So a scene holds all that its verdicts depend on. What is no table is left
-    as it is. Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
+    Thus a scene holds all that its verdicts depend on. Laws other than tables are returned unchanged.
+    folder : the directory to which names of files are relative.
+    Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
     """
     match = _TABLE.fullmatch(text.strip())
     if match is None:
@@ -282,11 +285,11 @@ def spring_law(text: str, folder: Path) -> str:
 
 
 def _expanded(name: str) -> str:
-    """A name of a file with the user's folder in place of ~, which shells leave where it follows a colon."""
+    """Expand ~ at the start of a file name, which shells leave as it is after a colon."""
     return os.path.expanduser(name) if name.startswith("~/") else name  # noqa: PTH111 - Path's fails without a home
 
 
-# one way to read each number: with two, what is no table would be read in 2^n ways
+# each number must match in one way only: with two, matching a text that is no table would take 2^n steps
 _UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"[+-]?{_UNSIGNED}"
 _PRELOAD = rf"[+-]{_UNSIGNED}"
@@ -322,13 +325,13 @@ _EXAMPLES = (
 
 
 def _one(*coefficients: float) -> LawBranch:
-    """A branch of one piece from angle 0."""
+    """Return a branch of one piece from angle 0."""
     a, b, c, d = (*map(float, coefficients), 0.0, 0.0, 0.0, 0.0)[:4]
     return LawBranch((0.0,), ((a, b, c, d),))
 
 
 def _preloaded(law: Law, preload: float) -> Law:
-    """A law with a constant moment added."""
+    """Add a constant moment to a law."""
     preload = float(preload)
     if not preload:
         return law
@@ -341,12 +344,12 @@ def _preloaded(law: Law, preload: float) -> Law:
 
 
 def _short(number: float) -> str:
-    """The shortest text that reads as the same number."""
+    """Return the shortest text that reads as the same number."""
     return repr(float(number)).removesuffix(".0")
 
 
 def _finite(*numbers: float) -> None:
-    """Refuse what is no number, or too large to be multiplied."""
+    """Refuse values that are not numbers or too large to be multiplied."""
     for number in numbers:
         if not abs(number) <= MAX_LAW_VALUE:
             raise HcsearchError(
@@ -355,7 +358,7 @@ def _finite(*numbers: float) -> None:
 
 
 def tables_of_laws(laws: Sequence[Law]) -> tuple[WholeNumbers, Reals, Reals, Reals]:
-    """The laws as tables: pieces (n, 2, 2) of both branches, breaks, cubics, energies at the breaks."""
+    """Tabulate laws for the kernels: pieces (n, 2, 2) of both branches, breaks, cubics, energies at the breaks."""
     pieces = np.zeros((len(laws), 2, 2), np.int64)
     breaks: list[float] = []
     cubics: list[Cubic] = []

@@ -1,4 +1,4 @@
-"""The looks that the stage `deployment` takes at a folding: ways to join its flat pairs, and spring sets, by name."""
+"""Variants of a scene that the stage `deployment` tries on a folding: flat-pair joints, and named spring sets."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ SPRING_SET_GRADES: dict[str, tuple[float, float, float]] = {
     "other stack first": (0.0, 0.0, -1.0),
     "top of one stack first": (-1.0, 0.0, 1.0),
 }
-"""Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
+"""Graded spring sets: weights by which the softness grows with the layer, from mountains to valleys, and from the first
+stack to the second."""
 OUTER_FIRST_SET = "outer layers first"
 """The set graded by the distance from the middle layer."""
 SPREAD_SPRING_SETS = tuple(f"spread {number}" for number in range(1, 9))
-"""Sets spread evenly over the logarithms of what springs may be."""
+"""Sets spread evenly over the logarithms of the scene's spring range."""
 _TAKEN = (
     "bottom first",
     "spread 6",
@@ -37,19 +38,20 @@ _TAKEN = (
     OUTER_FIRST_SET,
     "spread 1",
 )
-"""Sets that looks take, those first that bring the most of what is left flat. Of 161 foldings (hexagons of 10 and 12
-panels, squares of 12 and 14, triangles of 18) that some set brings flat, the looks before bring 111, these the rest."""
+"""Spring sets that variants try, in greedy order: each brings flat the most of the foldings that remain. Of 161
+foldings (hexagons of 10 and 12 panels, squares of 12 and 14, triangles of 18) that some set brings flat, the variants
+without these sets bring 111 flat, these sets the rest."""
 GRADED_STIFFNESS_RATIO = 40.0
-"""Stiffest over softest spring of a graded set; the stiffest is that of the scene's range."""
+"""Ratio of the stiffest to the softest spring of a graded set; the stiffest is that of the scene's range."""
 VARIANT_TIME_FACTOR = 3.0
-"""How long a second look lasts, over the scene's seconds: of 158 motions of 12 hexagons, clear and not at rest after
-1 s, 11 come flat."""
+"""Simulated time of a variant over the scene's seconds: of 158 motions of 12 hexagons that are clear and not at
+rest after 1 s, 11 become flat with it."""
 _SETS = (*SPRING_SET_GRADES, OUTER_FIRST_SET, *SPREAD_SPRING_SETS)
 
 
 @dataclass(frozen=True)
 class SceneVariant:
-    """How flat pairs are joined, and which springs there are; `first` is the scene as it stands."""
+    """A joint of the flat pairs and a spring set, the scene's own where empty; `as_written` is the scene unchanged."""
 
     pairs: Way
     springs: str = ""
@@ -57,11 +59,11 @@ class SceneVariant:
 
     @property
     def is_known(self) -> bool:
-        """Whether this program knows the set of springs, as another version of it may not."""
+        """Whether this version of the program knows the spring set."""
         return not self.springs or self.springs in _SETS
 
     def name(self, scene: Scene) -> str:
-        """The name of a scene as it is tried; `hcsearch deploy --scene` takes it."""
+        """Return the name of the scene in this variant, as `hcsearch deploy --scene` takes it."""
         if self.first:
             return scene.name
         plain = self.pairs if self.pairs != first_variant(scene).pairs else ""
@@ -69,7 +71,7 @@ class SceneVariant:
 
 
 def variant_parts(parts: list[str]) -> tuple[Way | None, str]:
-    """Way and spring set that parts of a scene's name say, in this order; takes them off the list."""
+    """Remove the trailing flat-pair joint and spring set from the parts of a scene's name, and return them."""
     springs = parts.pop() if parts and parts[-1] in _SETS else ""
     pairs = next((pairs for pairs in WAYS if parts and parts[-1] == pairs), None)
     if pairs is not None:
@@ -78,14 +80,14 @@ def variant_parts(parts: list[str]) -> tuple[Way | None, str]:
 
 
 def first_variant(scene: Scene) -> SceneVariant:
-    """The scene as it stands, with the first of its ways."""
+    """Return the variant of a scene as written, with the first of its flat-pair joints."""
     return SceneVariant(scene.flat_pairs[0], first=True)
 
 
 def scene_variants(scene: Scene) -> tuple[SceneVariant, ...]:
-    """All that are taken in a scene, in this order: as it stands, joined otherwise, with other springs.
+    """Return all variants of a scene in order of trial: as written, with other flat-pair joints, with other springs.
 
-    What deploys in one is not tried in those after it.
+    A folding that deploys in one variant is not tried in later ones.
     """
     first, *others = scene.flat_pairs
     last: Way = "hinged" if "hinged" in others else first
@@ -99,12 +101,12 @@ def scene_variants(scene: Scene) -> tuple[SceneVariant, ...]:
 
 
 def setup_of_variant(setup: Setup, scene: Scene, look: SceneVariant) -> Setup:
-    """Return the setup of a scene as a look takes it, but for the springs of the look."""
+    """Return the setup of a variant of a scene, except for the variant's springs."""
     return setup if look.first else replace(setup, name=look.name(scene), seconds=VARIANT_TIME_FACTOR * setup.seconds)
 
 
 def describe_spring_set(springs: str) -> str:
-    """What a set of springs is, for readers who know no names of sets."""
+    """Describe a spring set for readers who do not know the names of sets."""
     if springs in SPREAD_SPRING_SETS:
         number = SPREAD_SPRING_SETS.index(springs) + 1
         return f"set {number} of {len(SPREAD_SPRING_SETS)}, spread over the scene's range"

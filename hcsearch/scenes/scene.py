@@ -1,4 +1,4 @@
-"""Scenes: what a verdict on a folding depends on, beside the folding. SI units."""
+"""Scenes: everything besides the folding on which a verdict depends. SI units."""
 
 from __future__ import annotations
 
@@ -20,41 +20,42 @@ from hcsearch.designs.panel_sizes import (
 SceneVector = tuple[float, float, float]
 
 DEFAULT_SCENE_NAME = "default"
-"""The scene that is meant where none is named."""
+"""The scene used where none is named."""
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
 
 
 @dataclass(frozen=True, repr=False)
 class Scene:
-    """All that a verdict on a folding depends on beside the folding: panels, springs, gravity, and the start.
+    """All data besides the folding on which a verdict depends: panels, springs, gravity and the start.
 
     name : the name under which a database keeps the verdicts.
     panel : length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies,
     which have their own sizes.
     density : the density of panels, kg/m^3. areal_mass : their mass per area, kg/m^2, which replaces the density.
-    flat_pairs : the ways in which the two panels at each flat crease are joined, one after the other until one opens:
-    `rigid`, `hinged`, or `merged`, where the two panels of each mirror pair are one, too. One way may be given as a
-    text; `either` means all three.
+    flat_pairs : the joints of the two panels at each flat crease, tried one after the other until one opens: `rigid`,
+    `hinged`, or `merged`, where the two panels of each mirror pair are one, too. A single one may be given as a text;
+    `either` means all three.
     margin : by how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
     proportion to the longest edge.
     spring : the law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws. The points
     of a table in a file take the place of its name.
     springs : laws of single hinges by their numbers in pictures, as pairs, such as `(("7", "linear:0.2"),)`.
-    spring_range : the softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds that follow from
+    spring_range : the softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds derived from
     springs and weight.
     damping_time : damping over stiffness at each hinge, s. damping : the damping at every hinge, N m s/rad, which
     replaces damping_time.
-    gravity : its vector in m/s^2; z points up from the flat sheet, whose drawing is seen from above.
-    held : the panel that stands still, by its number in pictures, or `bottom` for the lowest pair. With `free` the
-    first panel belongs to a floating base.
+    gravity : the acceleration of gravity, a vector in m/s^2; z points up from the flat sheet, whose drawing is seen
+    from above.
+    held : the fixed panel, by its number in pictures, or `bottom` for the lowest pair. With `free` the first panel
+    belongs to a floating base.
     base_mass : the mass of that base, kg. base_inertia : its moments of inertia about the panel's centre, kg m^2.
     start : the share of the folded angles at which the motion starts, at rest.
     restitution : the coefficient of restitution of hinge stops, 0 to 1.
-    seconds : how long the motion is simulated; None for a time that follows from panels and springs.
+    seconds : the simulated time; None for a time derived from panels and springs.
     stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
     `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
 
-    SceneError for values that a scene cannot have.
+    SceneError for invalid values.
     """
 
     name: str = DEFAULT_SCENE_NAME
@@ -93,7 +94,7 @@ class Scene:
         return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:
-        """The density of panels with this thickness (m), kg/m^3."""
+        """Return the density of panels of a thickness (m), kg/m^3."""
         return self.density if self.areal_mass is None else self.areal_mass / thickness
 
 
@@ -106,13 +107,13 @@ SCENES = {
         Scene("satellite", held="free", base_mass=4.0, base_inertia=(0.0067, 0.0067, 0.0067)),
     )
 }
-"""`default`: no gravity. `earth`: the sheet lies level. `thesis`: Tables 4.1 and 4.3, with gravity in the plane of the
-sheet: the text does not give its direction; the array hangs from its held panel, see docs/explanation/tuning.md.
-`satellite`: on a floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
+"""`default`: no gravity. `earth`: gravity normal to the level sheet. `thesis`: Tables 4.1 and 4.3, with gravity in the
+plane of the sheet: the text does not give its direction; the array hangs from its held panel, see
+docs/explanation/tuning.md. `satellite`: on a floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
 
 
 def panel_of(scene: Scene, grid: str) -> PanelSize:
-    """Size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
+    """Return the size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
     panel = scene.panel or default_panel(grid)
     if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
         raise SceneError(
@@ -123,7 +124,7 @@ def panel_of(scene: Scene, grid: str) -> PanelSize:
 
 
 def check_verdicts(scene: Scene, grid: str, n: int) -> None:
-    """Refuse a scene that the foldings of n panels of a grid cannot be tried in."""
+    """Refuse a scene in which foldings of n panels of a grid cannot be tried."""
     panel = panel_of(scene, grid)
     if grid == "square" and panel[0] != panel[1]:
         raise SceneError(
@@ -141,7 +142,7 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
 
 
 def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:
-    """The scene with other panels; its name says which, unless they are those that it has."""
+    """Return a scene with other panels, named after them, or the scene itself where it has these panels already."""
     if panel == panel_of(scene, grid):
         return scene
     changed = replace(scene, panel=panel, name=joined_name(scene.name, panel_text(panel)))
@@ -150,7 +151,7 @@ def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:
 
 
 def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
-    """Give a scene the panels that a text asks for; HcsearchWarning where sizes are probably not meant."""
+    """Return a scene with the panels described by a text; HcsearchWarning for doubtful sizes."""
     sized = scene if panel is None else with_panel(scene, read_panel(panel, grid), grid)
     if sized.panel is not None:
         warn_of_panel_size(sized.panel, panel, grid)
@@ -158,21 +159,21 @@ def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
 
 
 def warn_of_panel_size(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
-    """Issue a HcsearchWarning for sizes that are probably not meant; text : that gave them, on a grid."""
+    """Issue a HcsearchWarning for doubtful panel sizes; text : the size as given by the user, for a grid."""
     doubt = panel_size_doubt(panel, grid if text is not None and text.startswith(ACROSS_FLATS_PREFIX) else None)
     if doubt is not None:
         warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 
 
 def joined_name(base: str, *parts: str) -> str:
-    """The name of a scene that differs from another one; what it shares with `default` goes without saying."""
+    """Join the name of a base scene, left out for `default`, with the names of its changes."""
     return (
         ", ".join(part for part in (base if base != DEFAULT_SCENE_NAME else "", *parts) if part) or DEFAULT_SCENE_NAME
     )
 
 
 def check_scene_name(name: str) -> str:
-    """The name of a scene; SceneError where it could not be written on a command line."""
+    """Return the name of a scene; SceneError where it could not be written on a command line."""
     if not _NAME.fullmatch(name):
         raise SceneError(f"{name[:60]!r} is no name of a scene: write letters, digits, - and _, such as solar")
     return name

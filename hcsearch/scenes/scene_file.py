@@ -1,4 +1,4 @@
-"""Scenes and what is deployed in them, as TOML files and as values from a command line."""
+"""Scenes in TOML files, with the design or assembly that is deployed in them, and values from a command line."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ _KINDS: dict[str, tuple[type, str]] = {
     "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
     "drive": (dict, "a table [drive], as hcsearch drive --output drive.toml writes it"),
 }
-"""Keys of a file that are no values of a scene: of which kind, and an example."""
+"""Keys of a file that are not values of a scene, with their type and an example."""
 
 
 def scene_named(name: str) -> Scene:
-    """Return a scene of the program by its name."""
+    """Return a built-in scene by its name."""
     if name not in SCENES:
         raise SceneError(f"there is no scene {name!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
     return SCENES[name]
 
 
 def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
-    """Change values of a scene, as a file, a command line or a call of Python gives them.
+    """Return a scene with values changed, as given by a file, a command line or a call from Python.
 
-    Files of springs count from the current folder.
+    Names of spring files are relative to the current directory.
     """
     known = {field.name for field in fields(Scene)} - {"name"}
     changes: dict[str, Any] = {}
@@ -50,12 +50,12 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def read_scene_file(path: str) -> dict[str, Any]:
-    """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
+    """Read a TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
     `flat_pairs`, `held`, a table `springs` of single hinges, a table `scene` of all other values, which may name a
-    scene to start from, and a table `drive` of driven hinges. Panels and hinges go by the names on pictures. Files that
-    are named in laws count from the folder of this one; their points take their place.
+    scene to start from, and a table `drive` of driven hinges. Panels and hinges have the names used in pictures. Files
+    named in laws are relative to the directory of this one and are replaced by their points.
     """
     table = _checked(path, read_toml(path))
     folder = Path(path).parent
@@ -66,7 +66,7 @@ def read_scene_file(path: str) -> dict[str, Any]:
 
 
 def read_scene_text(text: str, origin: str) -> dict[str, Any]:
-    """The same from a text; origin : what it is called in messages."""
+    """Parse the text of such a file; origin : its name in messages."""
     try:
         table = parse_toml(text)
     except ValueError as error:
@@ -98,9 +98,9 @@ def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
 
 
 def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str | None = None) -> Scene:
-    """Return the scene that a file holds; base : to start from, in place of the one that the file names.
+    """Return the scene of a file; base : the scene to start from, in place of the one that the file names.
 
-    grid : of the panels, where that is known: those of `rectangle` have three sizes.
+    grid : the grid of the panels, if known: panels of `rectangle` have three sizes.
     """
     given = dict(table.get("scene", {}))
     name = given.pop("name", DEFAULT_SCENE_NAME)
@@ -122,9 +122,9 @@ def _metres(key: str, value: Any) -> float:
 
 
 def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
-    """Write a file that `read_scene_file` reads: what is deployed, and all of its scene that differs from `default`.
+    """Return the text of a scene file: the deployed subject, and all values of its scene that differ from `default`.
 
-    facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone.
+    facts : the deployed subject, `design` or `assembly`, with its `parameters`; empty for a scene alone.
     """
     import tomli_w  # noqa: PLC0415 - most of what reads scenes writes none
 

@@ -1,8 +1,9 @@
-"""Setups: scenes in numbers of a linkage, in which nothing is left open.
+"""Setups: scenes evaluated for a linkage, with all values set.
 
-Times, lengths and springs that a scene leaves open are those of the scene `default` (panels of 50 mm, 6 mm thick,
-springs of 0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times grow as the root of
-J / k, with J the mass of a panel times its edge squared; springs that lift a panel grow as its weight times its edge.
+Times, lengths and springs that a scene leaves unset are those of the scene `default` (panels of 50 mm, 6 mm thick,
+springs of 0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times are proportional to
+the root of J / k, with J the mass of a panel times its edge squared; springs that lift a panel are proportional to its
+weight times its edge.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
 
 DEFAULT_SCENE_SECONDS = 1.0
-"""How long the scene `default` is given, s."""
+"""Simulated time of the scene `default`, s."""
 MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS = 0.001, 0.2
-"""Bounds of the stiffness of a spring there, N m/rad (thesis 4.5.4)."""
+"""Bounds of the stiffness of a spring in the scene `default`, N m/rad (thesis 4.5.4)."""
 _STANDARD_GRAVITY = 9.81
 _PLAIN = SCENES[DEFAULT_SCENE_NAME]
 _PLAIN_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
@@ -34,15 +35,14 @@ _PLAIN_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
 
 @dataclass(frozen=True)
 class Setup:
-    """All numbers that the motion of a linkage in a scene depends on, beside the linkage; panels and hinges are its.
+    """All numbers besides the linkage on which its motion in a scene depends, by the linkage's panels and hinges.
 
     name : of the scene, for messages. density : kg/m^3. margin : by how much panels are shrunk on every face when
     collisions are checked, m.
     laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
     damping_time : s, and damping : N m s/rad; a hinge has the damping plus this time times its mean stiffness.
-    gravity : m/s^2. held : the panel that stands still, or belongs to the floating base, if the array is `free`.
-    start : share of the folded angles at the start. seconds : how long the motion is simulated. The rest is as in
-    `Scene`.
+    gravity : m/s^2. held : the fixed panel, or the one that belongs to the floating base, if the array is `free`.
+    start : share of the folded angles at the start. seconds : the simulated time. The rest is as in `Scene`.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Setup:
         return self.damping + self.damping_time * law.mean_stiffness
 
     def of_twin(self, linkage: Linkage) -> Setup:
-        """Return the setup of a linkage's twin: with the twin's panels, hinges and directions."""
+        """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions."""
         twin = linkage.twin
         if twin is None:
             return self
@@ -79,16 +79,16 @@ class Setup:
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
-    """Put a scene into numbers of a linkage; a setup stays as it is.
+    """Evaluate a scene for a linkage; a setup is returned unchanged.
 
-    Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never
-    fewer than in the scene `default`; they are given to three digits, as springs are. HcsearchError where the scene
-    names a panel or a hinge that the linkage does not have.
+    Density, margin, spring range and seconds follow from the panels where the scene leaves them unset. Seconds are
+    never fewer than in the scene `default`; they are rounded to three digits, as springs are. HcsearchError where the
+    scene names a panel or a hinge that the linkage does not have.
     """
     if isinstance(scene, Setup):
         return scene
     labels = None if scene.held in ("bottom", "free") and not scene.springs else labels_of(linkage)
-    # what follows from the panels is the twin's, as sums in another order are rounded otherwise
+    # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     like = linkage if linkage.twin is None else linkage.twin.linkage
     setup = Setup(
         name=scene.name,
@@ -120,12 +120,12 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
 
 
 def natural_seconds(setup: Setup, linkage: Linkage) -> float:
-    """Return how long a motion is simulated where its scene does not say, s."""
+    """Return the simulated time of a motion whose scene leaves it unset, s."""
     return _short(DEFAULT_SCENE_SECONDS * _scales(setup, linkage)[0])
 
 
 def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
-    """Times and springs of a motion over those of the scene `default`."""
+    """Return the ratios of the times and of the springs of a motion to those of the scene `default`."""
     if linkage.twin is not None:
         return _scales(setup.of_twin(linkage), linkage.twin.linkage)
     length, mass = scale_of(linkage), _mass(linkage, setup.density)
@@ -138,9 +138,10 @@ def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
 
 
 def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
-    """Write a setup as the scene it was made of, in which nothing is left open any more.
+    """Convert a setup back to a scene with all values set.
 
-    labels : of the linkage. Springs of single hinges are listed unless all have the scene's.
+    scene : the scene of the setup. labels : of the linkage. Springs of single hinges are listed unless all have the
+    scene's.
     """
     own = any(law.text != law_named(scene.spring).text for law in setup.laws)
     laws = zip(labels.hinges, setup.laws, strict=True)
@@ -157,12 +158,12 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
 
 
 def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setup:
-    """Put a linear spring at every hinge, N m/rad in their order; 0 is none, and with it no damper."""
+    """Return a setup with a linear spring at every hinge, N m/rad, in the order of hinges; 0: no spring or damper."""
     return replace(setup, laws=tuple(linear_law(float(stiffness)) for stiffness in stiffnesses))
 
 
 def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, ...]:
-    """Read the laws of all hinges; two names of one hinge must not differ."""
+    """Parse the laws of all hinges; HcsearchError where two names of one hinge have different laws."""
     laws: list[str | None] = [None] * linkage.n_hinges
     for name, law in scene.springs:
         assert labels is not None
@@ -174,14 +175,14 @@ def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, .
 
 
 def _turned(linkage: Linkage, gravity: SceneVector) -> SceneVector:
-    """Gravity as the twin of a linkage sees it."""
+    """Return gravity in the axes of the congruent linkage."""
     assert linkage.twin is not None
     x, y, z = (float(part) for part in linkage.twin.turn @ np.array(gravity))
     return (x, y, z)
 
 
 def _mass(linkage: Linkage, density: float) -> float:
-    """Mean mass of a facet over that of a regular panel of the scene `default` with as many corners."""
+    """Return the ratio of the mean mass of a facet to that of a regular panel of `default` with as many corners."""
     facets = linkage.pattern.facets
     corners = len(facets[0])
     regular = 0.25 * corners * REFERENCE_EDGE_LENGTH**2 / math.tan(math.pi / corners)

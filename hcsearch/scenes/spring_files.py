@@ -1,4 +1,4 @@
-"""Files of angles and moments of a spring: measured rows for `hcsearch identify spring`, points of a `table:` law."""
+"""Files of angles and moments of a spring: measurements for `hcsearch identify spring`, points of a `table:` law."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MOMENT_COLUMN_UNITS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 _SPELLINGS = {"angle_degrees": "angle_deg", "moment_nm": "moment_N_m", "moment_nmm": "moment_N_mm"}
 _NAMES = {canonical_name(name): name for name in (*ANGLE_COLUMN_UNITS, *MOMENT_COLUMN_UNITS)} | _SPELLINGS
 MAX_FOLD_ANGLE = math.pi + 0.01
-"""The greatest fold angle (rad): gauges are set to zero by eye, and pi is rounded."""
+"""The greatest fold angle (rad), above pi as gauges are set to zero by eye and pi is rounded."""
 
 
 def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX_FOLD_ANGLE) -> tuple[Reals, Reals]:
-    """Fold angles (rad) and moments (N m) of a file with one column of each, in any of the units named above.
+    """Read fold angles (rad) and moments (N m) from a file with one column of each, in any of the units named above.
 
-    Other columns are left out. The rows keep their order. most : size of the file in bytes. turn : the greatest angle
-    (rad); a rig may turn a spring further than its hinge does.
+    Other columns are ignored. The rows keep their order. most : greatest size of the file in bytes. turn : the greatest
+    angle (rad); a rig may turn a spring further than its hinge does.
     Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
@@ -46,7 +46,7 @@ def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX
 
 
 def check_angles(angles: Reals, where: str, hint: str = "", turn: float = MAX_FOLD_ANGLE) -> None:
-    """Refuse angles (rad) that no hinge has; where : what holds them. hint : what may be wrong with large ones."""
+    """Refuse angles (rad) that no hinge has; where : their source, and hint : a remedy for large ones, for messages."""
     if not len(angles):
         return
     low, high = float(np.min(angles)), float(np.max(angles))
@@ -58,11 +58,11 @@ def check_angles(angles: Reals, where: str, hint: str = "", turn: float = MAX_FO
 
 
 def _check_signs(angles: Reals, moments: Reals, path: str) -> None:
-    """Refuse signs that cannot be of a hinge and its spring, and say which to turn."""
+    """Refuse signs that contradict a hinge and its spring, and name those to reverse."""
     if not len(angles):
         return
     low, high = float(angles.min()), float(angles.max())
-    drives = float(angles @ moments)  # above 0 where moments drive the hinge back to the flat state
+    drives = float(angles @ moments)  # positive where moments drive the hinge back to the flat state
     if -low > high:
         signs = "angles and moments" if drives > 0.0 else "angles"
         raise HcsearchError(
@@ -77,7 +77,7 @@ def _check_signs(angles: Reals, moments: Reals, path: str) -> None:
 
 
 def _only(columns: CsvColumns, units: dict[str, float]) -> str:
-    """The name of the one column of a quantity."""
+    """Return the name of the only column of a quantity."""
     names = [name for name in columns.names if name in units]
     if len(names) != 1:
         quantity = next(iter(units)).partition("_")[0]

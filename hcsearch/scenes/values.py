@@ -1,4 +1,4 @@
-"""Values of a scene: what each may be, and how texts of files and command lines are read."""
+"""Values of a scene: their types and limits, and their parsing from files and command lines."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, rea
 Reader = Callable[[str, Any], Any]
 
 MAX_SCENE_VALUE = 1e12
-"""Of all numbers of a scene but shares."""
+"""Greatest value of all numbers of a scene except shares."""
 _ABOVE, _SHARE = (1e-9, MAX_SCENE_VALUE), (0.0, 1.0)
 _LIMITS = {"density": _ABOVE, "areal_mass": _ABOVE, "seconds": _ABOVE, "start": _SHARE, "restitution": _SHARE}
-"""The least and the greatest value of numbers that have others than 0 and `MAX_SCENE_VALUE`."""
+"""Least and greatest value of numbers with limits other than 0 and `MAX_SCENE_VALUE`."""
 
 
 def checked_scene_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Check values of a scene made in Python; SceneError for those that a scene cannot have.
+    """Check values of a scene constructed in Python; SceneError for invalid ones.
 
-    Points of tables take the place of files, which count from the current folder.
+    Names of files in laws, relative to the current directory, are replaced by the points of the files.
     """
     read: dict[str, Any] = {}
     for name, value in values.items():
@@ -64,11 +64,11 @@ _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
     "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
     "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
 }
-"""Values of a scene in Python that differ from those of files: whether one is right, and what to give."""
+"""Values of a scene whose types in Python differ from those in files: the check, and the expected type."""
 
 
 def read_scene_value(key: str, value: Any) -> Any:
-    """Read one value of a scene; SceneError where it is of another kind."""
+    """Parse one value of a scene; SceneError where it is of another type or out of range."""
     read: Reader = _READERS.get(key, _number)
     try:
         return read(key, value)
@@ -80,7 +80,7 @@ def read_scene_value(key: str, value: Any) -> Any:
 
 
 def shown_value(value: Any) -> str:
-    """Show a value in a message, in 60 characters at most."""
+    """Return a value for a message, in 60 characters at most."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -132,7 +132,7 @@ def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
 
 
 def _name(text: str) -> str:
-    """Read the name of a panel or hinge, without needless zeros."""
+    """Parse the name of a panel or hinge, removing leading zeros."""
     from hcsearch.shape.labels import is_label  # noqa: PLC0415 - loads kernels, which scenes of the program do without
 
     if not is_label(text):
@@ -192,7 +192,7 @@ _EXAMPLES = {
 
 
 def with_table_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Put points of tables in place of files, whose names count from a folder; what is no law stays as it is."""
+    """Replace names of files in laws, relative to a directory, by the points of the files; keep all other values."""
     changed = dict(values)
     if isinstance(changed.get("spring"), str):
         changed["spring"] = _law_with_points(changed["spring"], folder)

@@ -1,1 +1,1 @@
-"""Whether springs or motors move a folding: bodies, deployments, tuning, drives, measured springs."""
+"""Foldings moved by springs or motors: multibody dynamics, deployments, tuning, drives, measured springs."""

@@ -1,4 +1,4 @@
-"""Deployments: a scene compiled to what it needs, simulated, certified, with one outcome and its reason."""
+"""Deployments: a scene is compiled to the terms it needs, simulated and certified; one outcome with its reason."""
 
 DEPLOYMENT_VERSION = 12
-"""Raised when the same scene gives another result, reasons included: what is stored no longer counts."""
+"""Increased when the same scene gives another result or reason, so that stored results no longer count."""

@@ -1,1 +1,1 @@
-"""From path to machine: driven hinges, a time law, torques, and the motion simulated under position control."""
+"""Drives along certified paths: driven hinges, a time law, torques, and the motion under position control."""

@@ -1,10 +1,10 @@
-"""Which hinges to drive: as many as there are freedoms, so that they hold the linkage firmly all along a path.
+"""The choice of driven hinges: as many as there are freedoms, so that they control the linkage well all along a path.
 
-At each state the rates that keep the loops closed form a space of as many dimensions as there are freedoms. With B an
-orthonormal basis of it, by columns, the rows of B at the driven hinges are the reduced Jacobian: its least singular
-value is how fast the driven hinges turn at least, together, where all hinges together turn at 1 rad/s. At 0 the others
-could move while the driven ones stand still: a dead point. Where every set of as many hinges as freedoms comes near
-one on the way, more hinges are driven.
+At each state the rates that keep the loops closed form the null space of the closure Jacobian, whose dimension is the
+number of freedoms. With B an orthonormal basis of it, by columns, the rows of B at the driven hinges are the reduced
+Jacobian: its least singular value is the least rate of the driven hinges, in norm, where all hinges together turn at
+1 rad/s. At 0 the others could move while the driven ones stand still: a dead point. Where every set of as many hinges
+as freedoms comes near one on the path, more hinges are driven.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.linkage import Linkage
 
 CHOICE_STATE_COUNT, MAX_CHOICE_REPEATS = 60, 8
-"""States along a path at which sets are judged while they are searched, and how often that is done again with the
-states at which the set that was chosen does worse."""
+"""States along a path at which sets are evaluated in the search, and greatest number of searches, each with the states
+added at which the chosen set is worst."""
 MAX_ENUMERATED_HINGE_SETS = 3000
-"""Up to so many sets, all are tried; else sets grow from pivots and hinges are exchanged while that helps."""
+"""Greatest number of sets that are enumerated; more are searched by exchanges of hinges from a pivoted QR."""
 MAX_EXCHANGE_SWEEPS = 12
 MONOTONE_VALUE_SHARE = 0.5
-"""Share of the best least singular value that is kept where monotone hinges take the place of others."""
+"""Share of the best least singular value that must remain when monotone hinges replace others."""
 MONOTONE_ANGLE_TOLERANCE = 0.01
-"""A hinge that turns back by no more than this (rad) is monotone."""
+"""Greatest turn back (rad) of a monotone hinge."""
 FIRM_SINGULAR_VALUE = 0.1
-"""Hinges are added, those that help most, until the least singular value is this at least."""
+"""Least singular value up to which hinges are added, those that help most first."""
 CLOSURE_RANK_TOLERANCE = 1e-7
-"""Singular values of closure below this share of the greatest, at the state where the most count, are none."""
+"""Relative tolerance of the rank of closure, as a share of the greatest singular value."""
 
 
 @dataclass(frozen=True)
 class DrivenHinges:
-    """Driven hinges.
+    """Driven hinges and their evaluation along a path.
 
-    hinges : their numbers. monotone : of these. freedoms : of the linkage along the path.
-    least : least singular value of the reduced Jacobian along the path; place : where, as a share of its length.
-    closure : least singular value of closure itself along the path, and place : what ends and singular states near the
-    path make small whatever is driven. tried : sets.
+    hinges : their numbers. monotone : the monotone ones of these. freedoms : of the linkage along the path.
+    least_value : least singular value of the reduced Jacobian along the path; least_place : where, as a share of its
+    length. closure_value : least singular value of the closure Jacobian along the path, and closure_place : where; ends
+    and singular states near the path make it small for any driven hinges. tried : number of sets evaluated.
     """
 
     hinges: tuple[int, ...]
@@ -57,10 +57,10 @@ class DrivenHinges:
 
 
 def frames_at(linkage: Linkage, angles: Reals, rank: int | None = None) -> tuple[Reals, Reals]:
-    """Orthonormal frames (k, n_hinges, n_hinges) at states, and singular values of closure there, (k, rank).
+    """Return orthonormal frames (k, n_hinges, n_hinges) at states, and singular values of closure, (k, rank).
 
-    The first `rank` columns span what closure asks of the rates, the others the closed rates. rank : of closure; what
-    it is at most along the path unless given.
+    The first `rank` columns span the row space of the closure Jacobian, the others its null space, the closed rates.
+    rank : of closure; unless given its greatest value along the path.
     """
     n = linkage.n_hinges
     jacobians = np.array([linkage.closure(state)[1] for state in angles]).reshape(len(angles), -1, n)
@@ -73,7 +73,7 @@ def frames_at(linkage: Linkage, angles: Reals, rank: int | None = None) -> tuple
 
 
 def monotone_hinges(angles: Reals) -> NDArray[np.bool_]:
-    """Whether each hinge turns monotonically along a path, (n_hinges,), to `MONOTONE_ANGLE_TOLERANCE`."""
+    """Return whether each hinge turns monotonically along a path, (n_hinges,), to `MONOTONE_ANGLE_TOLERANCE`."""
     fallen = np.maximum.accumulate(angles, axis=0) - angles
     risen = angles - np.minimum.accumulate(angles, axis=0)
     monotone: NDArray[np.bool_] = np.minimum(fallen.max(axis=0), risen.max(axis=0)) <= MONOTONE_ANGLE_TOLERANCE
@@ -81,10 +81,10 @@ def monotone_hinges(angles: Reals) -> NDArray[np.bool_]:
 
 
 def choose_driven_hinges(linkage: Linkage, angles: Reals, firm: float = FIRM_SINGULAR_VALUE) -> DrivenHinges:
-    """The hinges to drive for a path through closed states, (k, n_hinges), evenly along it.
+    """Choose the hinges to drive along a path, from evenly spaced closed states, (k, n_hinges).
 
-    First the set whose least singular value is greatest; then monotone hinges in the place of others, while half of
-    that is kept; then more hinges, where the least singular value is below `firm`.
+    First the set with the greatest least singular value is chosen; then monotone hinges replace others, as long as half
+    of that value remains; then hinges are added while it is below `min_value`.
     """
     frames, values = frames_at(linkage, angles)
     freedoms = linkage.n_hinges - values.shape[1]
@@ -102,7 +102,7 @@ def choose_driven_hinges(linkage: Linkage, angles: Reals, firm: float = FIRM_SIN
 
 
 def judge_driven_hinges(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> DrivenHinges:
-    """The choice of given hinges, judged along a path."""
+    """Evaluate given driven hinges along a path."""
     frames, values = frames_at(linkage, angles)
     freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
     if len(driven) < freedoms:
@@ -125,10 +125,10 @@ def judge_driven_hinges(linkage: Linkage, angles: Reals, driven: tuple[int, ...]
 
 
 def least_singular_values(frames: Reals, freedoms: int, sets: NDArray[np.int64]) -> Reals:
-    """Least singular value of the reduced Jacobian for sets of driven hinges (s, d), shape (s, k).
+    """Return the least singular values of the reduced Jacobian for sets of driven hinges (s, d), shape (s, k).
 
-    frames : (k, n, n), orthonormal; the last columns are a basis of the closed rates, the others of what closure asks.
-    Where few hinges are not driven, the rows of closure at these have the same least singular value.
+    frames : (k, n, n), orthonormal; the last columns are a basis of the closed rates, the others of the row space of
+    closure. Where few hinges are not driven, the rows of the latter at these have the same least singular value.
     """
     n = frames.shape[1]
     others = n - sets.shape[1]
@@ -144,7 +144,7 @@ def least_singular_values(frames: Reals, freedoms: int, sets: NDArray[np.int64])
 
 
 class _Search:
-    """The search for a set."""
+    """The search for a set of driven hinges at some states."""
 
     def __init__(self, frames: Reals, freedoms: int, steady: NDArray[np.bool_]) -> None:
         self.frames, self.freedoms, self.steady = frames, freedoms, steady
@@ -152,7 +152,7 @@ class _Search:
         self.tried = 0
 
     def run(self) -> tuple[int, ...]:
-        """The hinges to drive, in order."""
+        """Return the hinges to drive, in order."""
         if self.freedoms == self.n:
             return tuple(range(self.n))
         if not self.freedoms:
@@ -162,7 +162,7 @@ class _Search:
         return self._exchanged()
 
     def made_firm(self, driven: tuple[int, ...], firm: float) -> tuple[int, ...]:
-        """A set with hinges added until its least singular value is large enough, or nothing helps."""
+        """Add hinges to a set until its least singular value reaches `min_value`, or all hinges are driven."""
         value = float(self._judged([driven])[0]) if driven else firm
         while value < firm and len(driven) < self.n:
             sets = [tuple(sorted((*driven, new))) for new in range(self.n) if new not in driven]
@@ -173,7 +173,7 @@ class _Search:
         return driven
 
     def _judged(self, sets: list[tuple[int, ...]]) -> Reals:
-        """The least singular value of sets along the path."""
+        """Return the least singular value of each set along the path."""
         self.tried += len(sets)
         least = [
             least_singular_values(self.frames, self.freedoms, np.array(sets[k : k + 200], int)).min(axis=1)
@@ -182,7 +182,7 @@ class _Search:
         return np.concatenate(least)
 
     def _turning(self, driven: tuple[int, ...]) -> int:
-        """Driven hinges that turn back on the way."""
+        """Return the number of driven hinges that are not monotone."""
         return sum(not self.steady[hinge] for hinge in driven)
 
     def _all(self) -> tuple[int, ...]:
@@ -192,7 +192,7 @@ class _Search:
         return sets[min(kept, key=lambda k: (self._turning(sets[k]), -values[k]))]
 
     def _exchanged(self) -> tuple[int, ...]:
-        """Pivots of all bases together, then exchanges of one hinge: for the value, then for monotone hinges."""
+        """Start from pivots of all bases together, then exchange one hinge at a time: for the value, then monotony."""
         from scipy.linalg import qr  # noqa: PLC0415 - loads slowly
 
         together = np.concatenate(list(self.frames[:, :, -self.freedoms :].transpose(0, 2, 1)))

@@ -1,4 +1,4 @@
-"""A drive as plain data, tables, pictures, and files that `hcsearch deploy` takes."""
+"""Reports of a drive: plain data, tables, pictures, and scene files for `hcsearch deploy`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def drive_facts(drive: Drive) -> dict[str, Any]:
-    """A drive as plain data; keys name their units, and numbers that overflowed are None."""
+    """Return a drive as plain data; keys name their units, and numbers that are not finite are None."""
     return {name: finite_or_none(value) for name, value in _facts(drive).items()}
 
 
@@ -78,7 +78,7 @@ def _facts(drive: Drive) -> dict[str, Any]:
 
 
 def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
-    """Which hinges wait for which, and what springs alone made of it."""
+    """Return latches, and the verdict on the deployment by springs alone with them, as plain data."""
     clearance = deployment.clearance
     names = [label_data(name) for name in labels_of(deployment.compiled.linkage).hinges]
     return {
@@ -97,7 +97,7 @@ def _greatest(torques: np.ndarray) -> list[float]:
 
 
 def drive_table(drive: Drive) -> pd.DataFrame:
-    """The planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
+    """Return the planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     own = drive.torques
@@ -110,12 +110,12 @@ def drive_table(drive: Drive) -> pd.DataFrame:
 
 
 DRIVE_TABLE_SUFFIXES = (".csv", ".parquet")
-"""Endings of files that the course is written to."""
+"""Endings of files of the course."""
 DRIVE_SCENE_SUFFIXES = (".toml",)
 
 
 def save_drive(drive: Drive, path: str) -> None:
-    """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
+    """Write the course of a drive (.csv, .parquet), or a scene with the drive (.toml)."""
     if path.endswith(DRIVE_SCENE_SUFFIXES):
         labels = labels_of(drive.linkage)
         scene = scene_of_setup(drive.setup, drive.scene, labels)
@@ -126,9 +126,9 @@ def save_drive(drive: Drive, path: str) -> None:
 
 
 ENVELOPE_PART_COUNT = 60
-"""Parts of the time in which the simulated torques are drawn as one mean, least and greatest each."""
+"""Number of time intervals for each of which the simulated torques are drawn as a mean, a least and a greatest value."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
-"""Pixels by which a line may be drawn aside, so that it has fewer points."""
+"""Greatest deviation of a simplified line, in pixels."""
 
 
 def draw_drive(drive: Drive, path: str) -> None:
@@ -154,7 +154,7 @@ def draw_drive(drive: Drive, path: str) -> None:
 
 
 def _draw_simulated(axes: Axes, drive: Drive) -> None:
-    """The simulated torques of each driven hinge: a faint band from the least to the greatest, and their mean."""
+    """Draw the simulated torques of each driven hinge: a faint band from the least to the greatest, and their mean."""
     driven = drive.deployment.driven
     if driven is None:
         return
@@ -166,9 +166,9 @@ def _draw_simulated(axes: Axes, drive: Drive) -> None:
 
 
 def envelope(times: Reals, values: Reals, parts: int = ENVELOPE_PART_COUNT) -> tuple[Reals, Reals, Reals, Reals]:
-    """Mean, least and greatest of values, (k, n), in even parts of the time that hold any, and where these lie.
+    """Return centres, mean, least and greatest of values, (k, n), in those of equal time intervals that hold states.
 
-    The mean is over time, with straight lines between states.
+    The mean is over time, by the trapezoidal rule.
     """
     edges = np.linspace(times[0], times[-1], parts + 1)[1:-1]
     part = np.searchsorted(edges, times, side="right")

@@ -1,4 +1,4 @@
-"""A folding as a machine: its certified path smoothed, timed, driven by few hinges, simulated and tracked."""
+"""Driven foldings: the certified path is smoothed and timed, driven by few hinges, and simulated under control."""
 
 from __future__ import annotations
 
@@ -33,21 +33,22 @@ from hcsearch.springs.drive.trajectory import (
 )
 
 SETTLING_TIME = 0.5
-"""Time that is simulated after the end of the course (s)."""
+"""Simulated time after the end of the course (s)."""
 DRIVE_STAGES = ("motion", "driven hinges", "torques", "simulation")
-"""What is computed, one after the other."""
+"""Stages of the computation, in order."""
 DriveProgress = Callable[[int, int, str], None]
 TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
-"""Times at which torques are computed, and places on the path at which driven hinges are judged."""
+"""Numbers of times at which torques are computed, and of places on the path at which driven hinges are evaluated."""
 
 
 @dataclass(frozen=True)
 class DriveOptions:
-    """What a drive is asked for.
+    """Options of a drive.
 
-    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
-    driven motion begins and ends. hinges : to drive, by their names; chosen where empty. firm : least singular value of
-    the reduced Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
+    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. end_angles : distances (rad) from the packed and the flat
+    state at which the driven motion begins and ends. hinges : the driven hinges, by their names; chosen where empty.
+    min_value : hinges are added until the least singular value of the reduced Jacobian reaches this; 0 for as many
+    hinges as there are freedoms. period : of the controller, s.
     """
 
     rate: float = MAX_HINGE_RATE
@@ -62,9 +63,9 @@ class DriveOptions:
 class Drive:
     """A driven folding.
 
-    play : least play of each face (m) at which its path is proved clear. scene : with panels and flat pairs as the way
-    of the path says. setup : the same in numbers of the linkage, with the time of the course. deployment : the motion
-    simulated under control, certified at the scene's margin.
+    play : least play of each face (m) at which its path is proved clear. scene : with the panels and the flat-pair
+    joint (`way`) of the path. setup : the scene evaluated for the linkage, with the time of the course. deployment :
+    the motion simulated under control, certified at the scene's margin.
     """
 
     folding: Folding
@@ -81,22 +82,22 @@ class Drive:
 
     @property
     def greatest(self) -> Reals:
-        """Greatest torque of each driven hinge under control, until the course is over, (n_driven,), N m."""
+        """Greatest torque of each driven hinge under control, until the end of the course, (n_driven,), N m."""
         assert self.deployment.driven is not None
         return self.deployment.driven.greatest
 
     @property
     def missed(self) -> float:
-        """Greatest difference of a hinge, driven or not, from its planned course while the motion lasted (rad)."""
+        """Greatest deviation of a hinge, driven or not, from its planned course during the motion (rad)."""
         return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
 
 
 class NoPathError(HcsearchError):
-    """No path of a folding is proved along which it could be driven."""
+    """No proved path along which the folding could be driven."""
 
 
 def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
-    """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
+    """Plan a motion of a folding with the panels, flat-pair joints and margin of a scene; HcsearchError without one."""
     own = [way for way in scene.flat_pairs if folding.can_join(way)]
     if not own:
         raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
@@ -104,7 +105,7 @@ def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
 
 
 def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
-    """What is known of a folding of which no path is proved, in one line."""
+    """Return a sentence on why a folding has no proved path: a twist, a lock, or an undecided search."""
     from hcsearch.motion.locks.end_locks import lock_at  # noqa: PLC0415 - only of foldings without a path
 
     turns = twist(folding)
@@ -128,9 +129,10 @@ def drive_along(
     options: DriveOptions | None = None,
     progress: DriveProgress | None = None,
 ) -> Drive:
-    """The drive of a folding along a proved motion in a scene; HcsearchError for options that cannot be met.
+    """Design and simulate the drive of a folding along a proved motion; HcsearchError for options that cannot be met.
 
-    progress : called with steps done, their number, and what comes next; the first step is the search for the motion.
+    progress : called with the steps done, their number, and the next stage; the first step is the search for the
+    motion.
     """
     options = options or DriveOptions()
 
@@ -166,7 +168,7 @@ def drive_along(
 
 
 def release_with_latches(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
-    """Latches that give the order of the path, and what springs alone make of the folding with them."""
+    """Return latches that impose the order of hinges on the path, and a deployment by springs alone with them."""
     path = driven.timed.path
     latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0])
     scene = replace(driven.scene, seconds=None)
@@ -174,29 +176,29 @@ def release_with_latches(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
 
 
 def start_at_drives(compiled: CompiledScene, drives: Drives) -> CompiledScene:
-    """A compiled scene that starts where drives do."""
+    """Return a compiled scene that starts at the start of drives."""
     return replace(compiled, start=drives.start_in(compiled))
 
 
 DRIVE_TORQUE_TOLERANCE = 0.05
-"""A drive follows where the greatest torque of each driven hinge is within this share of the greatest planned one."""
+"""A drive follows its plan if the greatest torque of each driven hinge is within this share of the planned one."""
 MIN_COMPARED_TORQUE_SHARE = 0.01
-"""Hinges whose planned torque is below this share of the greatest of all are compared to that share of it."""
+"""Lower bound of the planned torque in that comparison, as a share of the greatest of all hinges."""
 DRIVE_ANGLE_TOLERANCE = 0.02
-"""It does not follow where a hinge misses its planned angle by more than this (rad)."""
+"""Greatest deviation of a hinge from its planned angle (rad) with which a drive follows."""
 DEAD_POINT_SINGULAR_VALUE = 0.05
 """Least singular value of the reduced Jacobian below which a dead point is near."""
 
 SINGULAR_CLOSURE_VALUE = 0.01
-"""Least singular value of closure below which loops are nearly singular."""
+"""Least singular value of the closure Jacobian below which loops are nearly singular."""
 
 
 @dataclass(frozen=True)
 class Following:
-    """How well a drive follows its plan.
+    """The comparison of a drive with its plan.
 
-    follows : whether it does. share : greatest difference between the greatest torques of a driven hinge under control
-    and planned, over the planned one. sentence : both, with the remedy where it does not follow.
+    follows : whether it follows. share : greatest difference between the greatest torques of a driven hinge under
+    control and planned, over the planned one. sentence : both, with a remedy where it does not follow.
     """
 
     follows: bool
@@ -205,7 +207,7 @@ class Following:
 
 
 def judge_following(drive: Drive) -> Following:
-    """How well a drive follows its plan."""
+    """Compare a drive with its plan."""
     planned, own = np.abs(drive.torques.torques).max(axis=0), drive.greatest
     shares = np.abs(own - planned) / np.maximum(
         np.maximum(planned, MIN_COMPARED_TORQUE_SHARE * planned.max(initial=0.0)), 1e-12
@@ -222,9 +224,10 @@ def judge_following(drive: Drive) -> Following:
 
 
 def _remedy(drive: Drive) -> str:
-    """What would make the drive follow, or what to rely on where nothing does.
+    """Return a remedy for a drive that does not follow, or the advice where there is none.
 
-    Where loops are nearly singular, closed states bend sharply, and what a controller adds there hangs on rounding.
+    Where loops are nearly singular, the manifold of closed states bends sharply, and the torques that a controller adds
+    there depend on rounding.
     """
     assert drive.deployment.driven is not None
     own, driven = drive.drives, drive.deployment.driven

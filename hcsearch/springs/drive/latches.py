@@ -1,7 +1,7 @@
-"""Latch and release: springs alone, with hinges that are held at first and let go one after the other.
+"""Latches: deployments by springs alone, with hinges that are held at first and released one after the other.
 
-On a path some hinges leave the packed state later than others. Each of these is latched, and let go by one other hinge:
-the one that has turned furthest on the path when it leaves, at the angle that it has then. Latches are stops.
+On a path some hinges leave the packed state later than others. Each of these is latched, and released by one other
+hinge: the one that has turned furthest on the path by then, at its angle at that place. Latches are modelled as stops.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from hcsearch.springs.dynamics.system import System
 from hcsearch.springs.dynamics.time_integration import Motion, joined_motion, simulate_system
 
 DEPARTURE_ANGLE = 0.05
-"""A hinge has left the packed state when it has turned by this (rad)."""
+"""Turn (rad) from which on a hinge has left the packed state."""
 LATCH_DELAY_SHARE = 0.05
-"""A hinge is latched that leaves later than the first by more than this share of the path."""
+"""Delay after the first hinge, as a share of the path, beyond which a hinge is latched."""
 LATCH_CHECK_INTERVAL = 0.002
-"""Latches are looked at in these intervals (s)."""
+"""Interval at which the release of latches is checked (s)."""
 
 
 @dataclass(frozen=True)
 class Latch:
-    """A hinge that waits for another one: until that has come down to an angle (rad)."""
+    """A hinge that is held until another one has unfolded to an angle (rad)."""
 
     hinge: int
     waits_for: int
@@ -37,9 +37,9 @@ class Latch:
 
 
 def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
-    """Which hinges wait for which on a path, (k, n_hinges), from packed to flat; in the order in which they are let go.
+    """Return the latches that follow from a path, (k, n_hinges), from packed to flat; in the order of their release.
 
-    Hinges that stay flat in both states wait for none.
+    Hinges that are flat in both states are not latched.
     """
     closing = np.flatnonzero(linkage.folded > 0.0)
     turned = linkage.folded - angles
@@ -56,7 +56,7 @@ def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
 
 
 def simulate_latched(compiled: CompiledScene, latches: tuple[Latch, ...], *, tolerance: float = 1e-6) -> Deployment:
-    """Simulate springs with latches, in a scene that `compile_driven` compiled, from its start."""
+    """Simulate a deployment by springs with latches, from the start of a scene compiled by `compile_driven`."""
     q, v, waiting = compiled.start.copy(), np.zeros(len(compiled.start)), set(latches)
     motions: list[Motion] = []
     starts: list[float] = []
@@ -83,7 +83,7 @@ def simulate_latched(compiled: CompiledScene, latches: tuple[Latch, ...], *, tol
 
 
 def _latched(compiled: CompiledScene, waiting: set[Latch]) -> System:
-    """The system with stops where latches hold hinges."""
+    """Return the system with stops at the latched hinges."""
     drives = list(compiled.system.drives)
     for latch in waiting:
         joint = int(compiled.joint_of[latch.hinge])

@@ -1,14 +1,14 @@
-"""Torques of the driven hinges by inverse dynamics, and how stiff position control must be.
+"""Torques of the driven hinges by inverse dynamics, and the gains of position control.
 
 With B a basis of the closed rates, forces of closure do no work along B, so that B^T (M q'' + h + springs + dampers) =
-B_D^T tau, where B_D are the rows of the driven hinges. As many driven hinges as freedoms have one solution; of more,
-that of least squares is taken.
+B_D^T tau, where B_D are the rows of the driven hinges. The solution is unique for as many driven hinges as freedoms;
+for more, the least-norm solution is taken.
 
-Along a closed motion q + t v + t^2 w / 2, J w = -b(v, v) with b the bend of closure, the forces g that closure bears,
-g = J^T m, give g w = -m b(v, v). With the slopes K of the springs the motion is statically stable where
+Along a closed motion q + t v + t^2 w / 2, J w = -b(v, v) with b the second derivative of closure, the forces g borne by
+closure, g = J^T m, give g w = -m b(v, v). With the slopes K of the springs the motion is statically stable where
 v (K - m b) v is positive for all closed rates v; control with the stiffness k of all driven hinges adds k |v_D|^2.
-Near the packed state closure bends most, and hardly anything else holds the springs back. Forces of inertia are in g,
-their own slopes are left out.
+Near the packed state the curvature of closure is greatest, and closure alone resists the springs. Forces of inertia are
+included in g, their derivatives are neglected.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from hcsearch.springs.dynamics.inverse import joint_forces
 
 @dataclass(frozen=True, eq=False)
 class Torques(ByValue):
-    """A motion in time and what drives it.
+    """A motion in time with its driving torques.
 
     times : (k,), s. angles, rates, accelerations : (k, n_hinges). asked : (k, n_hinges), moments of inertia, gravity,
-    springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both in the sense in which fold angles grow.
+    springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both are positive where fold angles grow.
     kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
-    inertias : (n_driven,), median along the way of what a driven hinge moves when it alone turns, kg m^2.
+    inertias : (n_driven,), median along the path of the inertia felt by a driven hinge when it alone turns, kg m^2.
     """
 
     times: Reals
@@ -51,17 +51,17 @@ class Torques(ByValue):
 
     @property
     def power(self) -> Reals:
-        """Power of all driven hinges together, (k,), W."""
+        """Total power of all driven hinges, (k,), W."""
         power: Reals = (self.torques * self.rates[:, list(self.driven)]).sum(axis=1)
         return power
 
     @property
     def imbalance(self) -> float:
-        """Greatest error of the energy balance, J: work of torques against energies and what dampers take."""
+        """Greatest error of the energy balance, J: work of torques less energies and dissipation in dampers."""
         step = np.diff(self.times)
         flow = self.power - self.damped
         work = np.r_[0.0, np.cumsum(0.5 * step * (flow[1:] + flow[:-1]))]
-        # the trapezium rule's end corrections (Euler and Maclaurin), as powers do not begin and end evenly
+        # end corrections of the trapezoidal rule (Euler and Maclaurin), as the power has a slope at both ends
         slope = np.gradient(flow, self.times, edge_order=2)
         work += np.r_[0.0, step[0] ** 2 / 12.0 * (slope[0] - slope[1:])]
         total = self.kinetic + self.height + self.stored
@@ -69,7 +69,7 @@ class Torques(ByValue):
 
 
 def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinges, count: int = 1000) -> Torques:
-    """Torques at so many times of a motion in a scene, whose compilation leaves out no half of it."""
+    """Compute torques at `count` times of a motion in a scene that is compiled without omitting a mirror half."""
     times = np.linspace(0.0, timed.seconds, count)
     angles, rates, accelerations = timed.at(times)
     system, own = compiled.system, compiled.joint_of
@@ -107,7 +107,7 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
 
 
 def _inertias(compiled: CompiledScene, angles: Reals, bases: Reals, driven: list[int]) -> Reals:
-    """What each driven hinge moves when it turns and the other driven ones stand still, median over some states."""
+    """Return the inertia felt by each driven hinge while the other driven ones stand still, median over some states."""
     some = np.unique(np.linspace(0, len(angles) - 1, 20).astype(int))
     own = compiled.joint_of
     hinge_of = np.argsort(own)
@@ -124,25 +124,25 @@ def _inertias(compiled: CompiledScene, angles: Reals, bases: Reals, driven: list
 
 
 MAX_CONTROL_YIELD = 0.05
-"""What control yields under the greatest torque of the motion, at most (rad)."""
+"""Greatest angle by which control yields under the greatest torque of the motion (rad)."""
 STABILITY_SAFETY_FACTOR = 3.0
-"""Stiffness of control over that at which the motion is stable but for inertia."""
+"""Ratio of the stiffness of control to that at which the motion is statically stable."""
 STABILITY_STATE_COUNT = 100
-"""States along the motion at which stability is looked at."""
+"""Number of states along the motion at which stability is evaluated."""
 DEFAULT_CONTROL_PERIOD = 0.002
-"""Of the controller, s."""
+"""Default period of the controller, s."""
 
 
 @dataclass(frozen=True)
 class Stability:
-    """What control must be stiffer than (N m/rad) for a statically stable motion, and when that is most (s)."""
+    """The least stiffness of control (N m/rad) for a statically stable motion, and the time (s) that determines it."""
 
     stiffness: float
     time: float
 
 
 def static_stability(compiled: CompiledScene, torques: Torques) -> Stability:
-    """The stiffness of all driven hinges that makes a motion statically stable, without the slopes of gravity."""
+    """Compute the stiffness of all driven hinges for a statically stable motion, neglecting the slopes of gravity."""
     some = np.unique(np.linspace(0, len(torques.times) - 1, STABILITY_STATE_COUNT).astype(int))
     linkage, driven = compiled.linkage, list(torques.driven)
     angles = torques.angles[some]
@@ -162,9 +162,9 @@ def static_stability(compiled: CompiledScene, torques: Torques) -> Stability:
 
 
 def position_control(compiled: CompiledScene, torques: Torques, period: float = DEFAULT_CONTROL_PERIOD) -> Drives:
-    """Position control for a motion: stiff enough for its torques and its stability, with critical damping.
+    """Return position control for a motion: stiff enough for its torques and stability, with critical damping.
 
-    The damping is for what each driven hinge moves.
+    The damping is critical for the inertia felt by each driven hinge.
     """
     driven = list(torques.driven)
     most = float(np.abs(torques.torques).max(initial=0.0))
@@ -185,7 +185,7 @@ def position_control(compiled: CompiledScene, torques: Torques, period: float = 
 
 
 def _slopes(compiled: CompiledScene, angles: Reals) -> Reals:
-    """Slopes of the springs at fold angles, (n_hinges,), N m/rad."""
+    """Return the slopes of the springs at fold angles, (n_hinges,), N m/rad, by central differences."""
     slopes = np.zeros(len(angles))
     for k, angle in enumerate(angles):
         law = compiled.system.drives[compiled.joint_of[k]].law
@@ -195,7 +195,7 @@ def _slopes(compiled: CompiledScene, angles: Reals) -> Reals:
 
 
 def _bent(linkage: Linkage, angles: Reals, forces: Reals, basis: Reals) -> Reals:
-    """-m b in a basis (n_hinges, f) of closed rates, shape (f, f), for forces that closure bears."""
+    """Return -m b in a basis (n_hinges, f) of closed rates, shape (f, f), for forces borne by closure."""
     _, jacobian = linkage.closure(angles)
     borne = np.linalg.lstsq(jacobian.T, forces, rcond=1e-10)[0]
     count = basis.shape[1]

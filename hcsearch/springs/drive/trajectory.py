@@ -1,11 +1,11 @@
 """The trajectory of a drive: a certified path as splines through closed states, and its time law.
 
-The path of a proof is made of cubics whose second derivatives jump. It is resampled, smoothed by a Gaussian window of a
-given width, moved to the nearest closed states within the stops, and splines of fifth degree are put through these.
+The path of a proof consists of cubics whose second derivatives jump. It is resampled, smoothed by a Gaussian window of
+a given width, projected onto the nearest closed states within the stops, and interpolated by splines of fifth degree.
 
-First the path goes as fast as the greatest rate and, where it bends, as the root of the greatest acceleration allow,
-smoothed; then it begins and ends by steps of fifth degree, without jumps of acceleration; then all times are stretched
-until both bounds hold at all samples. It is no time-optimal law: that switches accelerations on and off (Bobrow,
+The time law starts from the greatest speed that the bounds of rates and, where the path bends, of accelerations allow,
+smoothed. Ramps of fifth degree at both ends avoid jumps of the acceleration. Then all times are scaled until both
+bounds hold at all samples. The law is not time-optimal: a time-optimal one switches accelerations on and off (Bobrow,
 Dubowsky and Gibson 1985).
 """
 
@@ -26,32 +26,32 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 
 DRIVE_END_ANGLES = (0.01, 0.005)
-"""How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing
-drives them. Flat counts as flat from 0.01 on."""
+"""Distances from the packed and the flat state at which the driven motion begins and ends (rad): both states are
+singular, so that no hinge drives them. The array counts as flat from 0.01 on."""
 SMOOTHING_WIDTHS = (0.05, 0.025, 0.0125, 0.006)
-"""Standard deviation of the window, rad of length of a path, widest first."""
+"""Standard deviations of the window, in rad of path length, widest first."""
 MAX_STOP_OVERSHOOT = 5e-4
-"""What hinges of the smoothed path may pass their stops by (rad): a wider window rounds off more where they wait."""
+"""Greatest overshoot of hinges past their stops on the smoothed path (rad); it grows with the width of the window."""
 SPLINE_STATE_SPACING = 0.02
-"""Length of a path, in the norm of all fold angles (rad), between two states that splines go through."""
+"""Path length, in the norm of all fold angles (rad), between two interpolated states."""
 MIN_SPLINE_STATES, MAX_SPLINE_STATES = 200, 4000
-"""States that splines go through."""
+"""Bounds of the number of interpolated states."""
 STOP_OFFSET_ANGLE, STOP_OFFSET_ROUNDS = 1e-3, 3
-"""A hinge that waits at a stop is kept off it by this (rad), about: stops that are met on the way make kinks. Pushing
-off and closing take turns so often."""
+"""Approximate distance (rad) kept by a hinge that waits at a stop, as hits of stops on the way make kinks; and the
+number of rounds in which states are pushed off the stops and closed in turn."""
 MAX_CLOSING_OVERSHOOT = 0.05
-"""What closing may take a hinge beyond its stop (rad), where it is pushed off again."""
+"""Greatest overshoot of a hinge past its stop during closing (rad), before it is pushed off again."""
 SPLINE_CLOSURE_RESIDUAL = 1e-12
-"""Closure residual of these states (rad, or gap over size)."""
+"""Closure residual of the interpolated states (rad, or gap over size)."""
 
 
 @dataclass(frozen=True)
 class SmoothPath:
-    """A path as splines of its length, from one state near the packed one to one near the flat one.
+    """A path from near the packed to near the flat state, as splines parametrised by its length.
 
-    length : rad. near : (2,), the widest turn of a hinge (rad) from the packed state at its start, from the flat state
-    at its end. opening : closure residual between the states that splines go through. width : of the window, rad.
-    beyond : rad, by which hinges would pass their stops.
+    length : rad. end_angles : (2,), greatest distance of a hinge (rad) from the packed state at the start, and from the
+    flat state at the end. opening : greatest closure residual midway between interpolated states. width : of the
+    window, rad. stop_overshoot : rad, by which hinges would pass their stops.
     """
 
     spline: Any
@@ -62,15 +62,15 @@ class SmoothPath:
     beyond: float
 
     def at(self, places: Reals) -> tuple[Reals, Reals, Reals]:
-        """Fold angles and their first and second derivatives by the length, each (k, n_hinges)."""
+        """Return fold angles and their first and second derivatives by the length, each (k, n_hinges)."""
         return tuple(np.asarray(self.spline(places, order), float) for order in range(3))  # type: ignore[return-value]
 
 
 def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = DRIVE_END_ANGLES) -> SmoothPath:
-    """The part of a path between its ends, smoothed by the widest window that keeps hinges within their stops.
+    """Smooth the part of a path between its ends by the widest window that keeps hinges within their stops.
 
-    near : rad, by which the widest hinge has left the packed state at the start, and is away from flat at the end,
-    about.
+    end_angles : approximate distances (rad) of the farthest hinge from the packed state at the start, and from flat at
+    the end.
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
 
@@ -89,7 +89,7 @@ def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = DR
 
 
 def _closed(linkage: Linkage, states: Reals) -> Reals:
-    """The states moved to closed ones, off the stops where that can be."""
+    """Project states onto closed ones, away from the stops where possible."""
     loops = loops_of(linkage)
     work = new_closing(loops)
     for _ in range(STOP_OFFSET_ROUNDS):
@@ -101,7 +101,7 @@ def _closed(linkage: Linkage, states: Reals) -> Reals:
 
 
 def _off_stops(states: Reals) -> Reals:
-    """States pushed off the stops by a smooth function: by `STOP_OFFSET_ANGLE` at a stop, by nothing far from it."""
+    """Push states off the stops by a smooth function: by `STOP_OFFSET_ANGLE` at a stop, hardly far from it."""
     up = 0.5 * (states + np.hypot(states, 2.0 * STOP_OFFSET_ANGLE))
     left = np.pi - up
     pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * STOP_OFFSET_ANGLE))
@@ -109,7 +109,7 @@ def _off_stops(states: Reals) -> Reals:
 
 
 def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:
-    """The length of a path between its ends (in its own times), and states evenly along it."""
+    """Return the length of a path between its ends (in its own times), and evenly spaced states along it."""
     fine = np.linspace(course.times[0], course.times[-1], 20 * MIN_SPLINE_STATES)
     angles = interpolate_motion(course.times, course.angles, course.rates, None, fine)
     left = np.abs(angles - linkage.folded).max(axis=1) >= near[0]
@@ -127,7 +127,7 @@ def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -
 
 
 def _smoothed(states: Reals, width: float) -> Reals:
-    """States under a Gaussian window of a width in steps; both ends keep their places and slopes."""
+    """Smooth states by a Gaussian window of a width in steps; both ends keep their positions and slopes."""
     from scipy.ndimage import gaussian_filter1d  # noqa: PLC0415 - loads slowly
 
     if width < 0.1:
@@ -140,22 +140,22 @@ def _smoothed(states: Reals, width: float) -> Reals:
 
 
 MAX_HINGE_RATE, MAX_HINGE_ACCELERATION = 1.0, 5.0
-"""Greatest rate (rad/s) and acceleration (rad/s^2) of a hinge, unless given."""
+"""Default greatest rate (rad/s) and acceleration (rad/s^2) of a hinge."""
 MIN_MOTION_LIMIT, MAX_MOTION_LIMIT = 1e-6, 1e6
-"""Bounds of both."""
+"""Bounds of both limits."""
 TIMING_SAMPLE_COUNT = 2000
-"""Places at which bounds are looked at."""
+"""Number of places at which the limits are checked."""
 PACE_WINDOW_SHARE = 0.02
 """Standard deviation of the window that smooths the pace, as a share of the path's length."""
 RAMP_TIME_SHARE = 0.25
-"""Share of the time in which the motion gathers speed, and as much in which it comes to rest."""
+"""Share of the time in which the motion accelerates, and of that in which it decelerates."""
 
 
 @dataclass(frozen=True)
 class TimedPath:
-    """A path in time.
+    """A path with its time law.
 
-    seconds : how long it takes. places : spline of the place on the path by time over `seconds`.
+    seconds : duration. places : spline of the place on the path as a function of the time over `seconds`.
     """
 
     path: SmoothPath
@@ -163,7 +163,7 @@ class TimedPath:
     places: Any
 
     def at(self, times: Reals) -> tuple[Reals, Reals, Reals]:
-        """Fold angles (rad), rates and accelerations at times (s), each (k, n_hinges); at rest after the end."""
+        """Return fold angles (rad), rates and accelerations at times (s), each (k, n_hinges); at rest after the end."""
         share = np.clip(times / self.seconds, 0.0, 1.0)
         going = ((times >= 0.0) & (times <= self.seconds))[:, None]
         place, pace, push = (np.asarray(self.places(share, order), float)[:, None] for order in range(3))
@@ -175,7 +175,7 @@ class TimedPath:
 def time_path(
     path: SmoothPath, rate: float = MAX_HINGE_RATE, acceleration: float = MAX_HINGE_ACCELERATION
 ) -> TimedPath:
-    """The time law of a path within a greatest rate (rad/s) and acceleration (rad/s^2) of its hinges."""
+    """Compute the time law of a path within a greatest rate (rad/s) and acceleration (rad/s^2) of its hinges."""
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # noqa: PLC0415 - loads slowly
 
@@ -187,7 +187,7 @@ def time_path(
     at = np.linspace(0.0, path.length, TIMING_SAMPLE_COUNT)
     _, slopes, bends = path.at(at)
     turning = np.abs(slopes).max(axis=1)
-    # from rest to rest no faster: an even pace, where the rate is no bound
+    # no faster than an even pace from rest to rest, if only the acceleration is bounded
     fastest = min(rate, math.sqrt(acceleration * path.length * float(turning.mean())))
     slowness = np.maximum(turning / fastest, np.sqrt(np.abs(bends).max(axis=1) / acceleration))
     width = PACE_WINDOW_SHARE * TIMING_SAMPLE_COUNT
@@ -204,7 +204,7 @@ def time_path(
 
 
 def _ramped(share: Reals) -> Reals:
-    """From 0 to 1 with an even pace between two ramps, whose pace is a step of fifth degree."""
+    """Map shares of the time to shares of the path: a constant pace between two ramps, smooth steps of fifth degree."""
 
     def ramp(x: Reals) -> Reals:  # integral of 10 x^3 - 15 x^4 + 6 x^5
         integral: Reals = x**4 * (2.5 + x * (-3.0 + x))

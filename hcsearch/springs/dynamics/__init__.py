@@ -1,1 +1,1 @@
-"""Dynamics of panels and hinges: trees of bodies with closed loops, what acts on them, and their motion."""
+"""Dynamics of panels and hinges: trees of bodies with closed loops, the forces on them, and their motion."""

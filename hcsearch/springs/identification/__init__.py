@@ -1,1 +1,1 @@
-"""Springs and dampers from measurements: moment-angle data, free vibration."""
+"""Identification of springs and dampers from measurements: moment-angle data and free vibration."""

@@ -1,4 +1,4 @@
-"""The choice among spring sets that a search has seen: confirmed, and the least likely to collide."""
+"""The choice among the spring sets of a search: a confirmed set that is least likely to collide."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ from hcsearch.springs.tuning.spring_search import (
 )
 
 SAMPLING_STAGES = ((8, 4), (3, 8))
-"""Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
+"""Stages of the comparison by samples of the tolerances: number of sets, and samples of each; the few best get more."""
 CATALOGUE_START_COUNT = 31
-"""Sets, beside the best, that are rounded to catalogue springs, where the search of catalogue springs begins."""
+"""Sets, besides the best, that are rounded to catalogue springs as starts of the search of catalogue springs."""
 MAX_CONFIRMATIONS = 6
-"""Sets that are simulated precisely until one is confirmed."""
+"""Greatest number of sets simulated precisely until one is confirmed."""
 ROBUST_SET_COUNT = SAMPLING_STAGES[0][0] // 2 + 1
-"""Sets that the search for robust ones leaves, which are evaluated."""
+"""Number of sets that the search for robust ones returns for evaluation."""
 ROBUST_SEARCH_SIZES = (8, 4)
-"""Sets of a generation of the search for robust ones, and samples that each is judged by."""
+"""Sets of a generation of the search for robust ones, and samples by which each is judged."""
 
 
 @dataclass(frozen=True)
 class SpringSet:
-    """Springs and what they do.
+    """A spring set and the results of its simulations.
 
-    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
-        it was not simulated. agreement : with the same at tighter tolerances, where it becomes flat, as of `hcsearch
-        deploy`. robustness : None where no samples were drawn. scales : of its scene.
+    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the precise simulation in the scene
+        itself; None where it was not run. agreement : of the deployment with simulations at tighter tolerances, where
+        it becomes flat, as of `hcsearch deploy`. robustness : None where no samples were drawn. scales : of its scene.
     """
 
     stiffnesses: tuple[float, ...]
@@ -56,30 +56,30 @@ class SpringSet:
 
     @property
     def value(self) -> float:
-        """The objective, with no slack for loops that give way."""
+        """The objective, without slack for compliant loops."""
         return tuning_objective(self.check, 0.0, self.scales)
 
     @property
     def confirmed(self) -> bool:
-        """Whether the precise simulation becomes flat, certified clear."""
+        """Whether the precise simulation becomes flat and is certified clear."""
         return self.deployment is not None and self.deployment.deploys
 
     @property
     def doubt(self) -> str:
-        """Why simulations at tighter tolerances do not confirm that it deploys; empty where they do."""
+        """The reason why simulations at tighter tolerances do not confirm the deployment; empty where they do."""
         agreed = self.agreement is None or self.agreement.verdict == "deploys"
         return "" if self.agreement is None or agreed else self.agreement.reason
 
     @property
     def flat_time(self) -> float | None:
-        """When the precise simulation is flat, s, in the digits that all tolerances agree on."""
+        """The time at which the precise simulation is flat, s, in the digits on which all tolerances agree."""
         if self.agreement is not None:
             return self.agreement.flat_time
         return None if self.deployment is None else self.deployment.flat_time
 
 
 class EvaluationShares(NamedTuple):
-    """How many evaluations there are in all, and how many are kept for robust sets and for catalogue springs."""
+    """The total number of evaluations, and the numbers reserved for robust sets and for catalogue springs."""
 
     total: int
     hardened: int
@@ -87,13 +87,13 @@ class EvaluationShares(NamedTuple):
 
 
 def evaluation_shares(evaluations: int, samples: int, catalogue: bool) -> EvaluationShares:
-    """The shares of a number of evaluations; the rest is the search's, one at least."""
+    """Divide a number of evaluations into shares; the rest, one at least, is for the search."""
     rounded = min(max(1, evaluations // 4), evaluations - 1) if catalogue else 0
     return EvaluationShares(evaluations, min(ROBUST_SET_COUNT, evaluations // 8) if samples else 0, rounded)
 
 
 class SpringSetFinder:
-    """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
+    """Chooses the reported sets among those of a search: confirmed ones that are least likely to collide."""
 
     def __init__(
         self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: EvaluationShares
@@ -103,17 +103,17 @@ class SpringSetFinder:
         self.best: SpringSet | None = None
 
     def choose(self, sets: Sequence[Reals], begin: SpringSet) -> None:
-        """Set `best` to the one of these that is confirmed and the least likely to fail, once hardened.
+        """Set `best` to a confirmed set that is least likely to fail, among these sets and more robust ones nearby.
 
-        It is never worse than the set that the search began with, once that one is confirmed.
+        It is never worse than the set that the search began with, if that one is confirmed.
         """
         best = self._chosen([*self._hardened(sets), *sets])
         self.best = min(best, self.sampled(begin) if begin.confirmed else best, key=_risk)
 
     def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
-        """Sets near the most robust one of these that are better in the mean over some samples, the best first.
+        """Search sets near the most robust one of these for a better mean over samples; return the best ones in order.
 
-        Among sets that come flat and clear the objective says little of how near they are to those that do not; its
+        Among sets that become flat and clear the objective hardly depends on their distance from sets that do not; its
         mean over samples of the tolerances does.
         """
         clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
@@ -145,7 +145,7 @@ class SpringSetFinder:
         return [middle, *(one for _, _, one in sorted(trials)[: ROBUST_SET_COUNT - 1])][: max(0, left)]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
-        """Mean objective of each set over the same few samples."""
+        """Return the mean objective of each set over the same few samples."""
         count = ROBUST_SEARCH_SIZES[1]
         setups = [
             setup
@@ -156,7 +156,7 @@ class SpringSetFinder:
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
     def round(self, levels: Sequence[float]) -> SpringSet | None:
-        """Catalogue springs near the best set; None where no evaluation is left."""
+        """Round the best set to catalogue springs by local search; None where no evaluation is left."""
         assert self.best is not None
         left = self.shares.total - self.evaluator.done
         if left < 1:
@@ -182,13 +182,13 @@ class SpringSetFinder:
         return self._chosen(sets(clear or ranked[:1]))
 
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
-        """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
+        """Return the confirmed set that is least likely to fail; if none is confirmed, the first. sets : best first."""
         total = self.search.budget
         checks = self.evaluator.of_springs(sets)
         scales = self.evaluator.scales
         places = [SpringSet(tuple(one.tolist()), check, scales=scales) for one, check in zip(sets, checks, strict=True)]
         clear = [place for place in places if place.check.deploys]
-        # packed neighbours have two margins between them: where loops give way by more, nothing is certain
+        # packed neighbours have two margins between them: where loops open by more, nothing is certain
         clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear
         if self.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
@@ -204,13 +204,13 @@ class SpringSetFinder:
         return (tried or places)[0]
 
     def precise(self, place: SpringSet) -> SpringSet:
-        """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
+        """Add the precise simulation in the scene itself, as `hcsearch deploy` runs it."""
         setup = with_stiffnesses(self.setup, place.stiffnesses)
         deployment = simulate_deployment(self.evaluator.linkage, setup, self.evaluator.formulation)
         return replace(place, deployment=deployment, agreement=confirm_deployment(deployment))
 
     def sampled(self, place: SpringSet) -> SpringSet:
-        """With what becomes of samples of the tolerances, where they are wanted."""
+        """Add the robustness from samples of the tolerances, if samples are to be drawn."""
         if not self.samples:
             return place
         total = self.search.budget
@@ -220,5 +220,5 @@ class SpringSetFinder:
 
 
 def _risk(one: SpringSet) -> tuple[bool, int]:
-    """The order of two sets: confirmed, then how many samples fail."""
+    """Return the sort key of a set: confirmed sets first, then by the number of failing samples."""
     return not one.confirmed, 0 if one.robustness is None else one.robustness.failures

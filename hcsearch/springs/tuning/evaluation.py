@@ -1,4 +1,4 @@
-"""Evaluations of spring sets: the objective, checks on all cores, and a memory in the database."""
+"""Evaluations of spring sets: the objective, checks on all cores, and a cache in the database."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from hcsearch.store import Database, find_evaluations, record_evaluations
 from hcsearch.system.machine import usable_cores
 
 APPROACH_SPEED_SCALE = 5.0
-"""Approach speed that is worth as much as all of the way from folded to flat, m/s: p of eq. 4.26 is its inverse."""
+"""Approach speed that counts as much as the whole motion from folded to flat, m/s: p of eq. 4.26 is its inverse."""
 AMPLE_GAP = 2e-3
-"""A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
+"""Gap above which larger gaps count the same, m: q of eq. 4.26 is its inverse."""
 
 
 class SceneScales(NamedTuple):
-    """Lengths and times of a scene over those of `default`, for which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` hold."""
+    """Lengths and times of a scene over those of `default`, to which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` refer."""
 
     length: float = 1.0
     time: float = 1.0
@@ -42,19 +42,19 @@ DEFAULT_SCENE_SCALES = SceneScales()
 
 
 def tuning_objective(check: DeploymentCheck, slack: float = 0.0, scales: SceneScales = DEFAULT_SCENE_SCALES) -> float:
-    """The less, the better; least for what becomes flat and clear.
+    """Return the objective to be minimised; it is least for deployments that become flat and clear.
 
-    slack : what panels may be elsewhere as the loops give way, m.
+    slack : greatest displacement of panels as compliant loops open, m.
 
     The thesis minimises f = p v_a - q d_p (eq. 4.26): the approach speed at the first collision, less the smallest gap
-    where there is none. That says nothing of deployments that stop short of flat, and equals 0 for collisions at any
-    time that are slow enough. So here:
+    where there is none. It does not distinguish deployments that stop short of flat, and is near 0 for slow collisions
+    at any time. So here:
 
-    - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE_GAP` count as that, and less than 1: what
-      is certain of the gap, which impacts that open the loops lessen;
-    - else 1 + the mean fold angle over pi that is left when panels come together (or may do so), or where it
-      is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
-      p v_a, and 1 where the simulation gave up.
+    - flat and clear: -q (d_p - slack), at least -1, as gaps above `AMPLE_GAP` count as that, and less than 1: the
+      certain part of the gap, which impacts that open the loops reduce;
+    - else 1 + the mean fold angle over pi that remains when panels meet (or may do so), or at the end of a clear
+      motion, so that motions that get further are better; the motion after a collision does not count. To that are
+      added p v_a, and 1 where the simulation failed.
     """
     ample, speed = AMPLE_GAP * scales.length, APPROACH_SPEED_SCALE * scales.length / scales.time
     if check.deploys:
@@ -62,59 +62,60 @@ def tuning_objective(check: DeploymentCheck, slack: float = 0.0, scales: SceneSc
         return min((slack - gap) / ample, 0.999)
     value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / speed)
     value += check.outcome in {"diverged", "out of steps"}
-    # a simulation that overflowed shows nothing
+    # a simulation that overflowed has no meaningful value
     return value if math.isfinite(value) else 10.0
 
 
 TUNING_STEP_TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
-"""Errors of a step while springs are searched for."""
+"""Error tolerances of a step during the search."""
 TUNING_MARGIN_SHARE = 0.75
-"""Share of the scene's margin by which panels are shrunk on every face while springs are searched for: less than what
-is asked for in the end, so that a set that is clear in the search is clear in the scene itself, too."""
+"""Share of the scene's margin by which panels are shrunk on every face during the search: less than in the scene, so
+that a set that is clear in the search is clear in the scene itself, too."""
 SOFTENED_SETUP_VALUES = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
-"""Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
-steps are ten times longer. What is chosen is confirmed in the scene itself."""
+"""Values of compliant scenes during the search: stops yield by 0.2 degrees at most, loops as in the scene, and steps
+are ten times longer. The chosen set is confirmed in the scene itself."""
 
 
 class EvaluationKey(NamedTuple):
-    """The key of an evaluation of one array: the setting (scene and method, as JSON), the springs."""
+    """The key of an evaluation of an array: the setting (scene and method, as JSON), and the springs."""
 
     setting: str
     springs: str
 
 
 class EvaluationMemory(Protocol):
-    """Where evaluations of one array are kept."""
+    """A cache of the evaluations of one array."""
 
     def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
-        """Those of the keys that are known."""
+        """Return the cached checks among those of some keys."""
 
     def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
-        """Keep more checks, all of them or none."""
+        """Store more checks, all of them or none."""
 
 
 class RunMemory:
-    """A memory of one run."""
+    """A cache in memory, for one run."""
 
     def __init__(self) -> None:
         self._known: dict[EvaluationKey, DeploymentCheck] = {}
 
     def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
-        """Those of the keys that are known."""
+        """Return the cached checks among those of some keys."""
         return {key: self._known[key] for key in keys if key in self._known}
 
     def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
-        """Keep more checks."""
+        """Store more checks."""
         self._known |= checks
 
 
 class Evaluator:
-    """Checks of one array in setups that differ in their springs, or in more.
+    """Evaluates spring sets and other setups of one array by quick checks, with a cache.
 
-    setup : that they differ from. strict : margin of the checks, m.
-    done, samples : how many sets of springs, and how many other scenes, have been asked for, each once. recalled,
-    samples_recalled : how many of these the memory knew before. before : evaluations of another formulation that the
-    choice of this one took; they are in `done`.
+    setup : the setup from which they differ. margin : of the checks, m. slack_per_opening : greatest displacement of
+    panels (m) over the opening of compliant loops; 0 with exact closure.
+    evaluation_count, sample_count : numbers of distinct spring sets and of distinct other setups evaluated. recalled,
+    samples_recalled : how many of these were cached. earlier_evaluations : evaluations of another formulation for the
+    choice of this one; they are included in `evaluation_count`.
     """
 
     def __init__(
@@ -135,21 +136,22 @@ class Evaluator:
 
     @property
     def done(self) -> int:
-        """How many sets of springs have been asked for."""
+        """Number of distinct spring sets evaluated."""
         return self.before + len(self._sets)
 
     @property
     def samples(self) -> int:
-        """How many scenes have been asked for that are no sets of springs."""
+        """Number of distinct setups evaluated that are not spring sets."""
         return len(self._samples)
 
     def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[DeploymentCheck]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
-        whole : whether motions that collide are followed to their end, too. What was once is not checked otherwise.
+        whole : whether motions that collide are followed to their end, too. A set that has been checked so is not
+        checked again otherwise.
         """
         if self._base is None:
-            # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
+            # mirror hinges have equal springs in all sets, so a set of equal springs is compiled for all
             self._base = self._compiled(with_stiffnesses(self.setup, [0.1] * self.linkage.n_hinges))
         setups = [with_stiffnesses(self.setup, stiffnesses) for stiffnesses in sets]
         keys = [self._key(setup, True) for setup in setups]
@@ -172,11 +174,11 @@ class Evaluator:
         return self._checked(keys, setups, known, self._compiled, whole=False)
 
     def slack(self, check: DeploymentCheck) -> float:
-        """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
+        """Return the greatest displacement of panels as springs that close loops yield, m, which checks neglect."""
         return self.reach * check.opening
 
     def value(self, check: DeploymentCheck) -> float:
-        """The objective."""
+        """Return the objective of a check."""
         return tuning_objective(check, self.slack(check), self.scales)
 
     def _sprung(self, setup: Setup) -> CompiledScene:
@@ -186,7 +188,7 @@ class Evaluator:
         return with_springs(self._base, stiffnesses)
 
     def _compiled(self, setup: Setup) -> CompiledScene:
-        # whether folded stops can be reached depends on the springs, which change
+        # the springs, which change, determine whether folded stops can be reached
         return compile_scene(self.linkage, setup, self.formulation, keep=frozenset({"stops"}))
 
     def _checked(
@@ -197,7 +199,7 @@ class Evaluator:
         compiled: Any,
         whole: bool,
     ) -> list[DeploymentCheck]:
-        """The checks of setups, of which the memory knows some."""
+        """Return the checks of setups; those that are not known are run and cached."""
         missing = {key: setup for key, setup in zip(keys, setups, strict=True) if key not in known}
         if missing:
             fresh = self._run([compiled(setup) for setup in missing.values()], whole)
@@ -207,11 +209,11 @@ class Evaluator:
         return [known[key] for key in keys]
 
     def _run(self, scenes: Sequence[CompiledScene], whole: bool) -> list[DeploymentCheck]:
-        """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
+        """Check scenes in as many threads as there are cores; the kernels release the global interpreter lock."""
         for scene in scenes:
             if scene.apart not in self._screens:
                 own = checked_panels_of(scene, self.strict)
-                # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
+                # springs yield at impacts, for moments: with that as the slack at all times nothing would be certain
                 self._screens[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         screens = [self._screens[scene.apart] for scene in scenes]
         threads = max(1, min(usable_cores(), len(scenes)))
@@ -229,12 +231,12 @@ class Evaluator:
 
 
 def softened_setup(setup: Setup) -> Setup:
-    """A setup with the stops and dampers that `compliant` is searched with."""
+    """Return a setup with the softer stops and stronger dampers used in searches in the formulation `compliant`."""
     return replace(setup, **SOFTENED_SETUP_VALUES)  # type: ignore[arg-type]
 
 
 class DatabaseMemory:
-    """The evaluations of a subject (its notation and sizes, in one text) in a database: a memory of an evaluator."""
+    """A cache in a database of the evaluations of a subject (its notation and sizes, in one text)."""
 
     def __init__(self, database: Database, subject: str) -> None:
         self._database, self._subject = database, subject
@@ -242,7 +244,7 @@ class DatabaseMemory:
         self._known = {EvaluationKey(row["setting"], row["springs"]): check_of_row(row) for row in rows}
 
     def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
-        """Those of the keys that are known."""
+        """Return the cached checks among those of some keys."""
         return {key: self._known[key] for key in keys if key in self._known}
 
     def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
@@ -252,7 +254,7 @@ class DatabaseMemory:
 
     @staticmethod
     def row(subject: str, key: EvaluationKey, check: DeploymentCheck) -> dict[str, Any]:
-        """A row of the table."""
+        """Return a row of the table of evaluations."""
         time, panels = (None, (None, None)) if check.collision is None else check.collision
         return {
             "subject": subject,
@@ -274,7 +276,7 @@ _COUNTS = ("steps", "evaluations", "looks")
 
 
 def check_of_row(row: Mapping[str, Any]) -> DeploymentCheck:
-    """The check that a row of the table holds."""
+    """Return the check stored in a row of the table."""
     collision = None
     if row["collision_time"] is not None:
         collision = (row["collision_time"], (row["first_panel"], row["second_panel"]))
@@ -290,5 +292,5 @@ def check_of_row(row: Mapping[str, Any]) -> DeploymentCheck:
 
 
 def _finite(value: float | None) -> float | None:
-    """A number, or None for what overflowed: not all databases keep such."""
+    """Return a number, or None where it is not finite, as not all databases store such numbers."""
     return value if value is not None and math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""How sure a deployment is: samples of the scene within its tolerances, and the probability of a collision."""
+"""Robustness of a deployment: samples of the scene within its tolerances, and the probability of a collision."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ ROBUSTNESS_CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Spread:
-    """Tolerances of what is built: standard deviations, relative but for the start.
+    """Manufacturing tolerances: standard deviations, relative except for the start.
 
-    stiffness : of each spring on its own. damping, mass : of all dampers, of all panels. start : of the share of the
-        folded angles at which it starts, only ever less folded.
+    stiffness : of each spring, independently. damping, mass : of all dampers together, of all panels together. start :
+        of the share of the folded angles at which the motion starts; samples only ever start less folded.
     """
 
     stiffness: float = 0.05
@@ -35,10 +35,10 @@ SPREAD_NAMES = tuple(field.name for field in fields(Spread))
 
 @dataclass(frozen=True)
 class Robustness:
-    """What became of random samples.
+    """Counts of random samples by their outcome.
 
-    samples : how many there were. collisions : those that collided, or of which that is undecided. failures : those
-        that did not come flat and clear.
+    samples : number of samples. collisions : samples that collide, or for which that is undecided. failures : samples
+        that do not become flat and clear.
     """
 
     samples: int
@@ -57,7 +57,7 @@ class Robustness:
 
     @cached_property
     def failure_interval(self) -> tuple[float, float]:
-        """The same of the probability that it does not come flat and clear."""
+        """The same interval of the probability of not becoming flat and clear."""
         return _interval(self.failures, self.samples)
 
 
@@ -71,10 +71,10 @@ def _interval(count: int, samples: int) -> tuple[float, float]:
 def sampled_setups(
     setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int
 ) -> list[Setup]:
-    """Setups within the tolerances of one, the same for the same seed.
+    """Draw samples of a setup within the tolerances, determined by the seed.
 
-    Relative values are lognormal, so that none is negative; what is 0 stays 0. Where samples of two spring sets have
-    one seed, they differ from their middle alike, so that few samples show which is better.
+    Relative deviations are lognormal, so that no value is negative; values of 0 stay 0. With the same seed the samples
+    of two spring sets have the same deviations, so that few samples show which set is better.
     """
     rng = np.random.default_rng(seed)
     base = np.asarray(stiffnesses, float)
@@ -97,7 +97,7 @@ def sampled_setups(
 def robustness_of_sets(
     evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
 ) -> list[Robustness]:
-    """The probability of collision of spring sets in the evaluator's scene, from random samples, all in one call."""
+    """Return the robustness of spring sets in the evaluator's scene, from random samples evaluated together."""
     setups = [setup for one in sets for setup in sampled_setups(evaluator.setup, one, spread, samples, seed)]
     checks = evaluator.of_setups(setups)
     return [robustness_of_checks(checks[k : k + samples]) for k in range(0, len(checks), samples)]
@@ -110,9 +110,9 @@ def most_robust(
     stages: Sequence[tuple[int, int]],
     seed: int,
 ) -> list[tuple[int, Robustness]]:
-    """Numbers of the sets that fail least, the best first, with their samples; of equal ones those given first.
+    """Return the numbers and the robustness of the sets with the fewest failures, best first; ties in the order given.
 
-    stages : how many sets get how many samples, fewer sets and more samples each time: most sets are out after a few.
+    stages : numbers of sets and of samples of each, fewer sets and more samples each time: a few samples exclude most.
     """
     left = list(range(len(sets)))
     chances: dict[int, Robustness] = {}
@@ -126,6 +126,6 @@ def most_robust(
 
 
 def robustness_of_checks(checks: Sequence[DeploymentCheck]) -> Robustness:
-    """Samples counted by what became of them."""
+    """Count the outcomes of samples."""
     collisions = sum(check.clear is not True for check in checks)
     return Robustness(len(checks), collisions, sum(not check.deploys for check in checks))

@@ -1,11 +1,11 @@
 """The search for springs with which an array becomes flat and clear (thesis 4.4), free or from a catalogue.
 
-The thesis starts at equal springs and follows gradients; from where they lead nowhere it starts anew. The objective has
-jumps where one collision takes the place of another, so here CMA-ES (Hansen 2016, the library `cma`) searches over
-the logarithms of the stiffnesses, from equal springs first and then from random ones, and gradients serve where the
-objective is smooth: up to the largest gap from where there is no collision. On the 4x4 array of the thesis under
-gravity CMA-ES takes some hundred evaluations, where SciPy's differential evolution takes several times as many, or
-finds nothing; descents from equal springs end at collisions there.
+The thesis starts at equal springs, follows gradients, and restarts at local minima. The objective jumps where one
+collision replaces another, so here CMA-ES (Hansen 2016, the library `cma`) searches over the logarithms of the
+stiffnesses, from equal springs first and then from random ones. Gradients are used where the objective is smooth: from
+a set without collisions to the largest gap. On the 4x4 array of the thesis under gravity CMA-ES takes some hundred
+evaluations, where SciPy's differential evolution takes several times as many, or finds nothing; descents from equal
+springs end at collisions there.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from hcsearch.system.terminal import short_number
 TuningProgress = Callable[[int, int, str], None]
 
 GENERATION_SIZE, MAX_GENERATIONS = 16, 40
-"""Sets of a generation of CMA-ES, and generations until it starts anew."""
+"""Sets of a generation of CMA-ES, and generations until it restarts."""
 MAX_IDLE_GENERATIONS, MIN_OBJECTIVE_GAIN = 2, 0.01
-"""Generations without a gain, of this in the objective, after the first set that becomes flat and clear."""
+"""Greatest number of generations without this gain in the objective, after the first flat and clear set."""
 DISTINCT_STIFFNESS_SHARE = 0.05
-"""Sets count as different where a stiffness differs by this share."""
+"""Sets are distinct where a stiffness differs by more than this share."""
 AMPLE_GAP_OBJECTIVE = -0.999
-"""Objective of a set whose gap is ample."""
+"""Objective at or below which the gap of a set is ample."""
 
 
 def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
-    """Stiffnesses of all hinges from those of the tied groups, to four digits: nobody makes springs more precisely."""
+    """Return the stiffnesses of all hinges from those of the tied groups, to four digits, as exactly as springs are made."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
         stiffnesses[list(hinges)] = float(f"{value:.4g}")
@@ -45,7 +45,7 @@ def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[
 
 
 def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
-    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
+    """Return logarithms of stiffnesses, (GENERATION_SIZE, len(tied)): the start, then a Latin hypercube in the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)
@@ -56,12 +56,12 @@ def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, b
 
 
 class EvaluationsSpentError(Exception):
-    """The evaluations are spent."""
+    """The budget of evaluations is spent."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeenSpringSet(ByValue):
-    """A spring set that was seen: logarithms of the tied groups' stiffnesses, and its check."""
+    """An evaluated spring set: logarithms of the tied groups' stiffnesses, stiffnesses, check and objective."""
 
     point: Reals
     stiffnesses: Reals
@@ -70,7 +70,7 @@ class SeenSpringSet(ByValue):
 
 
 class SpringSearch:
-    """The search for springs: starts of CMA-ES until a set becomes flat and clear, or evaluations are spent."""
+    """The search for springs: CMA-ES with restarts until a set becomes flat and clear or the budget is spent."""
 
     def __init__(
         self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: TuningProgress
@@ -85,7 +85,7 @@ class SpringSearch:
         self.bounds = self.low, self.high = math.log(low), math.log(high)
 
     def run(self, start: Reals, first: Reals) -> None:
-        """Search; ends quietly when the evaluations are spent."""
+        """Search until success, or until the budget of evaluations is spent."""
         try:
             self.values(first)
             number = 0
@@ -96,7 +96,7 @@ class SpringSearch:
             pass
 
     def candidates(self) -> list[Reals]:
-        """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
+        """Return the distinct flat and clear sets, best first; if there are none, the best set of all."""
         kept: list[Reals] = []
         for place in sorted(self.clear, key=lambda place: place.value):
             if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in kept):
@@ -104,7 +104,7 @@ class SpringSearch:
         return kept or ([self.best.stiffnesses] if self.best else [])
 
     def values(self, points: Reals) -> Reals:
-        """Objectives of points, (k, len(tied)), checked together; those beyond the bounds count as on them."""
+        """Return the objectives of points, (k, len(tied)), evaluated together; points are clipped to the bounds."""
         inside = np.clip(points[: self.budget - self.spent], self.low, self.high)
         if not len(inside):
             raise EvaluationsSpentError
@@ -126,7 +126,7 @@ class SpringSearch:
         return np.array([place.value for place in places])
 
     def _round(self, number: int, start: Reals) -> None:
-        """One start of CMA-ES, and from the best set, where that becomes flat and clear, up to its largest gap."""
+        """Run CMA-ES from one start, and from its best set, if flat and clear, descend to the largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
         known = len(self.clear)
@@ -135,11 +135,11 @@ class SpringSearch:
         if own.check.deploys:
             self.success = True
             self._descend(own.point)
-            # the middle of the sets that do is further from those that do not
+            # the mean of the clear sets is further from those that are not
             self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> SeenSpringSet:
-        """The best set of one start."""
+        """Run CMA-ES from one start, and return its best set."""
         strategy = strategy_from(start, 0.2, self.bounds, GENERATION_SIZE, rng)
         idle, least = 0, math.inf
         while not strategy.stop() and idle < MAX_IDLE_GENERATIONS:
@@ -157,7 +157,7 @@ class SpringSearch:
         return self._own
 
     def _descend(self, point: Reals) -> None:
-        """Down the gradient, a few steps; differences to both sides, all in one call."""
+        """Take one step of L-BFGS-B with central differences, whose points are evaluated together."""
         from scipy.optimize import minimize  # noqa: PLC0415 - takes longer to load than many checks
 
         step = 0.02
@@ -176,7 +176,7 @@ class SpringSearch:
 def strategy_from(
     start: Reals, share: float, bounds: tuple[float, float], population: int, rng: np.random.Generator
 ) -> Any:
-    """CMA-ES from a point, with steps that are a share of the bounds to begin with."""
+    """Return a strategy of CMA-ES from a point; share : the initial step over the distance of the bounds."""
     import cma  # noqa: PLC0415 - takes seconds to load
 
     low, high = bounds
@@ -187,14 +187,14 @@ def strategy_from(
         "tolfun": 1e-3,
         "tolx": 1e-2,
         "verbose": -9,
-        "randn": lambda *shape: rng.standard_normal(shape),  # else the generator that all of NumPy shares is seeded
+        "randn": lambda *shape: rng.standard_normal(shape),  # else cma seeds NumPy's global generator
         "seed": math.nan,
     }
     return cma.CMAEvolutionStrategy(start, share * (high - low), options)
 
 
 def check_summary(check: DeploymentCheck) -> str:
-    """A check in a few words."""
+    """Describe a check in a few words."""
     if check.deploys:
         return "flat, clear" if check.gap is None else f"flat, clear by {short_number(1e3 * check.gap, 2)} mm"
     verdict = {True: "clear", False: "collides", None: "undecided"}[check.clear]
@@ -204,13 +204,13 @@ def check_summary(check: DeploymentCheck) -> str:
 CatalogueLevels = tuple[int, ...]
 
 STIFFNESS_TOLERANCE = 1e-9
-"""Share by which two equal stiffnesses may differ: sums of decimals are rounded."""
+"""Relative tolerance of equal stiffnesses, as sums of decimals are rounded."""
 
 
 def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.0) -> tuple[float, ...]:
-    """Stiffnesses (N m/rad) that a hinge can get, rising: 0, each spring, and two in parallel, up to a bound.
+    """Return the stiffnesses (N m/rad) available at a hinge, rising: 0, each spring, and two in parallel, to a bound.
 
-    softest : of the springs that are tuned, for the remedy where the catalogue has a stiffer one than the bound.
+    softest : lower bound of tuned springs, for the remedy where the catalogue has a spring above the upper bound.
     """
     if not springs or not all(0.0 < spring < math.inf for spring in springs):
         raise HcsearchError("a catalogue has springs above 0 N m/rad: write --catalogue 0.07,0.10")
@@ -225,14 +225,14 @@ def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.
 
 
 def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ...]:
-    """The springs of a catalogue that make a level of `catalogue_levels` in parallel: the fewest."""
+    """Return the fewest springs of a catalogue that give a level of `catalogue_levels` in parallel."""
     return next(
         made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= STIFFNESS_TOLERANCE * stiffness
     )
 
 
 def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
-    """Springs by the stiffness that they make: none, one, or two; the fewest of each."""
+    """Return the fewest springs, up to two in parallel, for each stiffness that a catalogue gives."""
     each = sorted(set(catalogue))
     made: dict[float, tuple[float, ...]] = {0.0: ()}
     for springs in [*((one,) for one in each), *combinations_with_replacement(each, 2)]:
@@ -242,12 +242,12 @@ def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
 
 
 def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> CatalogueLevels:
-    """The level nearest to each stiffness."""
+    """Return the number of the level nearest to each stiffness."""
     return tuple(int(np.abs(np.array(levels) - value).argmin()) for value in stiffnesses)
 
 
 def neighbouring_levels(chosen: CatalogueLevels, levels: int) -> list[CatalogueLevels]:
-    """All sets that differ in one place, by one level."""
+    """Return all sets that differ from a set at one group by one level."""
     return [
         (*chosen[:k], level + step, *chosen[k + 1 :])
         for k, level in enumerate(chosen)
@@ -263,11 +263,11 @@ def descend_levels(
     *,
     budget: int,
 ) -> dict[CatalogueLevels, float]:
-    """Search the sets around some: from the best one seen whose neighbours have not been asked for, to these.
+    """Best-first search of neighbouring sets of levels; return the costs of all visited sets.
 
-    Ends when all neighbours of the best sets are known or when the budget of sets, 1 or more, is spent; returns all of
-    them that it saw.
-    costs : of sets, together.
+    Each step visits the neighbours of the best set that has not been expanded. The search ends when all visited sets
+    are expanded, or when the budget of sets, 1 or more, is spent.
+    costs : function that returns the costs of some sets, evaluated together.
     """
     first = list(dict.fromkeys(starts))[:budget]
     seen = dict(zip(first, map(float, costs(first)), strict=True))

@@ -1,4 +1,4 @@
-"""Stiffnesses of springs for a deployment that ends flat and clear (thesis 4.4): search, choose, confirm, report."""
+"""Tuning of spring stiffnesses for a flat and clear deployment (thesis 4.4): search, choice, confirmation, report."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from hcsearch.springs.tuning.spring_search import (
 from hcsearch.system.figures import load_matplotlib
 
 DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT = 500, 64
-"""Sets of springs that are tried, and samples of the tolerances that are drawn for a set that is confirmed."""
+"""Spring sets that are tried, and samples of the tolerances that are drawn for a confirmed set."""
 
 
 NO_LABELS = Labels((), ())
@@ -44,8 +44,8 @@ NO_LABELS = Labels((), ())
 class Tuning:
     """The result of `tune_springs`; `springs` has the stiffnesses to use.
 
-    setup : the scene of the simulations, in numbers of the linkage. formulation : the equations of motion.
-    tied : the groups of hinges that have equal springs, by their places in the linkage.
+    setup : the scene of the simulations, evaluated for the linkage. formulation : the equations of motion.
+    tied : the groups of hinges that have equal springs, by their indices in the linkage.
     start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
     confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
     evaluations : how many sets of springs were tried, each by one quick simulation. samples : how many simulations
@@ -98,11 +98,11 @@ def tune_springs(
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
-    formulation : unless given `constrained`, or `compliant` where only so any set becomes flat at first. catalogue :
-    stiffnesses of what can be bought (N m/rad). evaluations : sets of springs that are tried at most, in all: for the
-    choice of the formulation, the search and the rounding. samples : drawn of the tolerances in `spread` for each set
-    that is reported; half as many as evaluations may be drawn besides to compare and harden sets. memory : takes and
-    gives evaluations, so that the same tuning again goes on where it stopped.
+    formulation : unless given `constrained`, or `compliant` where only with it a set of the first generation becomes
+    flat. catalogue : stiffnesses of the springs that can be bought (N m/rad). evaluations : greatest number of spring
+    sets tried in all: for the choice of the formulation, the search and the rounding. samples : drawn of the tolerances
+    in `spread` for each reported set; half as many as evaluations may be drawn in addition to compare sets and make
+    them more robust. memory : a cache of evaluations, with which the same tuning resumes where it stopped.
     The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
     """
@@ -111,7 +111,7 @@ def tune_springs(
     setup = setup_of_scene(scene, linkage)
     if setup.free:
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
-    load_matplotlib()  # as cma does later, but whatever windows a notebook asks for
+    load_matplotlib()  # cma loads it later, too, but not independently of a notebook's choice of windows
     given = stiffnesses_of(setup)
     tied = tied_hinges(linkage, setup.held)
     softest, stiffest = setup.spring_range
@@ -132,7 +132,7 @@ def tune_springs(
     rounded = None
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
     try:
-        # checks shrink panels by less and are coarse: the precise simulation may decide what they leave open
+        # checks shrink panels by less and are coarse: the precise simulation may decide where they are undecided
         begin = finder.precise(begin)
         search.run(start, first)
         finder.choose(search.candidates(), begin)
@@ -159,7 +159,7 @@ def tune_springs(
 
 
 def _remedy(least: float, most: float, softest: float) -> str:
-    """What to do about springs outside the range."""
+    """Return the remedy for springs outside the range."""
     if least < 0.0:
         return "give springs of 0 N m/rad or more, or none"
     return f"add --spring-range {min(softest, most / 2.0):g},{most:g}, or give softer springs"
@@ -181,9 +181,9 @@ def _evaluator(
     memory: EvaluationMemory | None,
     evaluations: int = DEFAULT_EVALUATION_COUNT,
 ) -> Evaluator:
-    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays become flat.
+    """Return the evaluator of the given formulation, or of exact closure unless only compliant arrays become flat.
 
-    Exact closure can keep hinges shut that a real array lets go (docs/explanation/dynamics.md, known limits).
+    Exact closure can keep hinges shut that open in a real array (docs/explanation/dynamics.md, known limits).
     """
     if formulation is not None:
         return Evaluator(linkage, setup, formulation, memory)
@@ -202,7 +202,7 @@ def _evaluator(
 
 
 def tuning_facts(tuning: Tuning) -> dict[str, Any]:
-    """A tuning as plain data; keys name their units. Stiffnesses are in the order of `hinges`."""
+    """Return a tuning as plain data; keys name their units. Stiffnesses are in the order of `hinges`."""
     hinges = [label_data(name) for name in tuning.labels.hinges]
     sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
     return {
@@ -247,7 +247,7 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
 
 
 def tuning_advice(tuning: Tuning) -> str:
-    """What to rely on: the least favourable of the precise simulation and of the samples."""
+    """Return a sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
     one = tuning.chosen
     name = "catalogue springs" if one is tuning.rounded else "tuned springs"
     if not one.confirmed:
@@ -264,14 +264,14 @@ def tuning_advice(tuning: Tuning) -> str:
 
 
 def springs_to_buy(tuning: Tuning) -> list[tuple[float, ...]] | None:
-    """The catalogue springs at each hinge, N m/rad, in parallel; None unless catalogue springs are those to use."""
+    """Return the catalogue springs in parallel at each hinge, N m/rad; None unless catalogue springs are to be used."""
     if not tuning.catalogue or tuning.chosen is not tuning.rounded:
         return None
     return [springs_for(stiffness, tuning.catalogue) for stiffness in tuning.chosen.stiffnesses]
 
 
 def shopping_sentence(tuning: Tuning) -> str:
-    """What to buy, and the hinges that do not get one spring, in one line."""
+    """Return a sentence on the springs to buy, and the hinges that do not get exactly one spring."""
     each = springs_to_buy(tuning)
     if each is None:
         none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
@@ -280,7 +280,7 @@ def shopping_sentence(tuning: Tuning) -> str:
     listed = f"{listed} N m/rad" if listed else "no springs"
     where: dict[tuple[float, ...], list[str]] = {}
     for name, springs in zip(tuning.labels.hinges, each, strict=True):
-        # pairs of equal springs are told by their stiffness in the table
+        # the table shows the stiffness of pairs of equal springs
         key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
         where.setdefault(key, []).append(name)
     notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(where.items()) if len(key) != 1]
@@ -309,7 +309,7 @@ def _bought_facts(each: list[tuple[float, ...]]) -> dict[str, Any]:
 
 
 def spring_set_sentence(one: SpringSet, labels: Labels) -> str:
-    """What became of a set, in one line."""
+    """Return a sentence on the outcome of a spring set."""
     check, precise, chance = one.check, one.deployment, one.robustness
     if precise is None:
         text = f"{check.reason(labels)} (by a quick simulation)"

@@ -85,7 +85,7 @@ def test_closing_ends_at_a_closed_state_within_the_stops(drawn, far):
     assert samples.open_by(sample.linkage, closed) < 1e-10
     assert closed.min() >= 0
     assert closed.max() <= math.pi
-    # nearest to first order, no further than the closed state that it was moved from, unless stops leave the loops nearly
+    # nearest to first order, no further than the closed state it was moved from, unless stops leave the loops nearly
     # singular there: to second order then
     off = np.linalg.norm(state - moved)
     free = (state > 1e-6) & (state < math.pi - 1e-6)
