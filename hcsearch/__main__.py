@@ -1,11 +1,11 @@
 """The start of the command line, `hcsearch` or `python -m hcsearch`.
 
-Ctrl-C is answered before anything is loaded, and a fault of the program ends in one line, too.
+Ctrl-C is handled before other modules are loaded, and a fault of the program is reported in one line.
 """
 
 from __future__ import annotations
 
-try:  # an interrupt may come in each of these lines, and in none between this module and `main`
+try:  # each of these lines may be interrupted, none between this module and `main`
     import os
     import signal
     import sys
@@ -14,16 +14,16 @@ try:  # an interrupt may come in each of these lines, and in none between this m
 
     signal.signal(signal.SIGINT, exit_interrupted)
 except KeyboardInterrupt:
-    raise SystemExit(128 + 2) from None  # `sys` may not be there yet
+    raise SystemExit(128 + 2) from None  # `sys` may not be imported yet
 
 FAULT_CODE = 3
-"""Exit code of a fault of the program: 1 is a verdict, and 2 a refusal."""
+"""Exit code for a fault of the program; 1 is a verdict, 2 wrong input."""
 
 
 def main() -> None:
-    """Run the command line, see `cli.main`."""
+    """Run the command line; see `cli.main`."""
     try:
-        from hcsearch.cli import main as run  # noqa: PLC0415 - loads much
+        from hcsearch.cli import main as run  # noqa: PLC0415 - slow to import
 
         run()
     except Exception as error:
@@ -34,7 +34,7 @@ def main() -> None:
 
 
 def _comes_of_interrupt(error: BaseException | None) -> bool:
-    """Whether Ctrl-C led to an exception: Python and libraries wrap what is raised where they call back."""
+    """Return whether Ctrl-C caused an exception; Python and libraries wrap exceptions raised in callbacks."""
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         if isinstance(error, KeyboardInterrupt):
@@ -45,8 +45,8 @@ def _comes_of_interrupt(error: BaseException | None) -> bool:
 
 
 def _print_fault(error: Exception) -> None:
-    """Print a fault as one line, or with its traceback, if anyone is there to read it."""
-    import traceback  # noqa: PLC0415 - nothing else needs these here
+    """Print a fault as one line, with its traceback if HCSEARCH_TRACEBACK is set; ignore a closed stderr."""
+    import traceback  # noqa: PLC0415 - only needed here
 
     from hcsearch.basics.errors import one_line  # noqa: PLC0415
     from hcsearch.system.answering import raising_place_of  # noqa: PLC0415

@@ -1,1 +1,1 @@
-"""Cases: what a command or a call works on, resolved from names, files and ids of a database once, at the door."""
+"""Cases: the subjects of commands and calls, resolved once from names, files and ids of a database."""

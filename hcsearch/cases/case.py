@@ -1,4 +1,4 @@
-"""A case: a folding, an assembly or a linkage in a scene, with all that a database holds of it."""
+"""A case: a folding, an assembly or a linkage in a scene, with the stored results on it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.store import StoredPath, StoredVerdict
 
 CaseSubject = str | Folding | Circuit | Linkage
-"""What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""
+"""The subject of a deployment or tuning: DESIGN:CREASE, an assembly, a file .toml, or a value."""
 
 
 @dataclass(frozen=True)
 class NamedAssembly:
-    """An assembly of the thesis, with the parameters that are given: degrees, millimetres, columns x rows."""
+    """An assembly of the thesis with given parameters in degrees, millimetres or columns x rows."""
 
     name: str
     parameters: Mapping[str, Any]
@@ -38,11 +38,11 @@ class NamedAssembly:
 
 @dataclass(frozen=True, eq=False)
 class StoredFolding:
-    """What a database holds of a folding.
+    """The stored results on a folding.
 
-    location : of the database, for messages. number : id of the design. scene : the name under which verdicts are
-    looked up. verdict : on the folding; None where no stage has judged it in this scene. path : proved, in the way of
-    joining flat pairs that is meant; None without. damage : why the path cannot be read, if it is damaged.
+    location : of the database, for messages. number : id of the design. scene : name under which verdicts are looked
+    up. verdict : on the folding; None before any stage has judged it in this scene. path : the proved path with flat
+    pairs joined as in the case; None without one. damage : the error in reading a damaged path.
     """
 
     location: str
@@ -55,14 +55,14 @@ class StoredFolding:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What a command works on.
+    """The subject of a command, in a scene.
 
-    name : as it was given. what : what it stands for. scene : as it is asked for, with the panels of a folding; its
-    `flat_pairs` are the ways that are allowed.
-    look : how flat pairs are joined, and with which springs. look_of : what says so: the scene, of which it is the
-    first look, the scene's `name`, or the `verdict` in the database.
-    formulation, drive : those that a file names. stored : what a database holds. chosen : which folding of the design
-    this is, in words, where the name leaves it open. noted : what else users should know.
+    name : as given by the user. what : the named subject. scene : the requested scene, with the panels of a folding;
+    its `flat_pairs` are the allowed joinings.
+    look : the variant of the scene: joining of flat pairs, and springs. look_of : source of the variant: the `scene`,
+    whose first variant it is, the `name` of the scene, or the `verdict` in the database.
+    formulation, drive : from a file. stored : results in a database. chosen : note on which folding of the design this
+    is, if the name leaves it open. noted : further notes for users.
     """
 
     name: str
@@ -81,12 +81,12 @@ class Case:
 
     @property
     def folding(self) -> Folding | None:
-        """The folding; None of assemblies and linkages."""
+        """The folding; None for assemblies and linkages."""
         return self.what if isinstance(self.what, Folding) else None
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What it is, as a file says it."""
+        """The subject as the entries of a case file."""
         if isinstance(self.what, Folding):
             return {"design": self.what.notation}
         if isinstance(self.what, NamedAssembly):
@@ -95,12 +95,12 @@ class Case:
 
     @property
     def title(self) -> str:
-        """The name of what it is."""
+        """The name of the subject."""
         return str(next(iter(self.facts.values())))
 
     @property
     def key(self) -> dict[str, Any]:
-        """The key of its stored evaluations: what it is, with its sizes."""
+        """The key of stored evaluations: the subject with its sizes."""
         if self.folding is None:
             return self.facts
         return self.facts | {"panel_mm": panel_text(self.panel), "flat_pairs": self.look.pairs}
@@ -113,7 +113,7 @@ class Case:
 
     @property
     def joined_scene(self) -> Scene:
-        """The scene, with flat pairs of a folding joined in one way alone."""
+        """The scene restricted to the joining of flat pairs of this case."""
         if self.folding is None:
             return self.scene
         return replace(self.scene, panel=self.panel, flat_pairs=(self.look.pairs,))
@@ -135,7 +135,7 @@ class Case:
 
     @cached_property
     def setup(self) -> Setup:
-        """The scene in numbers of the linkage, as the look takes it."""
+        """The scene in quantities of the linkage, in the variant of this case."""
         setup = setup_of_scene(self.scene, self.linkage)
         if self.folding is None:
             return setup
@@ -147,25 +147,25 @@ class Case:
 
     @cached_property
     def drives(self) -> Drives | None:
-        """The drives of its hinges, where a file has any."""
+        """The drives of its hinges; None if no file has any."""
         return None if self.drive is None else drives_in(self.drive, self.labels)
 
     @property
     def sentence(self) -> str:
-        """What users should know: which folding in which scene, how flat pairs are joined, and what says so."""
+        """Notes for users: chosen folding, scene, joining of flat pairs, and their source."""
         return self.told(self._way())
 
     @property
     def driven_sentence(self) -> str:
-        """The same of a motion along a path, for which springs are those of the scene."""
+        """The notes for a motion along a path, which has the springs of the scene."""
         return self.told(self._way(with_springs=False))
 
     def told(self, way: str) -> str:
-        """The same with another sentence on how flat pairs are joined."""
+        """Return the notes with another sentence on the joining of flat pairs."""
         return "; ".join(filter(None, (self.noted, self.chosen, way)))
 
     def _way(self, *, with_springs: bool = True) -> str:
-        """How flat pairs are joined, which springs there are, and what says so."""
+        """Return the sentence on joining of flat pairs, springs and their source; empty unless from a verdict."""
         if self.look_of != "verdict":
             return ""
         assert self.stored is not None
@@ -177,11 +177,11 @@ class Case:
 
     @property
     def allowed(self) -> tuple[Way, ...]:
-        """The ways of joining flat pairs in which a path is looked for: that of its status, if a database says."""
+        """The ways to join flat pairs in which a path is searched: that of the stored verdict, else the scene's."""
         return (self.look.pairs,) if self.look_of == "verdict" else self.scene.flat_pairs
 
     def to_move(self) -> Folding:
-        """Return the folding, as one that is moved along a path; HcsearchError for what has none."""
+        """Return the folding for a motion along a path; HcsearchError if the case allows none."""
         if self.folding is None:
             raise HcsearchError(
                 f"{self.title} is an assembly, which has no packed state in stacks, and no path is planned: name "

@@ -1,4 +1,4 @@
-"""The mechanism of a folding in words: its freedoms, and whether an end of its motion is proved locked."""
+"""The mechanism of a folding in words: degrees of freedom, and proofs that an end state is locked."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from hcsearch.shape.linkage import Linkage
 
 @dataclass(frozen=True)
 class Freedoms:
-    """Degrees of freedom with flat pairs joined in some way; None where rounding leaves them undecided.
+    """Degrees of freedom for a joining of flat pairs; None if rounding leaves the rank undecided.
 
-    joined : how, in words. moving : at a generic state of the motion. folded, flat : there, at first order.
+    joined : the joining in words. moving : at a generic state of the motion. folded, flat : at the end states, at
+    first order.
     """
 
     joined: str
@@ -28,7 +29,7 @@ class Freedoms:
 
     @property
     def sentence(self) -> str:
-        """All in one line."""
+        """All numbers in one sentence."""
         moving, folded, flat = (
             "undecided" if number is None else number for number in (self.moving, self.folded, self.flat)
         )
@@ -39,7 +40,7 @@ class Freedoms:
 
 
 def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
-    """The freedoms of a folding with hinged flat pairs and, where it has mirror pairs, with those merged."""
+    """Return the freedoms of a folding with hinged flat pairs and, if it has mirror pairs, with these merged."""
     freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, flat_pairs="hinged")))]
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
@@ -57,9 +58,9 @@ NO_LOCK_SENTENCE = "neither the folded nor the flat state is proved locked by it
 
 
 def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
-    """Which ends are proved locked, a sentence for each way of joining flat pairs, with how tight after it.
+    """Return a sentence on each end state proved locked, by joining of flat pairs, each followed by its tightness.
 
-    One sentence where neither end is.
+    If neither end is locked, a single sentence says so.
     """
     rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, flat_pairs="hinged"))
     return [
@@ -69,7 +70,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
 
 def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
-    """An end with rigid, and if that is locked with hinged flat pairs: hinged ones move more."""
+    """Return the sentences on an end with rigid flat pairs and, if locked, with hinged ones, which are freer."""
     sentences: list[list[str]] = []
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)

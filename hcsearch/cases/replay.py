@@ -1,4 +1,4 @@
-"""A motion of a linkage in few states, between which fold angles are interpolated linearly; its two stacks."""
+"""Replays: motions of a linkage as few states with linear interpolation of fold angles; stacks of facets."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from hcsearch.system.notebooks import notebook_view
 
 ReplayAxis = Literal["time", "path"]
 REPLAY_FLAT_ANGLE = 0.02
-"""Greatest fold angle at which a motion counts as flat, rad: springs are simulated until all are below half of it."""
+"""Largest fold angle of a state that counts as flat, rad; springs are simulated until all are below half of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Replay(ByValue):
-    """A motion from the packed towards the flat state, as a few states between which fold angles are interpolated.
+    """A motion from the packed towards the flat state, as few states with linear interpolation of fold angles.
 
     linkage : the panels and hinges that move. labels : their names.
     axis : `time` or `path`. at : the place of each state on this axis, shape (k,), rising: a time in s, or the share of
@@ -53,14 +53,14 @@ class Replay(ByValue):
 
     @property
     def ends_flat(self) -> bool:
-        """Whether the last state is flat to within `REPLAY_FLAT_ANGLE`: springs may be too slow, or held up."""
+        """Whether the last state is flat to within `REPLAY_FLAT_ANGLE`; springs may be too slow or blocked."""
         return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= REPLAY_FLAT_ANGLE)
 
     @property
     def faults(self) -> str:
-        """What is wrong with the motion, in a sentence: panels that collide, an end that is not flat, no proof.
+        """The faults of the motion in a sentence: a collision, an end that is not flat, a missing certificate.
 
-        Empty where it is certified as a whole, and ends flat.
+        Empty if it is certified as a whole and ends flat.
         """
         said = []
         if self.collision is not None:
@@ -75,25 +75,25 @@ class Replay(ByValue):
 
     @property
     def _certified(self) -> bool:
-        """Whether panels are certified to keep apart all the time."""
+        """Return whether panels are certified to keep apart during the whole motion."""
         return any(begin <= self.at[0] and end >= self.at[-1] for begin, end in self.certified)
 
     def at_time(self, at: Reals) -> Reals:
-        """Fold angles at places of the axis, shape (len(at), n_hinges)."""
+        """Return the fold angles at places of the axis, shape (len(at), n_hinges)."""
         return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
 
 
 def accumulated_turn(angles: Reals) -> Reals:
-    """How far all hinges have turned until each of some states, (k,), rad in sum; angles : (k, n_hinges)."""
+    """Return the accumulated turn of all hinges up to each state, (k,), in rad; angles : (k, n_hinges)."""
     steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
-    """Numbers of the states to keep so that interpolation misses none of the others by more than a tolerance (rad).
+    """Return indices of states whose interpolation approximates all others within a tolerance (rad), and its error.
 
-    at : (k,), rising, perhaps with steps of no length, of which both states are kept. Each stretch is halved where it
-    misses most (Ramer 1972, Douglas and Peucker 1973). Also the greatest error that is left.
+    at : (k,), nondecreasing; of a step without length both states are kept. Each interval is split at its largest
+    error (Ramer 1972, Douglas and Peucker 1973). The error is the largest that remains.
     """
     keep = np.zeros(len(at), bool)
     keep[[0, -1]] = True
@@ -118,9 +118,9 @@ def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray,
 
 
 def stacks_of(linkage: Linkage) -> list[int] | None:
-    """Stack of each facet in the folded state, 0 for that of facet 0; None where facets lie over more than two places.
+    """Return the stack of each facet in the folded state, 0 for that of facet 0; None unless there are two stacks.
 
-    Panels of a flat pair that is rigid, and mirror panels that are one, belong to both stacks, so facets are asked.
+    Stacks are of facets, since the panels of a rigid flat pair and merged mirror panels belong to both stacks.
     """
     middles = np.array([solid.mean(axis=(0, 1))[:2] for solid in linkage.solids(linkage.folded)])
     near = 1e-3 * linkage.pattern.size

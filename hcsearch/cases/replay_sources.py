@@ -29,10 +29,10 @@ from hcsearch.system.terminal import short_number
 
 
 def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
-    """Find the motion of a case's folding, with its scene, and what users should know of how flat pairs are joined.
+    """Plan the motion of a case's folding; return its scene, the motion and a note on the joining of flat pairs.
 
-    Springs may open a folding joined in one way, and its path be proved in another: a path is looked for in the first,
-    so that all that is made of a folding is of one linkage, and only where none is proved in the other.
+    Springs may open a folding with one joining of flat pairs while its path is proved with another. The joining of the
+    springs is tried first, so that all results are of one linkage; the other only if no path is proved.
     """
     folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
     motion = find_drive_motion(folding, scene)
@@ -48,9 +48,9 @@ def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
 
 
 REPLAY_SUBSTEP_COUNT = 4
-"""States between two of a motion: steps are long where fold angles are smooth, and these are not straight."""
+"""States inserted per step of a motion: steps are long where fold angles are smooth, but not linear."""
 REPLAY_ANGLE_TOLERANCE = 2e-3
-"""What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
+"""Largest error of interpolated fold angles in a replay, rad: 0.1 degrees, which a screen does not resolve."""
 
 _LOOPS: dict[Formulation, str] = {
     "constrained": "loops closed exactly",
@@ -63,9 +63,9 @@ _LOOPS: dict[Formulation, str] = {
 def replay_of_deployment(
     deployment: Deployment, title: str, *, design: bool | None = None, reason: str | None = None
 ) -> Replay:
-    """The replay of a simulated deployment.
+    """Return the replay of a simulated deployment.
 
-    design : as of `labels_of`. reason : what became of it, at other tolerances, too, where they were tried.
+    design : as of `labels_of`. reason : its outcome, including other tolerances if they were tried.
     """
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
@@ -102,10 +102,10 @@ def replay_of_path(
     design: bool = True,
     near: float = REPLAY_ANGLE_TOLERANCE,
 ) -> Replay:
-    """The replay of a planned path, (k, n_hinges), from packed to flat.
+    """Return the replay of a planned path, (k, n_hinges), from packed to flat.
 
-    margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
-    shares of the path's length, the sum of what the hinges turn by. near : rad, allowed error of interpolation.
+    margin : m, the play at which the path is proved as a whole, None without proof. Places on the axis are shares of
+    the path's length, the accumulated turn of all hinges. near : rad, allowed error of interpolation.
     """
     length = accumulated_turn(states)
     at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
@@ -128,7 +128,7 @@ def replay_of_path(
 
 
 def _without_repeats(at: Reals, angles: Reals) -> tuple[Reals, Reals]:
-    """States at rising places: of several at one place, as before and after an impact, the last."""
+    """Return places and states without repeated places; at an impact the state after it stays."""
     last = np.append(np.diff(at) > 0.0, True)
     return at[last], angles[last]
 
@@ -137,11 +137,11 @@ ReplaySource = Literal["path", "springs"]
 
 
 def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str]:
-    """Replay a motion of a case, and say what users should know of how its flat pairs are joined.
+    """Replay a motion of a case; return it with a note on the joining of flat pairs.
 
-    by : `path`, from packed to flat: the one that a database holds of a judged folding, else planned in the scene;
-    `springs`, simulated. Unless given: the proved path of a folding that has one, else what springs do, unless they do
-    not open it and there is a path that is not proved. HcsearchError where a path is asked for and there is none.
+    by : `path`, from packed to flat: the stored path of a judged folding, else one planned in the scene; `springs`, a
+    simulation. Default: a proved path if there is one, else the simulation, unless springs do not open the folding and
+    a path without proof exists. HcsearchError if a path is required and there is none.
     """
     replay, said = None, ""
     if by != "springs":
@@ -158,7 +158,7 @@ def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str
 
 
 def _stored(case: Case) -> Replay | None:
-    """The proved path of a judged folding, where it is of the way that gave its status; None without one."""
+    """Return the stored proved path of a judged folding as a replay; None without one."""
     if case.stored is not None and case.stored.damage is not None:
         raise case.stored.damage
     if case.folding is None or case.stored is None or case.stored.path is None:
@@ -191,7 +191,7 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
 
 
 def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
-    """As `find_path`, in the way alone that gave the folding its status: springs open it where no path does."""
+    """Plan the motion as `find_path`, but only with the joining of flat pairs behind the status of the folding."""
     scene = replace(case.scene, flat_pairs=case.allowed)
     return scene, find_drive_motion(case.to_move(), scene), case.driven_sentence
 
@@ -199,16 +199,16 @@ def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
 def stored_replays(
     database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT_SCENE_NAME
 ) -> Iterator[tuple[StoredPath, Replay]]:
-    """Give the replays of the paths that a database holds of the foldings of designs, by design and crease.
+    """Yield the stored paths of some designs with their replays, ordered by design and crease.
 
-    circuits : of the designs, by their ids, as the database has them.
+    circuits : stored circuits of the designs by id.
     """
     values = stored_scene(database, scene)
     for path in find_paths(database, list(circuits), scene):
         circuit = circuits[path.design_id]
         panel = panel_of(values, circuit.grid.name)
         linkage = None
-        with suppress(HcsearchError):  # of a folding that the circuit does not have
+        with suppress(HcsearchError):  # the circuit may have no such folding
             folding = folding_of(circuit, path.crease)
             linkage = _linkage_of(folding, panel, path)
         if linkage is None:
@@ -217,7 +217,7 @@ def stored_replays(
 
 
 def _linkage_of(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage | None:
-    """The linkage of a path; without a proof the hinges say how its flat pairs are joined. None where none fits."""
+    """Return the linkage of a path, or None; without a proof the number of hinges gives the joining of flat pairs."""
     for way in WAYS if path.way is None else (path.way,):
         if folding.can_join(way):
             linkage = folding.linkage(panel, flat_pairs=way)

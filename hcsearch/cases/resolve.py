@@ -1,7 +1,7 @@
-"""The door: what users name becomes a case, with one look into the database.
+"""Resolution of names, files and values to cases, in one transaction of the database.
 
-Everything that builds a linkage begins here, so that drawings, motions and drives of a folding are of one linkage: that
-of the deployment that deploys, or of the proved path, where a database holds one in the scene that is asked for.
+All commands that build a linkage begin here, so that drawings, motions and drives of a folding are of one linkage: that
+of the stored deployment that deploys, else that of the stored proved path in the requested scene.
 """
 
 from __future__ import annotations
@@ -47,17 +47,17 @@ def resolve(
     values: Mapping[str, Any] | None = None,
     path: bool = False,
 ) -> Case:
-    """Resolve what is named, and the scene it is in, to a case; a case stays as it is.
+    """Resolve a named subject and its scene to a case; a case is returned unchanged.
 
     what : a text, DESIGN:CREASE, the name of an assembly or a file `.toml`, or a Folding, a Circuit or a Linkage. A
-    design without a crease stands for its best folding in the database; where that has verdicts of one scene alone, and
-    none is named, an id stands for the design in this scene. db : the database in which ids, scenes and verdicts are
-    looked up, all in one transaction.
+    design without a crease stands for its best folding in the database. If the database has verdicts of only one scene
+    and none is named, an id stands for the design in this scene. db : the database in which ids, scenes and verdicts
+    are looked up, in one transaction.
     scene : a Scene, the name of one, or a file `.toml`. panel : size of panels in millimetres, such as `50x40x6` or
-    `across 1000x20`. flat_pairs : the way in which flat pairs are joined. values : of the scene, by the names of a
-    scene file. path : whether a design stands for its first folding with a proved path, where its best has none.
+    `across 1000x20`. flat_pairs : joining of flat pairs. values : of the scene, by the names of a scene file.
+    path : whether a design stands for its first folding with a proved path if its best folding has none.
 
-    Errors: HcsearchError for files, scenes, ids and names that there are not, and for what does not go together.
+    Errors: HcsearchError for unknown files, scenes, ids and names, and for contradictory arguments.
     """
     if isinstance(what, Case):
         return what
@@ -79,7 +79,7 @@ def resolve_scene(
     flat_pairs: Way | None = None,
     values: Mapping[str, Any] | None = None,
 ) -> Scene:
-    """Resolve the scene in which all foldings of a design are tried, with its panels on a grid; as `resolve`."""
+    """Resolve the scene in which all foldings of a design are tried, with panels on a grid; as `resolve` does."""
     asked = _Asked(scene, panel, flat_pairs, dict(values or {}), path=False)
     with database_snapshot(db) as (database, _):
         base, parts = _base_scene({}, asked, database, grid)
@@ -90,7 +90,7 @@ def resolve_scene(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What stands beside a name, as of `resolve`."""
+    """The arguments of `resolve` beside the name."""
 
     scene: Scene | str | None
     panel: str | None
@@ -99,7 +99,7 @@ class _Asked:
     path: bool
 
     def changed(self, scene: Scene) -> Scene:
-        """The scene with what is asked for."""
+        """Return the scene with the requested values and joining of flat pairs."""
         own = {} if self.flat_pairs is None else {"flat_pairs": self.flat_pairs}
         return scene_with(scene, self.values | own)
 
@@ -115,7 +115,7 @@ def _of_linkage(linkage: Linkage, asked: _Asked, db: Place | None) -> Case:
 
 
 def _of_circuit(circuit: Circuit, asked: _Asked, db: Place | None) -> Case:
-    """The case of a circuit's only or best folding, with the numbers of this circuit, which need not be canonical."""
+    """Return the case of a circuit's only or best folding, numbered as in this circuit, canonical or not."""
     case = _resolved(circuit.notation, asked, db, None)
     assert case.folding is not None
     return replace(case, what=next(fold for fold in foldings(circuit) if fold.notation == case.folding.notation))
@@ -160,9 +160,9 @@ def _of_assembly(name: str, subject: str, content: Mapping[str, Any], asked: _As
 
 @dataclass(frozen=True)
 class _Door:
-    """A design on its way to a case.
+    """The resolution of a design to a case.
 
-    text : its id or notation. crease : of the folding that is named. folding : that is meant, with its own numbers.
+    text : id or notation of the design. crease : of the named folding. folding : a given folding, with its own numbers.
     """
 
     name: str
@@ -174,7 +174,7 @@ class _Door:
     noted: list[str] = field(default_factory=list)
 
     def without(self, trouble: DatabaseError) -> Case:
-        """The case without a database, which a notation can do without."""
+        """Return the case of a notation without a database; raise the database error for an id."""
         if is_id(self.text):
             raise trouble
         noted = (
@@ -183,13 +183,13 @@ class _Door:
         return replace(self, noted=noted).alone(None)
 
     def alone(self, database: Database | None) -> Case:
-        """The case of a design that is not in the database."""
+        """Return the case of a design that is not in the database."""
         circuit = Circuit.from_notation(self.text).canonical()
         scene, parts = _base_scene(self.content, self.asked, database, circuit.grid.name)
         return self._case(self._named_folding(circuit), scene, parts)
 
     def within(self, database: Database) -> Case:
-        """The case of a design with a database, which need not hold it."""
+        """Return the case of a design, looked up in a database that need not contain it."""
         by_id, asked, door = is_id(self.text) and not self.content, self.asked, self
         if by_id and (asked.scene, asked.panel) == (None, None) and (only := only_scene(database)) is not None:
             self.noted.append(f"scene {only}, the only one that {database.location} has verdicts of")
@@ -203,7 +203,7 @@ class _Door:
         return door.stored(database, number, stored_circuit(database, number, notation), by_id)
 
     def stored(self, database: Database, number: int, circuit: Circuit, by_id: bool) -> Case:
-        """The case of a design that the database holds."""
+        """Return the case of a stored design."""
         scene, parts = _base_scene(self.content, self.asked, database, circuit.grid.name)
         names = scene_names(database)
         judged = scene.name in names and _is_stored(database, scene, self.asked, self.name)
@@ -252,7 +252,7 @@ class _Door:
         )
 
     def _judged(self, case: Case, database: Database, number: int) -> Case:
-        """The case with the verdict on its folding, and the look that gave it unless another one is asked for."""
+        """Return the case with the verdict on its folding and, unless another is requested, the variant behind it."""
         folding, asked = case.folding, self.asked
         assert folding is not None
         assert case.stored is not None
@@ -272,13 +272,13 @@ class _Door:
             return case
         try:
             paths = find_paths(database, [number], stored.scene)
-        except DatabaseError as error:  # of what many a case does without
+        except DatabaseError as error:  # many cases need no path
             return replace(case, stored=replace(stored, damage=error))
         path = next((path for path in paths if path.crease == canonical.crease), None)
         return replace(case, stored=replace(stored, path=path))
 
     def _with_path(self, case: Case, database: Database) -> Case:
-        """The case of the first folding of the design with a proved path, where its best folding has none."""
+        """Return the case of the first folding of the design with a proved path if the best folding has none."""
         best, stored = case.folding, case.stored
         assert best is not None
         assert stored is not None
@@ -294,14 +294,14 @@ class _Door:
 
 
 def _is_stored(database: Database, scene: Scene, asked: _Asked, name: str) -> bool:
-    """Whether a scene is that of its name in a database, and not another one, from a file or of Python."""
+    """Return whether a scene equals the stored scene of its name; one from a file or Python may differ."""
     given = asked.scene
     own = isinstance(given, Scene) or (given or "").endswith(".toml") or name.endswith(".toml")
     return not own or find_scene(database, scene.name) == scene_file_text({}, None, scene)
 
 
 def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> SceneVariant | None:
-    """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path."""
+    """Return the variant behind a verdict: that of the deployment that deploys, or of the proved path."""
     if verdict.status == "deploys" and verdict.deployed is not None:
         look = verdict.deployed
         return look if look.is_known and look.pairs in scene.flat_pairs and folding.can_join(look.pairs) else None
@@ -313,9 +313,9 @@ def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> SceneVar
 def _base_scene(
     content: Mapping[str, Any], asked: _Asked, database: Database | None, grid: str | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """The scene of a file or by its name, with the panels that are asked for, and the parts of its name that say how.
+    """Return the scene of a file or name with the requested panels, and the parts of its name that denote a variant.
 
-    grid : of the design; None of an assembly, which has panels of its own.
+    grid : of the design; None for an assembly, which has panels of its own.
     """
     base: Scene | None = None
     parts: list[str] = []

@@ -1,4 +1,4 @@
-"""Scenes by name: one of the program, of a file or of a database, with panels of a size."""
+"""Scenes by name: built-in, from a file or from a database, with panels of a given size."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from hcsearch.system.terminal import write_notice
 
 
 def read_scene(text: str | None, database: Database | None, grid: str | None = None) -> Scene:
-    """Read the scene that a name or a file stands for: one of the program, or one that a database holds.
+    """Read a built-in scene, a stored scene or a scene file.
 
-    grid : of the panels, where that is known.
+    grid : of the panels, if known.
     """
     if text is None:
         return SCENES[DEFAULT_SCENE_NAME]
@@ -46,10 +46,10 @@ def scene_asked_for(
     query: str = "",
     grid: str | None = None,
 ) -> str:
-    """The name of a stored scene that options stand for, with panels of a grid, or of what a query may give.
+    """Return the name of the stored scene denoted by options, with panels of a grid or of the grids of a query.
 
-    Without options, `default`; where a database has verdicts of one other scene alone, this, which a line on stderr
-    says. SceneError where it has verdicts of several, and none of `default`.
+    Without options: `default`, or the only other scene with verdicts in the database, which a line on stderr reports.
+    SceneError if the database has verdicts of several scenes, none of them `default`.
     """
     if text is None and panel is None:
         only = only_scene(database)
@@ -74,7 +74,7 @@ def scene_asked_for(
     for each in grids_in(database, query) if grid is None else [grid]:
         try:
             own = with_panel(SCENES[DEFAULT_SCENE_NAME], read_panel(panel, each), each).panel
-        except SceneError as error:  # of rectangles sizes are given otherwise
+        except SceneError as error:  # rectangles need another form of the size
             refused = error
         else:
             meant.setdefault(base if own is None else joined_name(base, panel_text(own)), (own, each))
@@ -90,13 +90,13 @@ def scene_asked_for(
 
 
 def only_scene(database: Database) -> str | None:
-    """The name of the scene that a database has verdicts of, where there is one, and it is not `default`."""
+    """Return the only scene with verdicts in a database; None for several, none, or `default`."""
     names = scene_names(database)
     return names[0] if len(names) == 1 and names[0] != DEFAULT_SCENE_NAME else None
 
 
 def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
-    """The scene and the size of its panels (m) that a name joins, perhaps without a scene; None without a size."""
+    """Split a name into a scene, possibly empty, and the size of its panels (m); None without a size."""
     name, comma, size = (part.strip() for part in text.rpartition(","))
     return (name, read_panel(size, grid)) if is_panel(size) and bool(name) == bool(comma) else None
 
@@ -118,7 +118,7 @@ def _of_file(path: str, grid: str | None = None) -> Scene:
 
 
 def stored_scene(database: Database, name: str) -> Scene:
-    """The scene of a name that verdicts in a database are of; SceneError for none, DatabaseError for a damaged one."""
+    """Return a built-in or stored scene by name; SceneError for an unknown one, DatabaseError for a damaged one."""
     if name in SCENES:
         return SCENES[name]
     text = find_scene(database, name)

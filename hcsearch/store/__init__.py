@@ -1,6 +1,6 @@
-"""The database: its schema and upgrades, recording finished work, and queries. The only home of SQLAlchemy and Alembic.
+"""The database: schema and upgrades, recording of work, and queries. Only this package uses SQLAlchemy and Alembic.
 
-The names below are looked up on first use, so that reading `hcsearch.store.columns` (for --help) costs no SQLAlchemy.
+Names are resolved on first use, so that importing `hcsearch.store.columns` (for --help) does not load SQLAlchemy.
 """
 
 from hcsearch.system.lazy import lazy_importer

@@ -1,6 +1,6 @@
-"""The one table of quantities that users can query: name, kind, unit, meaning, which way is better, per view, in order.
+"""The quantities that users can query, by view and in order: name, kind, unit, meaning and the better direction.
 
-It drives the SQL views, the check of queries, ranks, reports and the help of commands; it imports nothing heavy.
+The SQL views, the check of queries, ranks, reports and the help of commands use this table. Its imports are light.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ BetterDirection = Literal["higher", "lower", ""]
 class Quantity(NamedTuple):
     """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1.
 
-    words : all values that a text may have; empty where it may have any.
-    better : which values of it make the better design; empty where none do.
-    half : for a criterion of ranks, the value that is worth 1/2, in its unit; None for anything else.
-    label : how pages name it, in few words; the name itself, its words apart, where nothing is said.
+    words : the admissible values of a text; empty where any text may stand.
+    better : whether higher or lower values make the better design; empty where neither does.
+    half : for a ranking criterion, the value that is worth 1/2, in its unit; None for other quantities.
+    label : short name on pages; if empty, the column name with spaces for underscores.
     """
 
     name: str
@@ -44,20 +44,20 @@ class Quantity(NamedTuple):
 
     @property
     def title(self) -> str:
-        """The name in words."""
+        """The name for pages and tables."""
         return self.label or self.name.replace("_", " ")
 
     @property
     def note(self) -> str:
-        """Meaning, unit and direction in one line."""
+        """Meaning, unit and better direction in one line."""
         direction = f"{self.better} is better" if self.better else ""
         return ", ".join(part for part in (self.meaning, self.unit, direction) if part)
 
 
 _GRIDS = tuple(GRIDS)
 
-# `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
-# flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
+# `half` is about the value of a 4x4 array, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, flat
+# after half a second, with a clearance of ten times the smallest one (0.1 mm).
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis", label="merged pairs"),
     Quantity(
@@ -327,7 +327,7 @@ EVALUATION_QUANTITIES = (
 )
 
 RANKING_CRITERIA = tuple(quantity for quantity in DESIGN_QUANTITIES if quantity.half is not None)
-"""What `hcsearch rank` weighs."""
+"""Criteria of `hcsearch rank`."""
 
 VIEWS = {
     "designs": DESIGN_QUANTITIES,
@@ -341,10 +341,10 @@ VIEWS = {
 
 
 def view_names() -> tuple[str, ...]:
-    """Names of the SQL views."""
+    """Return the names of the SQL views."""
     return tuple(VIEWS)
 
 
 def column_names(view: str = "designs") -> tuple[str, ...]:
-    """Names of the columns of a view, in the order they print."""
+    """Return the column names of a view in printing order."""
     return tuple(quantity.name for quantity in VIEWS[view])

@@ -1,15 +1,14 @@
-"""The query language: a grammar of conditions, which become SQL whose values are parameters.
+"""The query language: conditions are parsed by a grammar and become SQL with bound parameters.
 
 query = [either]                    either = all ("or" all)*
     all = one (["and"] one)*            one = "not" one | "(" either ")" | condition
     condition = NAME | NAME op VALUE    op = one of = != < <= > >=
 
-A condition has no white space in it. Words may be written in capitals. Brackets that come in pairs inside a value
-belong to it.
+A condition contains no white space. Keywords may be written in capitals. Paired brackets inside a value belong to it.
 
-The grammar is that of `grammar`. A name alone asks that a yes/no column is 1; a value never becomes part of the SQL
-text. NULL satisfies no condition, nor the opposite of one. `array=` takes any array specification and `circuit=` a
-circuit in any position, order or direction: both select what is congruent.
+A name alone requires that a yes/no column is 1. A value never becomes part of the SQL text. NULL satisfies neither a
+condition nor its negation. `array=` takes any array specification and `circuit=` a circuit in any position, order or
+direction: both select congruent designs.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_view_in
 
 MAX_CONDITIONS = 500
-"""In one query: databases allow about twice as many."""
+"""Conditions in one query; databases allow about twice as many."""
 MAX_NESTING_DEPTH = 15
-"""Brackets and `not` inside each other: each takes up to five of the 100 places of SQLite's parser."""
+"""Nesting depth of brackets and `not`: each level takes up to five of the 100 stack places of SQLite's parser."""
 EXAMPLE_CONDITIONS = "write conditions as in 'grid=hex n=12 (untwisted or dof<=6) not status=locked'"
 
 _CONDITION = re.compile(r"([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)(.*)|(?=[()]|$))", re.DOTALL)
@@ -55,7 +54,7 @@ _WORDS = ("and", "or", "not")
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition; `sign` and `value` are None where it is only a name."""
+    """One condition; `sign` and `value` are None for a name alone."""
 
     name: str
     sign: str | None = None
@@ -69,21 +68,21 @@ class Condition:
 
 @dataclass(frozen=True)
 class Not:
-    """What must not hold."""
+    """The negation of a condition."""
 
     of: ConditionTree
 
 
 @dataclass(frozen=True)
 class AllOf:
-    """Parts that must all hold; without parts it always does."""
+    """A conjunction; true without parts."""
 
     parts: tuple[ConditionTree, ...]
 
 
 @dataclass(frozen=True)
 class AnyOf:
-    """Parts of which one must hold."""
+    """A disjunction."""
 
     parts: tuple[ConditionTree, ...]
 
@@ -92,7 +91,7 @@ ConditionTree = Condition | Not | AllOf | AnyOf
 
 
 def parse_conditions(query: str) -> ConditionTree:
-    """Read a query; QueryError for one that has another form, too many conditions, or too many levels."""
+    """Parse a query; QueryError for a syntax error, too many conditions or too many levels."""
     tokens = list(_tokens(query))
     number = sum(isinstance(token, Condition) for token in tokens)
     if number > MAX_CONDITIONS:
@@ -105,7 +104,7 @@ def parse_conditions(query: str) -> ConditionTree:
 
 
 def _tokens(query: str) -> Iterator[Condition | str]:
-    """Conditions, brackets and small words."""
+    """Split a query into conditions, brackets and keywords."""
     for word in query.split():
         left = word
         while left:
@@ -124,7 +123,7 @@ def _tokens(query: str) -> Iterator[Condition | str]:
 
 
 def _before_bracket(value: str) -> str:
-    """A value up to a bracket that closes what was opened before it."""
+    """Return a value up to the first bracket that closes one opened before the value."""
     depth = 0
     for k, mark in enumerate(value):
         depth += {"(": 1, ")": -1}.get(mark, 0)
@@ -134,25 +133,25 @@ def _before_bracket(value: str) -> str:
 
 
 class _Reader:
-    """Reads tokens from the left to the right; `depth` is the number of brackets and `not` around."""
+    """A recursive-descent parser of tokens; `depth` is the number of enclosing brackets and `not`."""
 
     def __init__(self, tokens: list[Condition | str]) -> None:
         self._tokens = tokens[::-1]
 
     @property
     def next(self) -> Condition | str | None:
-        """The next token; None at the end."""
+        """Return the next token; None at the end."""
         return self._tokens[-1] if self._tokens else None
 
     def _taken(self, *words: str) -> bool:
-        """Whether the next token is one of some words, which is then taken."""
+        """Consume the next token if it is one of some words; return whether it was."""
         taken = self.next in words
         if taken:
             self._tokens.pop()
         return taken
 
     def either(self, depth: int) -> ConditionTree:
-        """Read alternatives, until the end or a closing bracket."""
+        """Parse alternatives until the end or a closing bracket."""
         parts = [self._all(depth)]
         while self._taken("or"):
             parts.append(self._all(depth))
@@ -195,9 +194,9 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
-@cache  # one object a view: SQLAlchemy would join two of the same name
+@cache  # one object per view: SQLAlchemy would join two of the same name
 def view_table(view: str, scene: str = DEFAULT_SCENE_NAME) -> FromClause:
-    """Return a view, in a scene, as something to select from; QueryError when there is none of that name."""
+    """Return a view in a scene as a selectable; QueryError for an unknown view."""
     if view not in VIEWS:
         raise QueryError(f"no view {view!r}{nearest_names_hint(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
     columns: list[ColumnClause[Any]] = [column(quantity.name) for quantity in VIEWS[view]]
@@ -208,7 +207,7 @@ def view_table(view: str, scene: str = DEFAULT_SCENE_NAME) -> FromClause:
 
 
 def find_quantity(view: str, name: str) -> Quantity:
-    """Return a column of a view; QueryError with the nearest names when there is none."""
+    """Return a column of a view; QueryError with the nearest names for an unknown one."""
     names = [quantity.name for quantity in VIEWS[view]]
     if name not in names:
         raise QueryError(
@@ -218,21 +217,21 @@ def find_quantity(view: str, name: str) -> Quantity:
 
 
 def quantities_named(view: str, columns: str | Sequence[str]) -> list[Quantity]:
-    """Return the columns of a view that are named, by commas or as a sequence; all of them where none is."""
+    """Return the named columns of a view, all of them without names; names are a sequence or separated by commas."""
     return [find_quantity(view, name) for name in _split_names(columns) or column_names(view)]
 
 
 def parse_query(query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NAME) -> ColumnElement[bool]:
-    """Return the condition that a query asks for; the empty query holds for every row.
+    """Return the SQL condition of a query; the empty query holds for every row.
 
-    QueryError: a query that cannot be read (`grammar`), a column that is not there, a value that is no number where
-    one is needed. HcsearchError: an array or a circuit that cannot be read.
+    QueryError: a syntax error, an unknown column, a value that is no number where a
+    number is needed. HcsearchError: an array or a circuit that cannot be read.
     """
     return and_(true(), _condition(view_table(view, scene), view, parse_conditions(query), tuple(GRIDS)))
 
 
 def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequence[str]) -> ColumnElement[bool]:
-    """The condition of a part of a query; `grids`: those that an array in it may be on."""
+    """Return the SQL condition of a part of a query; grids : of the arrays that it names."""
     match tree:
         case AllOf(parts):
             grids = _grids_of(parts, grids)
@@ -246,7 +245,7 @@ def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequen
 
 
 def named_grids(query: str) -> list[str]:
-    """The grids that the rows of a query may be of, by its conditions on the grid alone."""
+    """Return the grids that the conditions of a query on the grid leave possible."""
     tree = parse_conditions(query)
     return list(_grids_of(tree.parts if isinstance(tree, AllOf) else (tree,), tuple(GRIDS)))
 
@@ -277,7 +276,7 @@ def _compared(source: FromClause, view: str, condition: Condition, grids: Sequen
 
 
 def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
-    """The canonical notations of an array on each of the grids that have it; HcsearchError when none has."""
+    """Return the canonical notations of an array on all grids on which it exists; HcsearchError if there is none."""
     notations, errors = [], []
     for name in grids:
         try:
@@ -306,7 +305,7 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
             raise QueryError(
                 f"{quantity.name} is never {value!r}{nearest_names_hint(value, quantity.words)}: it is one of {words}"
             )
-        # Undecodable bytes of a command line arrive as lone surrogates, which no database stores.
+        # Undecodable bytes of a command line become lone surrogates, which no database stores.
         return value.encode(errors="replace").decode()
     if not _NUMBER.fullmatch(value):
         needed = "1 or 0" if quantity.kind == "boolean" else "a number"
@@ -321,7 +320,7 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
 
 
 def sort_terms(view: str, sort: str) -> list[tuple[str, bool]]:
-    """Read a sort specification as `-score,n` into (column, descending) pairs."""
+    """Parse a sort specification such as `-score,n` into (column, descending) pairs."""
     terms = [(term.removeprefix("-"), term.startswith("-")) for term in _split_names(sort)]
     for name, _ in terms:
         find_quantity(view, name)
@@ -329,12 +328,12 @@ def sort_terms(view: str, sort: str) -> list[tuple[str, bool]]:
 
 
 def _split_names(names: str | Sequence[str]) -> list[str]:
-    """Read names separated by commas, or take them as they are."""
+    """Split names at commas; return a sequence of names unchanged."""
     parts = names.split(",") if isinstance(names, str) else names
     return [part.strip() for part in parts if part.strip()]
 
 
 def nearest_names_hint(name: str, names: Sequence[str]) -> str:
-    """Write which names are near to one that there is not, for a refusal; empty where none is."""
-    close = get_close_matches(name[:100], names, n=2)  # longer ones are near to nothing, and take long
+    """Return the part of an error message that suggests the nearest_names_hint names; empty if none is near."""
+    close = get_close_matches(name[:100], names, n=2)  # longer names resemble none, and comparing them takes long
     return f" (did you mean {' or '.join(close)}?)" if close else ""

@@ -34,14 +34,14 @@ from hcsearch.store.migrate import (
 from hcsearch.store.schema import SCHEMA_REVISION
 
 LOCK_TIMEOUT = 60.0
-"""How long to wait for another program's lock, in seconds."""
+"""Longest wait for the lock of another program, in seconds."""
 
 
 @dataclass(frozen=True)
 class Database:
     """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
 
-    identity : of the file, where no other may take its place; made : whether it was made when it was opened. held : the
+    identity : of the file, if its replacement is to be detected. made : whether opening created it. held : the
     connection of a snapshot.
     """
 
@@ -55,7 +55,7 @@ class Database:
 
     @contextmanager
     def snapshot(self) -> Iterator[Database]:
-        """Give the database as it is now: all that is read of it is read in one transaction."""
+        """Yield a snapshot of the database, which is read in one transaction."""
         with self.reading() as connection:
             if self.path is None:
                 yield replace(self, held=connection.execution_options(isolation_level="REPEATABLE READ"))
@@ -65,7 +65,7 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """Give a connection for reading; ChangedError where the file changed in a way that no lock shows."""
+        """Yield a connection for reading; ChangedError if the file changed without a lock."""
         if self.held is not None:
             yield self.held
             return
@@ -84,10 +84,10 @@ class Database:
 
     @contextmanager
     def writing(self, *, durable: bool = True) -> Iterator[Connection]:
-        """Give a connection in a transaction that holds the write lock; an exception leaves nothing behind.
+        """Yield a connection in a transaction that holds the write lock; an exception rolls it back.
 
-        durable : whether it survives a power failure once it is committed, for which a commit waits for the disk; else
-            that holds once a later durable one is committed. A file is consistent either way.
+        durable : whether the commit waits for the disk, so that it survives a power failure; otherwise it does once a
+            later durable transaction is committed. A file is consistent either way.
         """
         if self.readonly:
             raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
@@ -97,17 +97,17 @@ class Database:
 
     @contextmanager
     def _in_place(self) -> Iterator[None]:
-        """Refuse to go on, before and after a transaction, when the name leads to another file than was opened."""
+        """Check before and after a transaction that the path still leads to the opened file."""
         self.check_place()
         try:
             yield
         except DatabaseError:
-            self.check_place()  # the reason for whatever else has failed
+            self.check_place()  # the cause of any other failure
             raise
         self.check_place()
 
     def check_place(self) -> None:
-        """DatabaseError when a watched file was removed, renamed or replaced: SQLite would not notice."""
+        """Raise DatabaseError if a watched file was removed, renamed or replaced, which SQLite does not notice."""
         if self.identity is None:
             return
         assert self.path is not None
@@ -118,11 +118,11 @@ class Database:
             )
 
     def fingerprint(self) -> tuple[int, ...]:
-        """Return what changes when a file is written to; the minute for a server, whose changes are not seen here."""
+        """Return a value that changes with every write to the file; for a server, the current minute."""
         return (int(time.monotonic() // 60.0),) if self.path is None else sqlite.sizes_and_times(self.path)
 
     def watched(self) -> Database:
-        """The same database, which refuses to go on when its name leads to another file by then."""
+        """Return this database, watched: transactions fail once its path leads to another file."""
         return self if self.path is None else replace(self, identity=file_identity(self.path))
 
     def close(self) -> None:
@@ -136,19 +136,19 @@ class Database:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
-        # What is refused leaves nothing behind.
+        # A refused database is left without traces.
         if self.made and isinstance(error, HcsearchError) and self.path and file_identity(self.path) == self.identity:
             sqlite.remove_empty_database(self.path)
 
 
 def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_TIMEOUT) -> Database:
-    """Open a database for writing, and upgrade an older one; use it in a `with` statement.
+    """Open a database for writing, upgrading an older one; for a `with` statement.
 
     location : the path of an SQLite file, or the URL of an SQLite or PostgreSQL database.
-    create : whether a database that does not exist is made. timeout : how long to wait for another program's lock, s.
+    create : whether to create a database that does not exist. timeout : longest wait for another program's lock, s.
 
     Errors: DatabaseError for a database that does not exist, is damaged, locked, newer than this program, or not
-    writable, and for another program's file. Nothing is changed on disk then.
+    writable, and for the file of another program. In these cases nothing changes on disk.
     """
     place = parse_location(location)
     if place.url is not None:
@@ -171,7 +171,7 @@ def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_T
 
 
 def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Database:
-    """Open a database so that no statement can change it; use it in a `with` statement.
+    """Open a database read-only: no statement can change it; for a `with` statement.
 
     location, timeout : as in `open_database`, with the same errors. An older database is refused, not upgraded.
     """
@@ -190,7 +190,7 @@ def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Dat
 
 
 def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
-    """Create or upgrade a file where needed, and look again: only what is on disk in the end counts."""
+    """Create or upgrade a file if needed, and check the result on disk."""
     for _ in range(3):
         filled = is_filled(place)
         if not filled and not create:
@@ -210,7 +210,7 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
 
 
 def _revision(place: Location, timeout: float) -> str | None:
-    """Return the revision of a filled file; None when it is an SQLite database without any table."""
+    """Return the schema revision of a file with content; None for an SQLite database without tables."""
     assert place.path is not None
     first_look = sqlite.read_header(place.path, timeout)
     if first_look.version is not None:
@@ -269,7 +269,7 @@ def _try_server(engine: Engine, place: Location) -> None:
 
 
 def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
-    """Create or upgrade the schema where needed. One that is there needs no lock, and waits for no writer."""
+    """Create or upgrade the schema of a server if needed; a current one takes no lock and waits for no writer."""
     with engine.connect() as connection:
         revision = current_revision(connection)
         if revision is None:

@@ -1,4 +1,4 @@
-"""Storing a batch of designs with their foldings, in a transaction of the caller; fast where all of them are new."""
+"""Storing batches of designs with their foldings in a transaction of the caller; fastest for new designs."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 ColumnValues = Mapping[str, Sequence[Any]]
 
-_ROWS = 50  # of one statement: more gain nothing, and old builds of SQLite take 999 values
+_ROWS = 50  # in one statement: more gain nothing, and old builds of SQLite take 999 values
 _COUNTED = {"preserve_rowcount": True}  # which SQLAlchemy drops after an INSERT
 
 
 def insert_rows(connection: Connection, table: Table, columns: ColumnValues, changed: Sequence[str] = ()) -> int:
-    """Insert rows one after the other, given as columns of equal length, by name; return how many are new or changed.
+    """Upsert rows, given as named columns of equal length, in their order; return how many are new or changed.
 
-    changed : columns to set in a row whose primary key is there already. Where empty, a row is passed over when any
-    of its unique columns is taken.
+    changed : columns to update in a row whose primary key exists. If empty, a row that violates a unique constraint
+    is skipped.
     """
     keys = [column.name for column in table.primary_key]
     if connection.dialect.name == "sqlite":
@@ -35,7 +35,7 @@ def insert_rows(connection: Connection, table: Table, columns: ColumnValues, cha
         compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
         assert compiled.positiontup is not None
         return _insert_tuples(connection, str(compiled), [columns[name] for name in compiled.positiontup])
-    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - databases in files need none of it
+    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - only for servers
 
     staged = stage_rows(connection, table, _last_of_each(keys, columns) if changed else columns)
     rows_in_order = select(*staged.c).order_by(*(staged.c[key] for key in keys))
@@ -44,7 +44,7 @@ def insert_rows(connection: Connection, table: Table, columns: ColumnValues, cha
 
 
 def _insert_tuples(connection: Connection, statement: str, columns: Sequence[Sequence[Any]]) -> int:
-    """Run an SQLite insert of one row for all rows, many to a statement: each costs as much as several rows."""
+    """Run an SQLite insert for all rows, many per statement, since a statement costs as much as several rows."""
     n_rows, width = len(columns[0]), len(columns)
     values = list(chain.from_iterable(zip(*columns, strict=True)))
     row = f"({', '.join('?' * width)})"
@@ -69,7 +69,7 @@ def _meeting(
 
 
 def _last_of_each(keys: Sequence[str], columns: ColumnValues) -> ColumnValues:
-    """Leave out rows whose key comes once more: PostgreSQL updates no row twice in one statement."""
+    """Keep the last row of each key: PostgreSQL cannot update a row twice in one statement."""
     last = {key: row for row, key in enumerate(zip(*(columns[name] for name in keys), strict=True))}
     return {name: [values[row] for row in last.values()] for name, values in columns.items()}
 
@@ -80,9 +80,9 @@ INSERT_CHUNK_ROWS = 1000  # values of one IN (...), well below what SQLite and P
 
 
 def insert_designs(connection: Connection, location: str, designs: DesignBatch) -> None:
-    """Store a batch: new designs are added, known ones get the columns of the stages that ran.
+    """Store a batch: insert new designs and update stored ones in the columns of the stages that ran.
 
-    location : of the database, for messages. The caller holds the write lock, so the ids can be given beforehand.
+    location : of the database, for messages. The caller holds the write lock, so ids can be assigned beforehand.
     """
     if not len(designs):
         return
@@ -142,12 +142,12 @@ def _mobility_columns(mobility: MobilityBatch) -> ColumnLists:
 
 
 def _stage_columns(columns: ColumnLists) -> list[str]:
-    """Names of the columns of foldings that stages fill: all but those that name the folding."""
+    """Return the names of the folding columns that stages fill, which are all but the key."""
     return [name for name in columns if name not in ("design_id", "crease", "opposite")]
 
 
 def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first: int) -> list[int]:
-    """Update the designs that were there before id `first`, and return the ids of all designs of the batch."""
+    """Update the designs with ids below `first`, which were stored before; return the ids of the whole batch."""
     id_of = ids_of_circuits(connection, designs.circuit)
     ids = [id_of[circuit] for circuit in designs.circuit]
     names = [name for name in columns if name not in ("grid", "n", "circuit")]
@@ -155,18 +155,18 @@ def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, fi
         {"key": key, **{name: columns[name][row] for name in names}} for row, key in enumerate(ids) if key < first
     ]
     if changes:
-        # The other keys of the rows are the columns to set.
+        # The remaining keys of the rows are the columns to set.
         connection.execute(update(design).where(design.c.id == bindparam("key")), changes)
         _drop_refuted(connection, designs, ids, first)
     return ids
 
 
 def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first: int) -> None:
-    """Delete older foldings of known designs that the stage no longer gives (it has a newer version)."""
+    """Delete foldings of stored designs that a newer version of the stage no longer lists."""
     if designs.n_foldings is None or designs.folding_row is None or designs.folding_crease is None:
         return
     if int(designs.n_foldings.sum()) != len(designs.folding_row):
-        return  # a search for untwisted foldings alone refutes nothing
+        return  # a search for untwisted foldings only refutes none
     rows = _folding_columns(designs, ids)
     kept = set(zip(rows["design_id"], rows["crease"], strict=True))
     key, crease = folding.c.design_id, folding.c.crease
@@ -177,7 +177,7 @@ def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[in
 
 
 def ids_of_circuits(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
-    """The ids of the designs of some circuits that are stored."""
+    """Return the id of each circuit that is stored."""
     rows = select_rows_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
     return {row.circuit: row.id for row in rows}
 
@@ -185,6 +185,6 @@ def ids_of_circuits(connection: Connection, circuits: Sequence[str]) -> dict[str
 def select_rows_in(
     connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]
 ) -> Iterator[Row[Any]]:
-    """The rows of a statement in which a column has one of some values, a thousand of them at a time."""
+    """Return the rows of a statement in which a column has one of some values, queried in chunks of a thousand."""
     for start in range(0, len(values), INSERT_CHUNK_ROWS):
         yield from connection.execute(statement.where(column.in_(values[start : start + INSERT_CHUNK_ROWS]))).all()

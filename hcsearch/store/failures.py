@@ -1,4 +1,4 @@
-"""What goes wrong below, as one line that names the remedy."""
+"""Failures of database drivers as errors of one line, with the remedy."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.system.machine import locks_files
 
-# A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;
-# after other errors it discards the connection, whose transaction has ended. Without logging set up, nobody reads it.
+# A pool logs the traceback of an error in the return of a connection. It still raises an interrupt; after other errors
+# it discards the connection, whose transaction has ended. The log is of no use where logging is not set up.
 logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
 
 P = ParamSpec("P")
@@ -66,7 +66,7 @@ _UNREACHED = "cannot be used ({detail}): check that the server runs, has this da
 
 
 class FileChangedError(DatabaseError):
-    """A file that was written to while it was read without locks, so that what was read may be in pieces."""
+    """A file was written to while it was read without locks, so that the result may be inconsistent."""
 
     def __init__(self, location: str) -> None:
         super().__init__(
@@ -76,7 +76,7 @@ class FileChangedError(DatabaseError):
 
 
 def retry_if_changed(read: Callable[P, T]) -> Callable[P, T]:
-    """Let a function that only reads, and returns all at once, read again where the file changed meanwhile."""
+    """Decorate a function that only reads and returns all at once: repeat it if the file changed meanwhile."""
 
     @wraps(read)
     def reading(*arguments: P.args, **options: P.kwargs) -> T:
@@ -89,25 +89,25 @@ def retry_if_changed(read: Callable[P, T]) -> Callable[P, T]:
 
 
 def primary_code(error: BaseException | None) -> int:
-    """Return SQLite's primary result code of an error; 0 when it has none."""
+    """Return the primary result code of SQLite for an error; 0 without one."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF
 
 
 def is_refusal(error: BaseException) -> bool:
-    """Whether a statement was not run because it would change something on a read-only connection."""
-    refusals = ("not authorized", "authorization denied", "read-only")  # some refusals come without their code
+    """Return whether a statement was refused because it would write on a read-only connection."""
+    refusals = ("not authorized", "authorization denied", "read-only")  # some refusals carry no code
     code = primary_code(error)
     return code in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY) or any(words in str(error) for words in refusals)
 
 
 def is_of_database(error: BaseException | None) -> bool:
-    """Whether the file, the server, the system or an interrupt is at fault, and not a statement."""
+    """Return whether the file, the server, the system or an interrupt caused an error, not the statement."""
     return _cause(error) is not None or primary_code(error) == sqlite3.SQLITE_INTERRUPT
 
 
 def is_of_values(error: BaseException | None) -> bool:
-    """Whether the values that a statement reads are at fault: bytes that are no text, numbers too large to add."""
-    # of these SQLite has no code of their own
+    """Return whether values read by a statement caused an error: bytes that are no text, overflow of a sum."""
+    # SQLite has no separate code for these
     words = ("Could not decode to UTF-8", "integer overflow")
     by_words = isinstance(error, sqlite3.Error) and str(error).startswith(words)
     return by_words or getattr(error, "sqlstate", None) == "22021"
@@ -115,9 +115,9 @@ def is_of_values(error: BaseException | None) -> bool:
 
 @contextmanager
 def explaining_failures(location: str, path: Path | None = None) -> Iterator[None]:
-    """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are.
+    """Turn failures of drivers into DatabaseError; other exceptions pass unchanged.
 
-    path : of a file. SQLite calls it locked, too, where its disk has no locks.
+    path : of a file. SQLite also calls it locked if its file system has no locks.
     """
     try:
         yield
@@ -130,11 +130,11 @@ def explaining_failures(location: str, path: Path | None = None) -> Iterator[Non
 
 
 _VALUES = re.compile(r"""(\b(?:value|service)\b[^"']*)(["']).*\2""")
-"""What drivers repeat of an option of a URL, which may be a secret."""
+"""Values of URL options in messages of drivers, which may be secret."""
 
 
 def detail_of(error: BaseException | None) -> str:
-    """What a driver says, on one line, without values of options."""
+    """Return the message of a driver on one line, without values of URL options."""
     return _VALUES.sub(r"\1***", (str(error).strip() or type(error).__name__).splitlines()[0])
 
 
@@ -142,10 +142,10 @@ def _explain(
     location: str, error: BaseException | None, path: Path | None = None, *, lost: bool = False
 ) -> BaseException:
     if primary_code(error) == sqlite3.SQLITE_INTERRUPT:
-        return KeyboardInterrupt()  # which the driver has swallowed, see `sqlite.connect`
+        return KeyboardInterrupt()  # an interrupt that the driver swallowed, see `sqlite.connect`
     detail = detail_of(error)
     cause = _cause(error)
-    if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
+    if lost and cause == _UNREACHED:  # a server may end a connection without a reason
         cause = _LOST
     if primary_code(error) in LOCKED_CODES and path is not None and not locks_files(path.absolute().parent):
         cause = NO_LOCKS_MESSAGE
@@ -161,7 +161,7 @@ def _cause(error: BaseException | None) -> str | None:
     if state:
         return _SERVER_CAUSES.get(state, _SERVER_CAUSES.get(state[:2]))
     if hasattr(error, "sqlstate") and any(kind.__name__ == "OperationalError" for kind in type(error).__mro__):
-        # The connection failed, so there is no code of the server. (The driver is an extra, and not imported here.)
+        # The connection failed, so the server gave no code. (The driver is an extra, and not imported here.)
         return _UNREACHED
     if is_of_values(error):
         return _OF_VALUES

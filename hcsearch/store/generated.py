@@ -1,4 +1,4 @@
-"""Files of this repository that are made of the schema and of the table of columns.
+"""Files of this repository that are generated from the schema and the table of columns.
 
 `python -m hcsearch.store.generated schema` writes `db/schema.sql` to standard output, `datasette` writes
 `db/datasette.json`, and `columns` writes `docs/reference/columns.md`.
@@ -31,7 +31,7 @@ _KINDS = {"integer": "whole number", "boolean": "0 or 1", "real": "number", "tex
 
 
 def schema_sql() -> str:
-    """Return the newest schema: tables, indexes, views, and its version: enough to make a database by hand."""
+    """Return the newest schema with tables, indexes, views and version, which suffices to create a database by hand."""
     engine = create_engine("sqlite://")
     with engine.begin() as connection:
         upgrade_schema(connection, "in memory")
@@ -45,14 +45,14 @@ def schema_sql() -> str:
 
 
 def datasette_json(name: str = "hcsearch") -> str:
-    """Return the metadata of the views for Datasette, as JSON: what columns mean, and units of numbers.
+    """Return the metadata of the views for Datasette as JSON: meanings of columns and units of numbers.
 
-    name : of the database, which is that of its file without the ending.
+    name : of the database: its file name without the suffix.
     """
     tables = {
         view: {
             "columns": {quantity.name: quantity.note for quantity in quantities},
-            # of numbers alone, as Datasette multiplies values by them
+            # for numbers only, as Datasette multiplies values by units
             "units": {
                 quantity.name: quantity.unit for quantity in quantities if quantity.unit and quantity.kind == "real"
             },
@@ -65,7 +65,7 @@ def datasette_json(name: str = "hcsearch") -> str:
 
 
 def columns_page() -> str:
-    """Return the page of all columns in Markdown: a table for each view."""
+    """Return the Markdown page of all columns, with a table for each view."""
     tables = [_COLUMNS_HEAD]
     for view, quantities in VIEWS.items():
         rows = "\n".join(map(_row, quantities))

@@ -1,4 +1,4 @@
-"""Reading what is known of foldings in a scene: the best one of a design, the verdict on one, its path."""
+"""Reading results on foldings in a scene: the best folding of a design, verdicts and paths."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from hcsearch.store.rows import check_values, parts_of_ids
 from hcsearch.store.schema import deployment, design, motion, outcome, verdict
 
 MAX_PATH_BYTES = 8 << 20
-"""Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
+"""Largest size of a decompressed path in bytes, far above that of any motion; guards against tampered data."""
 _LARGEST_ANGLE = 2.0 * math.pi
-"""Panels meet at pi, on either side; beyond a full turn there is no fold angle, whatever is rounded."""
+"""Largest fold angle in a path, rad: panels meet at +-pi, so a full turn bounds every rounded angle."""
 
 
 @dataclass(frozen=True)
 class StoredVerdict:
     """The verdict on a folding in a scene.
 
-    path : how flat pairs are joined in the proved path; None without one. deployed : the look at the scene in which
-    springs open it; None without one.
+    path : joining of flat pairs in the proved path; None without one. deployed : the variant of the scene in which
+    springs open the folding; None without one.
     """
 
     status: Status
@@ -43,10 +43,10 @@ class StoredVerdict:
 
 @dataclass(frozen=True, eq=False)
 class StoredPath(ByValue):
-    """A path of a folding from packed to flat.
+    """A path of a folding from the packed to the flat state.
 
-    design_id, crease : of the folding. way : how flat pairs are joined, recorded of proved paths only.
-    states : (k, n_hinges), rad. needed_margin : least play for each face with which it is proved, mm; None without.
+    design_id, crease : of the folding. way : joining of flat pairs, recorded of proved paths only.
+    states : (k, n_hinges), rad. needed_margin : least play on each face at which it is proved, mm; None without proof.
     """
 
     design_id: int
@@ -58,9 +58,9 @@ class StoredPath(ByValue):
 
 @retry_if_changed
 def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME) -> dict[int, int]:
-    """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
+    """Return the crease of the best folding of each design that has one in a scene, as in the view `designs`.
 
-    The best folding is chosen by `stages.statuses.best_foldings`, once, when verdicts are recorded.
+    `stages.statuses.best_foldings` chooses it once, when verdicts are recorded.
     """
     creases: dict[int, int] = {}
     best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
@@ -75,7 +75,7 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SC
 
 @retry_if_changed
 def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT_SCENE_NAME) -> StoredVerdict | None:
-    """The verdict on the folding of a design in a scene; None where no stage has judged it there."""
+    """Return the verdict on a folding of a design in a scene; None before any stage has judged it there."""
     same = [
         and_(other.c.design_id == verdict.c.design_id, other.c.crease == verdict.c.crease)
         for other in (motion, deployment)
@@ -98,13 +98,13 @@ def find_verdict(database: Database, number: int, crease: int, scene: str = DEFA
 def foldings_with_paths(
     database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME
 ) -> list[tuple[int, int]]:
-    """Id and crease of the foldings of some designs whose path in a scene is stored, proved or not."""
+    """Return design id and crease of the foldings of some designs with a stored path in a scene, proved or not."""
     rows = _with_paths(database, sql_select(motion.c.design_id, motion.c.crease), ids, scene)
     return [(row.design_id, row.crease) for row in rows]
 
 
 def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME) -> list[StoredPath]:
-    """The stored paths of the foldings of some designs in a scene, by design and crease; DatabaseError for damage."""
+    """Return the stored paths of some designs in a scene, ordered by design and crease; DatabaseError for damage."""
     paths = []
     for row in _with_paths(database, sql_select(motion), ids, scene):
         states = _states(database, row.path, row.states)
@@ -116,7 +116,7 @@ def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT_SCEN
 
 @retry_if_changed
 def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], scene: str) -> list[Row[Any]]:
-    """Columns of the motions of some designs in a scene that have a path, by design and crease."""
+    """Select columns of the motions with a path of some designs in a scene, ordered by design and crease."""
     rows: list[Row[Any]] = []
     with database.reading() as connection:
         for part in parts_of_ids(ids):
@@ -126,7 +126,7 @@ def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], sc
 
 
 def _states(database: Database, packed: object, count: int) -> Reals:
-    """Fold angles of so many states."""
+    """Unpack the fold angles of `count` states; DatabaseError for damaged data."""
     try:
         unpacking = zlib.decompressobj()
         values = np.frombuffer(unpacking.decompress(cast(bytes, packed), MAX_PATH_BYTES), "<f8")

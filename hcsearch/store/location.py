@@ -1,4 +1,4 @@
-"""Where a database is: a file of SQLite, or the URL of a server."""
+"""Locations of databases: an SQLite file or the URL of a server."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from hcsearch.system.machine import locks_files
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
-"""Options of a URL that messages show; the values of all others may be secrets, by whatever name."""
+"""Options of a URL whose values messages show; values of all others may be secret."""
 
 _LOOSE = {"host": r"[@=&;\s]", "hostaddr": r"[@=&;\s]", "port": r"[^\d,]", "user": r"[:@=&;\s]", "database": r"[:@=&;]"}
-"""What a part of a URL has where a password, or an option, is typed into it by mistake."""
+"""Characters in a part of a URL that show a password or an option typed into it by mistake."""
 _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
-"""The beginning of a URL with a mistake in it."""
+"""The beginning of a mistyped URL."""
 _SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|user|dbname)\s*=.*\s", re.IGNORECASE)
-"""An option of libpq or of a URL that may hold a secret, or text of libpq, in which one may stand by any name."""
+"""An option of libpq or of a URL that may hold a secret, or a connection string of libpq."""
 _ESCAPED = make_url("sqlite:///%20").database == "%20"
-"""Whether names of databases are as they stand in a URL, as of SQLAlchemy 2.0, and not yet as they are meant."""
+"""Whether SQLAlchemy leaves database names in URLs percent-encoded, as versions 2.0 do."""
 MAX_LOCATION_BYTES = 500
-"""Bytes of a path: SQLite takes 512 with the names of its journals."""
+"""Longest path in bytes; SQLite takes 512 including the names of its journals."""
 
 FileIdentity = tuple[int, int]
-"""Device and number of a file."""
+"""Device and inode number of a file."""
 
 LOCATION_EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
 
 
 @dataclass(frozen=True)
 class Location:
-    """A database's place; `text` is what users are shown (passwords hidden), and either `path` or `url` is set."""
+    """The location of a database; `text` is shown to users (passwords hidden), either `path` or `url` is set."""
 
     text: str
     path: Path | None = None
@@ -49,7 +49,7 @@ class Location:
 
 
 def parse_location(text: str | Path) -> Location:
-    """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
+    """Parse a path or an SQLAlchemy URL; DatabaseError if it is neither."""
     if not isinstance(text, (str, Path)):
         raise DatabaseError(f"{text!r} names no database: {LOCATION_EXAMPLES}")
     text = str(text)
@@ -77,9 +77,9 @@ def parse_location(text: str | Path) -> Location:
 
 
 def _is_loose(url: URL) -> bool:
-    """Whether parts of a URL hold what may be parts of a password, or options that are none.
+    """Return whether parts of a URL may contain parts of a password, or misplaced options.
 
-    A password with @, : or / as they are leaves a part of itself in one of the other parts.
+    A password with an unescaped @, : or / spills into the other parts.
     """
     parts = [("host", url.host), ("user", url.username), ("database", url.database)]
     parts += [(name, value) for name, values in url.normalized_query.items() if name in _OPEN for value in values]
@@ -87,13 +87,13 @@ def _is_loose(url: URL) -> bool:
         return True
     try:
         url.get_dialect()().create_connect_args(url)
-    except ArgumentError:  # hosts and ports that do not fit each other
+    except ArgumentError:  # hosts and ports of different number
         return True
     return False
 
 
 def _unreadable() -> DatabaseError:
-    """The refusal of a URL, which is not shown: it may hold a password."""
+    """Return the error for an unreadable URL, without the URL, which may contain a password."""
     marks = "a password with @ as %40, : as %3A and / as %2F, or in PGPASSWORD"
     return DatabaseError(f"the database URL cannot be read: {LOCATION_EXAMPLES}, {marks}")
 
@@ -124,18 +124,18 @@ def _file(path: str) -> Location:
 
 
 def _places(path: str) -> Iterator[str | Path]:
-    """The whole path of a file, and that which links on it lead to: SQLite has room for neither if it is long."""
+    """Yield the absolute path of a file, as written and with links resolved: SQLite limits the length of both."""
     yield Path(path).absolute()
     yield os.path.realpath(path)
 
 
 def _shown(path: str) -> str:
-    """Put a path on one line that every terminal can print; one that may be a mistyped URL without its password."""
+    """Return a path on one printable line, without a password if it may be a mistyped URL."""
     return printable(re.sub(":.*@", ":***@", path, flags=re.DOTALL))
 
 
 def is_filled(location: Location) -> bool:
-    """Whether the file of a location exists and is not empty; DatabaseError when it is no file."""
+    """Return whether the file of a location exists and is not empty; DatabaseError if it is no file."""
     path = _path(location)
     try:
         status = path.stat()
@@ -151,7 +151,7 @@ def is_filled(location: Location) -> bool:
 
 
 def file_identity(path: Path) -> FileIdentity | None:
-    """Return what distinguishes a file from all others, whatever its name; None when there is none."""
+    """Return device and inode of a file, which identify it under any name; None if it does not exist."""
     try:
         status = path.stat()
     except OSError:
@@ -160,7 +160,7 @@ def file_identity(path: Path) -> FileIdentity | None:
 
 
 def check_writable(location: Location) -> None:
-    """Refuse, before anything is touched, a file or folder that cannot be written."""
+    """Raise DatabaseError if a file or its folder is not writable, before anything is changed."""
     path = _path(location)
     folder = path.absolute().parent
     if not folder.is_dir():
@@ -181,7 +181,7 @@ def _path(location: Location) -> Path:
 
 
 def room_at(location: str) -> int | None:
-    """Bytes that a database file can take in all, those it has included; None for a server."""
+    """Return the size in bytes to which a database file can grow; None for a server."""
     path = parse_location(location).path
     if path is None:
         return None

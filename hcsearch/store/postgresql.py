@@ -1,4 +1,4 @@
-"""Connections to PostgreSQL servers through psycopg: writers that take turns, and bulk transfer of rows."""
+"""Connections to PostgreSQL servers through psycopg: one writer at a time, and bulk transfer of rows."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ _SETTINGS = "; ".join(
     f"SET LOCAL {name} = {value}"
     for name, value in (("extra_float_digits", 1), ("bytea_output", "hex"), ("standard_conforming_strings", "on"))
 )
-"""What a role or a database may set otherwise, so that numbers lose digits or texts and paths are read differently."""
+"""Settings that a role or a database may override, so that numbers lose digits or texts and paths differ."""
 
 CONNECT_TIMEOUT = 10
-"""How long to wait for a server to answer at first, in seconds, unless the URL says otherwise."""
+"""Longest wait for the first answer of a server, in seconds, unless the URL sets it."""
 
 
 def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
-    """Return an engine on a server; ImportError when psycopg is not there.
+    """Return an engine on a server; ImportError without psycopg.
 
     timeout : longest wait for a lock, in seconds; readonly : the server refuses every change in its transactions.
     """
     wait = {} if "connect_timeout" in url.query else {"connect_timeout": CONNECT_TIMEOUT}
-    # a database without an encoding would give bytes for texts
+    # a database without an encoding would return bytes for texts
     encoding = {} if "client_encoding" in url.query else {"client_encoding": "utf8"}
     options = {"fallback_application_name": "hcsearch", **wait, **encoding}
-    # as many connections as there are threads that use them: none waits for another to end
+    # a connection per thread: no thread waits for another
     engine = create_engine(url, connect_args=options, max_overflow=-1)
 
     def begin(connection: Connection) -> None:
         first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}; {_SETTINGS}"
         if connection.get_execution_options().get("hcsearch_begin") == "IMMEDIATE":
-            # As in SQLite one transaction writes at a time, so that two of them neither deadlock nor give an id twice.
+            # As in SQLite, one transaction writes at a time, so that two neither deadlock nor assign the same id.
             first += f"; SELECT pg_advisory_xact_lock({APPLICATION_ID})"
         connection.exec_driver_sql(first)
 
@@ -47,7 +47,7 @@ def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
 
 
 def stage_rows(connection: Connection, table: SchemaTable, columns: Mapping[str, Sequence[Any]]) -> TableClause:
-    """Bring rows, given as columns of equal length, into a temporary table of this transaction, and return it."""
+    """Copy rows, given as columns of equal length, into a temporary table of this transaction, and return it."""
     import psycopg  # noqa: PLC0415 - an extra
 
     name, listed = f"new_{table.name}", ", ".join(f'"{column}"' for column in columns)
@@ -60,6 +60,6 @@ def stage_rows(connection: Connection, table: SchemaTable, columns: Mapping[str,
         with driver.cursor() as cursor, cursor.copy(copying) as copy:
             for row in zip(*columns.values(), strict=True):
                 copy.write_row(row)
-    except psycopg.Error as error:  # as every other statement fails, those that go through SQLAlchemy
+    except psycopg.Error as error:  # so that it fails like statements of SQLAlchemy
         raise DBAPIError(copying, None, error) from error
     return table_named(name, *map(column_named, columns))

@@ -1,4 +1,4 @@
-"""Reading: rows and pages of a view by the query language, any read-only SQL, and one design with its foldings."""
+"""Reading: rows and pages of a view by the query language, read-only SQL, and single designs with their foldings."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from hcsearch.store.sqlite import PROGRESS_HANDLER_STEPS
 from hcsearch.store.verdicts import scene_names
 from hcsearch.store.views import SCENIC, sql_in_scene
 
-# The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
+# The columns that distinguish rows of a view: the last sort keys of every order, so that results are reproducible.
 VIEW_KEYS = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),
@@ -47,7 +47,7 @@ VIEW_KEYS = {
     "evaluations": ("subject", "setting", "springs"),
 }
 
-# On a server, rows wait there until they are fetched.
+# On a server, rows stay there until they are fetched.
 _CURSOR = {"yield_per": FETCH_CHUNK_ROWS}
 
 
@@ -62,20 +62,20 @@ def stream(
     view: str = "designs",
     scene: str = DEFAULT_SCENE_NAME,
 ) -> Iterator[Rows]:
-    """Give the rows of a view that satisfy a query (see `conditions`) as they are read, in little memory.
+    """Stream the rows of a view that satisfy a query (see `conditions`), in little memory.
 
     scene : whose verdicts are shown. columns : names, a sequence or separated by commas; all where empty.
     sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
     """
-    view_table(view)  # refuses an unknown view before its columns are looked up
+    view_table(view)  # raises for an unknown view before its columns are looked up
     quantities = quantities_named(view, columns)
     names = tuple(quantity.name for quantity in quantities)
-    check_scene(database, scene, view)  # first: what is made of a scene's name is kept
+    check_scene(database, scene, view)  # first, since views are cached by the name of the scene
     statement = _statement(view, scene, names, query, sort, limit)
     with database.reading() as connection:
         with raising_query_errors():
             cursor = connection.execute(statement, execution_options=_CURSOR)
-        # A cursor that is left open in the midst of its rows would keep the file in use.
+        # A cursor left open amid its rows would keep the file in use.
         with closing(cursor):
             kinds = tuple(quantity.kind for quantity in quantities)
             yield Rows(names, kinds, _checked(database, names, kinds, chunks_of(cursor)))
@@ -93,10 +93,10 @@ def _checked(
 def stream_sql(
     database: Database, sql: str, kinds: Sequence[ColumnKind] = (), scene: str = DEFAULT_SCENE_NAME
 ) -> Iterator[Rows]:
-    """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
+    """Stream the rows of one read-only SQL statement; the database is from `open_readonly`.
 
-    kinds : of its columns, where this program asks, and other values are to be refused. scene : that the views
-    `designs` and `foldings` show.
+    kinds : of its columns, if the statement is of this program and other values are errors. scene : shown by the
+    views `designs` and `foldings`.
     QueryError: a statement that would change something, several statements, or a mistake in the SQL.
     """
     if not database.readonly:
@@ -106,8 +106,8 @@ def stream_sql(
         sql = sql_in_scene(sql, scene)
     with database.reading() as connection:
         with raising_query_errors(own=bool(kinds)):
-            # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything. On a server it
-            # becomes the query of a cursor, which can be nothing but one SELECT: COPY could write files there.
+            # The text goes to the driver unchanged, without parameters, so `:` and `%` have no meaning. On a server it
+            # becomes the query of a cursor, which can only be one SELECT: COPY could write files there.
             cursor = connection.exec_driver_sql(sql, execution_options={**_CURSOR, "no_parameters": True})
             if not cursor.returns_rows:
                 raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
@@ -128,7 +128,7 @@ def select(
     view: str = "designs",
     scene: str = DEFAULT_SCENE_NAME,
 ) -> Result:
-    """Return the rows of a view that satisfy a query as plain values; `read` gives a pandas table instead.
+    """Return the rows of a view that satisfy a query as plain values; `read` returns a pandas table instead.
 
     database : an open database. query, columns, sort, limit, view : as in `read`. scene : the name of a scene.
     """
@@ -139,9 +139,9 @@ def select(
 
 @retry_if_changed
 def select_sql(database: Database, sql: str, kinds: Sequence[ColumnKind] = ()) -> Result:
-    """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
+    """Return the rows of one read-only SQL statement as plain values; `read(sql=...)` returns a pandas table.
 
-    database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are to be refused.
+    database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are errors.
     """
     expect_kind("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream_sql(database, sql, kinds) as rows:
@@ -149,7 +149,7 @@ def select_sql(database: Database, sql: str, kinds: Sequence[ColumnKind] = ()) -
 
 
 def check_scene(database: Database, scene: str, view: str = "designs") -> None:
-    """Refuse a scene that was never run on a database; `default` stands for what needs none, where none was."""
+    """Raise SceneError for a scene that was never run on a database; `default` is allowed if none was run."""
     if scene == DEFAULT_SCENE_NAME and view not in SCENIC:
         return
     known = scene_names(database)
@@ -169,9 +169,9 @@ def check_scene(database: Database, scene: str, view: str = "designs") -> None:
 
 @retry_if_changed
 def grids_in(database: Database, query: str = "") -> list[str]:
-    """Return the grids that a query may give designs of: those of its conditions that a database has designs of.
+    """Return the grids that the conditions of a query allow and a database has designs on.
 
-    Where the database has no design on any of them, all of those of the conditions.
+    If the database has no design on any of them, all grids that the conditions allow.
     """
     named = named_grids(query)
     with database.reading() as connection:
@@ -192,7 +192,7 @@ def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: st
 
 
 def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any]]:
-    """The order of rows that a sort specification asks for, the same each time."""
+    """Return the ORDER BY terms of a sort specification, made unique by the key columns."""
     terms = [(source.c[name], descending) for name, descending in sort_terms(view, sort)]
     wanted: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
     return wanted + [source.c[name] for name in VIEW_KEYS[view]]
@@ -200,10 +200,10 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
 
 @retry_if_changed
 def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) -> dict[str, Any]:
-    """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
+    """Return the row of `designs` for an id or a circuit notation, with its rows of the views of foldings.
 
-    These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. For people:
-    control characters in its texts are escaped, except in `scene_values`, which are TOML.
+    These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. Control
+    characters in texts are escaped for display, except in `scene_values`, which are TOML.
     """
     key, _ = find_circuit(database, text)
     queries = {"designs": f"id={key}"} | dict.fromkeys(("foldings", "motions", "deployments"), f"design_id={key}")
@@ -213,7 +213,7 @@ def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) 
 
 @retry_if_changed
 def find_circuit(database: Database, text: str) -> tuple[int, str]:
-    """Return the id and the circuit of the design of an id or a circuit notation; QueryError where there is none."""
+    """Return id and circuit of the design with an id or a circuit notation; QueryError if there is none."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
     wanted = design.c.id == int(text[:20]) if by_id else design.c.circuit.in_(_spellings(text))
     if by_id and int(text[:20]) >= 2**63:
@@ -239,7 +239,7 @@ def _for_people(result: Result) -> list[dict[str, Any]]:
 
 
 def _spellings(text: str) -> list[str]:
-    """A circuit's notation as it is written, and the canonical one where it can be read."""
+    """Return the notation of a circuit as written, and the canonical one if it can be parsed."""
     spellings = [text.encode(errors="replace").decode()]
     with suppress(HcsearchError):
         spellings.append(Circuit.from_notation(text).canonical().notation)
@@ -251,14 +251,14 @@ def _unknown(database: Database, text: str) -> QueryError:
 
 
 STATEMENT_SECONDS = 10.0
-"""How long a statement may take."""
+"""Time limit of a statement, in seconds."""
 
 
 class SlowQueryError(QueryError):
-    """A query that takes more time than it has."""
+    """A query exceeded its time limit."""
 
 
-_STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
+_STOPPED = "57014"  # SQLSTATE of a statement that a server ended at its time limit
 
 
 @retry_if_changed
@@ -276,8 +276,8 @@ def select_page(
 ) -> Result:
     """Return `count` rows of a view after the first `skip` of those that `select` returns.
 
-    Two statements: the first passes over the rows before in the columns of query and order alone, of which SQLite
-    reads no others and makes no other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.
+    Two statements: the first skips the rows before the page and uses only the columns of query and order, so that
+    SQLite omits other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.
     """
     view_table(view)
     quantities = quantities_named(view, columns)
@@ -309,7 +309,7 @@ def count_rows(
     scene: str = DEFAULT_SCENE_NAME,
     seconds: float = STATEMENT_SECONDS,
 ) -> int:
-    """Return the number of rows of a view that satisfy a query; `most` where there are as many or more."""
+    """Return the number of rows of a view that satisfy a query, counted up to `most`."""
     source = view_table(view, scene)
     one: ColumnElement[int] = literal_column("1")
     rows = sql_select(one).select_from(source).where(parse_query(query, view, scene)).limit(most)
@@ -319,7 +319,7 @@ def count_rows(
 
 @contextmanager
 def _limited(database: Database, seconds: float) -> Iterator[Connection]:
-    """A connection for reading, whose statements end after some seconds; SlowQueryError where they do."""
+    """Yield a reading connection with a time limit for statements; SlowQueryError if one exceeds it."""
     end = time.monotonic() + seconds
     too_long = SlowQueryError(
         f"the query takes more than {seconds:.3g} s: narrow it, as with grid= and n=, or give it more time"
@@ -335,9 +335,11 @@ def _limited(database: Database, seconds: float) -> Iterator[Connection]:
             try:
                 yield connection
             finally:
-                driver.set_progress_handler(lambda: 0, PROGRESS_HANDLER_STEPS)  # as `sqlite.connect` sets it
+                driver.set_progress_handler(
+                    lambda: 0, PROGRESS_HANDLER_STEPS
+                )  # restores the handler of `sqlite.connect`
     except KeyboardInterrupt:
-        if time.monotonic() > end:  # SQLite was interrupted by the handler here
+        if time.monotonic() > end:  # the handler above interrupted SQLite
             raise too_long from None
         raise
     except DatabaseError as error:

@@ -1,6 +1,6 @@
-"""Results as text (table, csv, json, markdown) or Parquet, and as files that are written whole or not at all.
+"""Writing results as text (table, csv, json, markdown) or Parquet; files are written atomically.
 
-Parquet has integers of 64 bits, reals of 64 bits, text, bytes; NULL stays NULL.
+Types in Parquet are 64-bit integers, 64-bit reals, text and bytes; NULL stays NULL.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ FORMATS = ("table", "csv", "json", "markdown", "parquet")
 
 
 def format_rows(rows: Rows, style: str) -> Iterator[str]:
-    """Give a result as text, piece by piece, the last line ended; integers stay integers.
+    """Yield a result as pieces of text that end in a newline; integers stay integers.
 
-    Tables are gathered first, for the widths of their columns. QueryError: a style that is unknown or no text.
+    Tables are gathered first to find the widths of columns. QueryError: an unknown style, or one that is no text.
     """
     writers: dict[str, Callable[[Rows], Iterator[str]]] = {
         "table": lambda rows: _tabulate(rows, "simple"),
@@ -49,13 +49,13 @@ def format_rows(rows: Rows, style: str) -> Iterator[str]:
 
 
 class _Lines(io.StringIO):
-    """Takes records that end in CR LF and ends them in LF. Only so does the csv module quote a CR within a value."""
+    """A file for the csv module that turns CR LF into LF; with CR LF as line end the module quotes CR in values."""
 
     def write(self, record: str) -> int:
         return super().write(record.removesuffix("\r\n") + "\n")
 
     def take(self) -> str:
-        """Return what has been written since the last time."""
+        """Return the text written since the last call."""
         text = self.getvalue()
         self.seek(0)
         self.truncate()
@@ -73,7 +73,7 @@ def _csv(rows: Rows) -> Iterator[str]:
 
 
 def _json(rows: Rows) -> Iterator[str]:
-    """Write one object a line, so that the text can be read both as a whole and by line tools."""
+    """Yield a JSON array with one object per line, for JSON readers and line tools alike."""
     check_names(rows, "json")
     before = "["
     for chunk in rows.chunks:
@@ -86,13 +86,13 @@ def _json(rows: Rows) -> Iterator[str]:
 
 
 def check_names(rows: Rows, style: str) -> None:
-    """Refuse columns of the same name, for a style that cannot keep them apart."""
+    """Raise QueryError for duplicate column names if the style cannot distinguish them."""
     if len(set(rows.columns)) < len(rows.columns):
         raise QueryError(f"two columns have the same name, which {style} cannot hold: rename one with AS")
 
 
 def plain_value(value: Any) -> Any:
-    """Put what SQL knows and the formats do not into words: bytes, and numbers that are infinite."""
+    """Return bytes and infinite numbers, which the formats lack, as text; other values unchanged."""
     if isinstance(value, bytes):
         return value.hex()
     if isinstance(value, float) and not math.isfinite(value):
@@ -105,7 +105,7 @@ def _tabulate(rows: Rows, style: str) -> Iterator[str]:
 
     result = rows.gathered()
     numeric = [all(_is_number(row[at]) for row in result.rows) for at in range(len(result.columns))]
-    # Cells are text by now: tabulate would read 0123 as a number, and a column with NULLs as floats.
+    # Cells are text here: tabulate would read 0123 as a number, and a column with NULLs as floats.
     text = tabulate(
         [[_cell(value, style) for value in row] for row in result.rows],
         headers=[_cell(name, style) for name in result.columns],
@@ -124,16 +124,16 @@ def _cell(value: Any, style: str) -> str:
     if value is None:
         return "-"
     text = short_number(value, 6) if isinstance(value, float) else str(plain_value(value))
-    # A cell is one line that no terminal acts on, and a bar would end it in markdown.
+    # A cell is one line without control characters; a bar would end it in Markdown.
     text = printable(" ".join(text.splitlines()))
     return text.replace("|", "\\|") if style == "pipe" else text
 
 
 _GROUP = 1 << 15
-"""Rows of a row group: enough to compress well, few enough to hold in memory."""
+"""Rows of a Parquet row group: enough to compress well, few enough to hold in memory."""
 
 _KINDS = {"integer": "int64", "boolean": "int64", "real": "float64", "text": "string"}
-# Of the values of a column whose kind is not known; any other mixture becomes text.
+# For the types of values in a column of unknown kind; any other mixture becomes text.
 _TYPES: dict[frozenset[type], str] = {
     frozenset(): "null",
     frozenset({int}): "int64",
@@ -144,7 +144,7 @@ _TYPES: dict[frozenset[type], str] = {
 
 
 def save_rows(rows: Rows, style: str, path: Path) -> None:
-    """Write a result to a file, in the place of an older one; text is UTF-8.
+    """Write a result to a file, replacing an older one; text is UTF-8.
 
     OutputError: the file cannot be written, or is a database. QueryError: the style cannot hold the result.
     """
@@ -157,9 +157,9 @@ def save_rows(rows: Rows, style: str, path: Path) -> None:
 
 
 def _write_parquet(rows: Rows, path: Path) -> None:
-    """Write a result as row groups, in little memory; yes/no columns are 0 and 1, as they are stored.
+    """Write a result to Parquet in row groups, in little memory; yes/no columns are 0 and 1, as stored.
 
-    QueryError: pyarrow is not there, or two columns have the same name.
+    QueryError: pyarrow is not installed, or two columns have the same name.
     """
     try:
         import pyarrow  # noqa: PLC0415 - an extra
@@ -197,11 +197,11 @@ def _groups(chunks: Iterator[Sequence[ResultRow]]) -> Iterator[list[ResultRow]]:
 
 @contextmanager
 def _typed(rows: Rows, folder: Path) -> Iterator[tuple[list[str], Iterator[Sequence[ResultRow]]]]:
-    """Give the types of the columns before the first row, from all rows where they are not known beforehand."""
+    """Yield the column types and the rows; unknown types are found in a first pass over all rows."""
     if None not in rows.kinds:
         yield [_KINDS[kind] for kind in rows.kinds if kind is not None], rows.chunks
         return
-    # A file has one type a column, and its type may depend on the last row; so the rows wait on the disk.
+    # A file has one type per column, which may depend on the last row; so rows are spooled to disk.
     with TemporaryFile(dir=folder) as spool:
         types_of: list[set[type]] = [set() for _ in rows.columns]
         for chunk in rows.chunks:
@@ -213,7 +213,7 @@ def _typed(rows: Rows, folder: Path) -> Iterator[tuple[list[str], Iterator[Seque
 
 
 def _type(value: Any) -> type:
-    """Type of a value; a whole number too long for 64 bits, which only servers have, counts as text."""
+    """Return the type of a value; an integer beyond 64 bits, which only servers have, counts as text."""
     return str if type(value) is int and not -(2**63) <= value < 2**63 else type(value)
 
 

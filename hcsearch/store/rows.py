@@ -1,4 +1,4 @@
-"""Results of queries: as they come from the database, chunk by chunk, or gathered. Values are those SQLite knows."""
+"""Results of queries, streamed in chunks or gathered; values have the types of SQLite."""
 
 from __future__ import annotations
 
@@ -29,32 +29,32 @@ _TYPES: dict[str, set[type]] = {
 }
 
 IDS_PER_STATEMENT = 5000
-"""Designs that one statement asks for."""
+"""Largest number of design ids in one statement."""
 FETCH_CHUNK_ROWS = 1000
 """Rows fetched at once."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """Names of the columns, and rows of plain values (None for NULL)."""
+    """Column names, and rows of plain values (None for NULL)."""
 
     columns: tuple[str, ...]
     rows: tuple[ResultRow, ...]
 
     def records(self) -> list[dict[str, Any]]:
-        """Return each row as its values by the names of their columns."""
+        """Return each row as a dict from column name to value."""
         return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
 
     def stream(self) -> Rows:
-        """Return the same as a result that is read in one chunk."""
+        """Return the same result as a stream of one chunk."""
         return Rows(self.columns, (None,) * len(self.columns), iter([self.rows]))
 
 
 @dataclass(frozen=True)
 class Rows:
-    """A result while it is read: its chunks come once, and only while the query is open.
+    """A streamed result; its chunks can be read once, while the query is open.
 
-    kinds : of the columns; None where it is not known before the values are read.
+    kinds : of the columns; None if unknown before the values are read.
     """
 
     columns: tuple[str, ...]
@@ -62,18 +62,18 @@ class Rows:
     chunks: Iterator[Sequence[ResultRow]]
 
     def gathered(self) -> Result:
-        """All rows at once."""
+        """Return all rows as one result."""
         return Result(self.columns, tuple(chain.from_iterable(self.chunks)))
 
 
 def parts_of_ids(ids: Sequence[int]) -> Iterator[list[int]]:
-    """Ids of designs in parts, each for one statement."""
+    """Split design ids into parts, one for each statement."""
     for first in range(0, len(ids), IDS_PER_STATEMENT):
         yield list(ids[first : first + IDS_PER_STATEMENT])
 
 
 def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[ResultRow]]:
-    """Fetch the rows of a cursor, and fail as `raising_query_errors` does where its statement fails on the way."""
+    """Fetch the rows of a cursor in chunks, with the errors of `raising_query_errors`."""
     while True:
         with raising_query_errors(own=own):
             fetched = cursor.fetchmany(FETCH_CHUNK_ROWS)
@@ -100,9 +100,9 @@ def checked_rows(
 def check_values(
     location: str, names: Sequence[str], kinds: Sequence[ColumnKind | None], rows: Iterable[Sequence[Any]]
 ) -> None:
-    """Refuse rows with values that their columns cannot hold, which SQLite lets every program store: infinities, too.
+    """Raise DatabaseError for values that do not fit their columns, infinities included; SQLite does not check them.
 
-    kinds : of the columns named; None where any value may be. DatabaseError names the first such column.
+    kinds : of the named columns; None where any value is allowed. The error names the first such column.
     """
     for name, kind, values in zip(names, kinds, zip(*rows, strict=True), strict=False):
         if kind is not None and not _are(kind, values):
@@ -113,9 +113,9 @@ def check_values(
 
 
 def next_id(connection: Connection, location: str, column: Column[int], count: int = 1) -> int:
-    """The first of some new numbers of rows, in a transaction that writes; DatabaseError where no more are left.
+    """Return the first of `count` new row ids, in a writing transaction; DatabaseError if they are exhausted.
 
-    Not from a sequence, which would lose numbers to failed transactions.
+    Ids come from no sequence, which would lose numbers in failed transactions.
     """
     last = connection.execute(select(func.max(column))).scalar() or 0
     check_values(location, [column.name], ["integer"], [(last,)])
@@ -128,28 +128,28 @@ def next_id(connection: Connection, location: str, column: Column[int], count: i
 
 
 def _are(kind: ColumnKind, values: Sequence[Any]) -> bool:
-    """Whether values are of a kind, or NULL."""
+    """Return whether all values are NULL or of a kind."""
     if not set(map(type, values)) <= _TYPES[kind]:
         return False
     return kind != "real" or all(map(math.isfinite, filter(None, values)))
 
 
 def _plain(value: Any) -> Any:
-    """Bring a value of a server to one that SQLite could have given."""
+    """Convert a value of a server to the type that SQLite returns."""
     if value is None or type(value) in (int, str, float, bytes):
         return value
     if isinstance(value, bool):
         return int(value)
-    if isinstance(value, Decimal):  # sums are whole, averages are not
+    if isinstance(value, Decimal):  # sums are integers, averages are not
         return int(value) if value.is_finite() and value.as_tuple().exponent == 0 else float(value)
     return str(value)
 
 
 @contextmanager
 def raising_query_errors(*, own: bool = True) -> Iterator[None]:
-    """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault.
+    """Turn errors of a statement into QueryError; errors of the database itself, damaged or locked, pass.
 
-    own : whether it is a statement of this program. One of a user may make bytes into text, or add up too much.
+    own : whether it is a statement of this program. One of a user may convert bytes to text, or overflow a sum.
     """
     try:
         yield

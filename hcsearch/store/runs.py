@@ -1,4 +1,4 @@
-"""Recording runs and batches, each whole or not at all, and results of ranking, tuning and the search for units."""
+"""Recording runs and batches atomically, and results of ranking, tuning and the search for units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def start_run(
     arguments: Mapping[str, object],
     versions: Mapping[str, object],
 ) -> int:
-    """Record that an enumerate call begins, and return the id of the run.
+    """Record the start of an enumeration, and return the id of the run.
 
     panel : length x width x thickness in millimetres, as `50x40x6`; arguments, versions : anything JSON can hold.
     """
@@ -59,7 +59,7 @@ def finish_run(
 ) -> None:
     """Record the outcome of a run.
 
-    funnel : counts by the names in `schema.FUNNEL`, None or left out where a stage has not run; stage_times : seconds.
+    funnel : counts by the names in `schema.FUNNEL`, None or missing for a stage that has not run; stage_times : s.
     """
     if unknown := set(funnel) - set(FUNNEL_COLUMNS):
         raise KeyError(f"no funnel column {sorted(unknown)}; there are {FUNNEL_COLUMNS}")
@@ -75,9 +75,9 @@ def finish_run(
 
 
 def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, int]) -> dict[str, list[StageResult]]:
-    """Return, by search prefix, the results of the batches that have every asked stage at exactly these versions.
+    """Return, by search prefix, the results of the batches in which all stages are done at the given versions.
 
-    versions : stage -> its current version; the results of a batch come in this order.
+    versions : current version of each stage; the results of a batch are in this order.
     """
     wanted = select(batch).where(_of(work), batch.c.stage.in_(versions))
     by_prefix: dict[str, dict[str, StageResult]] = {}
@@ -97,24 +97,24 @@ def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, i
 def record_batches(
     database: Database, run_id: int, work: WorkKey, batches: Iterable[tuple[str, DesignBatch, Sequence[StageResult]]]
 ) -> None:
-    """Store batches in one transaction: designs and foldings, and that these stages are done for the search prefix.
+    """Store batches in one transaction: designs, foldings and the stages done for each search prefix.
 
-    They are on disk for certain from the next durable transaction on, such as that of the end of the run.
+    The next durable transaction, such as that at the end of the run, guarantees that they are on disk.
 
-    The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; the
-    columns of other stages stay.
+    Storing a batch again adds nothing. A design stored before gets the columns of the stages that ran; the columns
+    of other stages stay.
     """
-    with database.writing(durable=False) as connection:  # a batch takes milliseconds to find again
+    with database.writing(durable=False) as connection:  # a batch takes only milliseconds to compute again
         for prefix, designs, results in batches:
             insert_designs(connection, database.location, designs)
             insert_results(connection, run_id, work, prefix, results)
 
 
 def count_arrays(database: Database, work: WorkKey, *, designs: int = 0) -> int:
-    """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored.
+    """Count the distinct arrays of the stored designs that this work keeps, including designs stored by other work.
 
-    designs : how many designs the finished batches of this work gave. DatabaseError when fewer are stored: SQLite does
-    not notice all damage to a file.
+    designs : number of designs of the finished batches of this work. DatabaseError if fewer are stored, since SQLite
+    does not detect all damage to a file.
     """
     counts = select(func.count(distinct(design.c.array)), func.count())
     counts = counts.where(design.c.grid == work.grid, design.c.n == work.n)
@@ -139,7 +139,7 @@ def _of(work: WorkKey) -> ColumnElement[bool]:
 def insert_results(
     connection: Connection, run_id: int, work: WorkKey, prefix: str, results: Sequence[StageResult]
 ) -> None:
-    """Store that stages are done for a piece of work, in a transaction of the caller."""
+    """Record the results of stages for a batch of work, in a transaction of the caller."""
     if not results:
         return
     key = {name: getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")} | {"prefix": prefix}
@@ -167,7 +167,7 @@ _UNIT_KEY = ("circuit", "crease", "alpha", "shape", "merged", "placements")
 
 
 def save_scores(database: Database, scores: Mapping[int, float | None], scene: str = DEFAULT_SCENE_NAME) -> None:
-    """Set the scores of designs in a scene by id, None for no score, in one transaction; those of others stay."""
+    """Set the scores of designs in a scene by id, None for no score, in one transaction; other scores stay."""
     known = {design: value for design, value in scores.items() if value is not None}
     none = [{"key": design} for design, value in scores.items() if value is None]
     with database.writing() as connection:
@@ -185,7 +185,7 @@ def save_scores(database: Database, scores: Mapping[int, float | None], scene: s
 
 @retry_if_changed
 def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]]:
-    """Return all evaluations of a subject, as columns of the table by name; DatabaseError for damaged values."""
+    """Return all evaluations of a subject as named columns of the table; DatabaseError for damaged values."""
     with database.reading() as connection:
         rows = connection.execute(select(evaluation).where(evaluation.c.subject == subject)).all()
     check_values(database.location, evaluation.columns.keys(), _EVALUATION_KINDS, rows)
@@ -193,7 +193,7 @@ def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]
 
 
 def record_evaluations(database: Database, rows: Sequence[Mapping[str, Any]]) -> int:
-    """Store evaluations in one transaction; return how many are new."""
+    """Store evaluations in one transaction; return the number of new ones."""
     if not rows:
         return 0
     names = [column.name for column in evaluation.columns]
@@ -202,10 +202,10 @@ def record_evaluations(database: Database, rows: Sequence[Mapping[str, Any]]) ->
 
 
 def record_units(database: Database, units: Sequence[Mapping[str, Any]]) -> int:
-    """Store the units of one element in one transaction; return how many are new.
+    """Store the units of one element in one transaction; return the number of new ones.
 
     units : as the columns of the view `units` by name, without ids.
-    A unit is known by its element and where the copies lie: a search that is run again gives the same.
+    Its element and the placement of the copies identify a unit, so a repeated search adds none.
     """
     if not units:
         return 0
@@ -213,7 +213,7 @@ def record_units(database: Database, units: Sequence[Mapping[str, Any]]) -> int:
     keys = [" ".join(str(row[name]) for name in _UNIT_KEY) for row in units]
     with database.writing() as connection:
         known = set(connection.execute(select(unit.c.key).where(unit.c.key.in_(keys))).scalars())
-        # a key that comes twice in one call is one unit
+        # a key that occurs twice in one call is one unit
         fresh = {key: row for key, row in zip(keys, units, strict=True) if key not in known}
         if not fresh:
             return 0

@@ -1,7 +1,7 @@
-"""The tables. What follows from other columns (orbit size, booleans, the verdict on a twist) is left to the views.
+"""The tables. Values that follow from other columns (orbit size, booleans, the verdict on a twist) are in the views.
 
-A change here needs a new migration, the revision raised, and `db/schema.sql` generated again; tests compare all three.
-A change of the views needs the same, with an empty migration.
+A change needs a new migration, a higher revision and a regenerated `db/schema.sql`; tests compare all three. A change
+of the views needs the same, with an empty migration.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from sqlalchemy.types import REAL, TypeEngine
 from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 
 SCHEMA_REVISION = "0001"
-"""The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
+"""The newest migration. Revisions are numbers of four digits, so that older ones sort before newer ones."""
 
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
 
 FUNNEL_COLUMNS = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deploys")
 
-# Named constraints can be changed by later migrations.
+# Names let later migrations change constraints.
 metadata = MetaData(
     naming_convention={
         "ck": "ck_%(table_name)s_%(constraint_name)s",
@@ -46,20 +46,20 @@ metadata = MetaData(
     }
 )
 
-# INTEGER on SQLite: only that spelling makes an id the row number. STRICT tables know REAL, but not DOUBLE.
+# INTEGER on SQLite: only this spelling makes an id the row number. STRICT tables have REAL, but not DOUBLE.
 _ID = BigInteger().with_variant(Integer, "sqlite")
-# Compared by bytes on servers too, as SQLite does: notations sort the same everywhere, and faster than as a language.
+# Compared by bytes on servers, as SQLite does: notations sort alike everywhere, and faster than by a language.
 _TEXT = Text().with_variant(Text(collation="C"), "postgresql")
 _REAL: TypeEngine[float] = Double().with_variant(REAL, "sqlite")
 
 
 def _one_of(name: str, words: Iterable[str]) -> CheckConstraint:
-    """Check that a column holds one of some words (or NULL)."""
+    """Return the constraint that a column holds one of some words or NULL."""
     return CheckConstraint(f"{name} IN ({', '.join(map(repr, words))})", name=name)
 
 
 def _folding_key() -> tuple[Column[int], Column[int]]:
-    """The columns that name a folding, at the head of the key of a table with rows for foldings."""
+    """Return the key columns of a folding, which lead the key of each table on foldings."""
     return (
         Column("design_id", _ID, primary_key=True, autoincrement=False),
         Column("crease", Integer, primary_key=True, autoincrement=False),
@@ -67,14 +67,14 @@ def _folding_key() -> tuple[Column[int], Column[int]]:
 
 
 def _of_folding(crease: str) -> ForeignKeyConstraint:
-    """Delete a row with the folding of its `design_id` and of its first flat crease, a column of this name."""
+    """Return the foreign key to a folding by `design_id` and the named crease column, with cascading deletion."""
     return ForeignKeyConstraint(["design_id", crease], ["folding.design_id", "folding.crease"], ondelete="CASCADE")
 
 
 design = Table(
     "design",
     metadata,
-    # Given by the writer, which holds the write lock: it must know the ids to insert the foldings.
+    # Assigned by the writer, which holds the write lock and needs the ids to insert the foldings.
     Column("id", _ID, primary_key=True, autoincrement=False),
     Column("grid", _TEXT, nullable=False),
     Column("n", Integer, nullable=False),
@@ -87,15 +87,15 @@ design = Table(
     Column("n_untwisted", Integer),
     Column("min_twist", Integer),
     Column("best_crease", Integer),
-    # What is known before a deployment is simulated; verdicts in scenes stand in `outcome`.
+    # The status before any simulation; verdicts in scenes are in `outcome`.
     Column("status", _TEXT),
-    # The notation of a circuit begins with its grid, so it is unique across grids.
+    # The notation of a circuit begins with its grid, so it is unique over all grids.
     UniqueConstraint("circuit"),
     CheckConstraint("symmetry > 0 AND array_symmetry >= symmetry", name="symmetry"),
     CheckConstraint("n_foldings >= 0 AND n_untwisted >= 0 AND n_untwisted <= n_foldings", name="foldings"),
     CheckConstraint("min_twist >= 0", name="min_twist"),
     _one_of("status", DESIGN_STATUSES),
-    # Ids grow, so within one (grid, n) rows are appended: this index costs inserts little.
+    # Ids grow, so rows are appended within one (grid, n), and the index slows inserts little.
     Index(None, "grid", "n"),
     sqlite_strict=True,
 )
@@ -126,7 +126,7 @@ scene = Table(
     "scene",
     metadata,
     Column("name", _TEXT, primary_key=True),
-    # All of the scene that counts, as a TOML file.
+    # All relevant values of the scene, as a TOML file.
     Column("scene_values", _TEXT, nullable=False),
     sqlite_strict=True,
     sqlite_with_rowid=False,
@@ -140,7 +140,7 @@ outcome = Table(
     Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
     Column("best_crease", Integer, nullable=False),
     Column("status", _TEXT, nullable=False),
-    # A verdict goes with the folding that it is drawn from.
+    # A verdict is deleted with the folding on which it rests.
     _of_folding("best_crease"),
     _one_of("status", STATUSES),
     sqlite_strict=True,
@@ -155,7 +155,7 @@ verdict = Table(
     Column("status", _TEXT, nullable=False),
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
-    # Of the motion that gives the status: the deployment of what deploys, the path of what is movable.
+    # Of the motion behind the status: the deployment for `deploys`, the path for `movable`.
     Column("needed_margin", _REAL),
     Column("least_gap", _REAL),
     _of_folding("crease"),
@@ -164,7 +164,7 @@ verdict = Table(
     sqlite_with_rowid=False,
 )
 
-# One row a folding that was looked at in a scene. Lengths in millimetres, as the columns of the views have them.
+# One row per folding whose motion was planned in a scene. Lengths in millimetres, as in the views.
 motion = Table(
     "motion",
     metadata,
@@ -178,9 +178,9 @@ motion = Table(
     Column("reason", _TEXT, nullable=False),
     # Fold angles of the states (rad), doubles, little-endian, row by row, compressed by zlib; NULL without a path.
     Column("path", LargeBinary),
-    # The congruent folding whose motion this is; NULL of what was planned itself.
+    # The congruent folding whose motion this is; NULL if this folding was planned itself.
     Column("as_crease", Integer),
-    # How much was searched; the widest lock between the ends; play that opens it, and play that does not.
+    # Effort of the search; the widest lock between the ends; play with a path, and play without one.
     Column("efforts", Integer),
     Column("lock_pairs", _TEXT),
     Column("lock_end", _TEXT),
@@ -209,7 +209,7 @@ deployment = Table(
     "deployment",
     metadata,
     *_folding_key(),
-    # `scene` is what was simulated: `base`, whose verdict it serves, or that with other springs or pairs.
+    # `scene` was simulated: `base`, whose verdict it serves, or a variant of it with other springs or pairs.
     Column("base", _TEXT, primary_key=True),
     Column("scene", _TEXT, primary_key=True),
     Column("pairs", _TEXT, nullable=False),
@@ -225,7 +225,7 @@ deployment = Table(
     Column("closure_error", _REAL),
     Column("needed_margin", _REAL),
     Column("least_gap", _REAL),
-    # The congruent folding that was simulated in its place, or NULL.
+    # The congruent folding that was simulated instead, or NULL.
     Column("as_crease", Integer),
     _of_folding("crease"),
     _one_of("pairs", WAYS),
@@ -266,7 +266,7 @@ batch = Table(
     Column("scene", _TEXT, primary_key=True),
     Column("prefix", _TEXT, primary_key=True),
     Column("stage", _TEXT, primary_key=True),
-    # Not part of the key: newer work takes the place of older.
+    # Not part of the key: newer work replaces older work.
     Column("version", Integer, nullable=False),
     Column("passed", _ID, nullable=False),
     Column("n_fixed", _ID, nullable=False),
@@ -307,7 +307,7 @@ unit = Table(
     Column("closure_error", _REAL),
     Column("contact", Integer),
     Column("known", _TEXT, nullable=False),
-    # Names the element and where its copies lie; a search that is run again gives the same.
+    # Identifies the element and the placement of its copies; equal for repeated searches.
     Column("key", _TEXT, nullable=False),
     UniqueConstraint("key"),
     CheckConstraint("copies > 1 AND panels > 0 AND hinges > 0", name="copies"),
@@ -318,7 +318,7 @@ unit = Table(
     sqlite_strict=True,
 )
 
-# No reference to `design`: assemblies and sizes of panels of one's own are tuned as well.
+# No reference to `design`: assemblies and panels of any size are tuned as well.
 evaluation = Table(
     "evaluation",
     metadata,
@@ -326,7 +326,7 @@ evaluation = Table(
     Column("setting", _TEXT, primary_key=True),
     Column("springs", _TEXT, primary_key=True),
     Column("outcome", _TEXT, nullable=False),
-    # NULL where it is not decided, as are numbers that overflowed.
+    # NULL if undecided or overflowed.
     Column("clear", Integer),
     Column("end_time", _REAL, nullable=False),
     Column("collision_time", _REAL),

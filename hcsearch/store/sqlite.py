@@ -1,4 +1,4 @@
-"""Connections to SQLite files: read-write with real transactions, read-only behind an authorizer, and a first look."""
+"""Connections to SQLite files: read-write with real transactions, read-only with an authorizer, and inspection."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
 
 MIN_SQLITE_VERSION = (3, 37, 0)
-"""The oldest SQLite that knows tables that are STRICT."""
+"""The oldest SQLite with STRICT tables."""
 
-PROGRESS_HANDLER_STEPS = 100_000  # of SQLite's virtual machine
+PROGRESS_HANDLER_STEPS = 100_000  # instructions of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
 class FileInspection:
-    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
+    """The result of inspecting a file: `version` of the schema, None for a foreign file; `empty` without any tables."""
 
     version: str | None
     empty: bool
 
 
 def check_sqlite_version() -> None:
-    """DatabaseError where the SQLite of this Python is too old: it calls a good database damaged."""
+    """Raise DatabaseError if the SQLite of this Python is too old; it would report sound databases as damaged."""
     if sqlite3.sqlite_version_info < MIN_SQLITE_VERSION:
         needed = ".".join(map(str, MIN_SQLITE_VERSION[:2]))
         raise DatabaseError(
@@ -46,38 +46,38 @@ def check_sqlite_version() -> None:
 
 
 def connect_file(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
-    """Open a file; mode is `ro`, `rw`, `rwc` or `ro&immutable=1`, timeout the wait for locks in seconds."""
-    # Quoted as bytes, so that ?, #, % and names that are not UTF-8 stay part of the path.
+    """Open a file; mode is `ro`, `rw`, `rwc` or `ro&immutable=1`, timeout the longest wait for locks in seconds."""
+    # Quoted as bytes, so that ?, #, % and bytes outside UTF-8 stay part of the path.
     uri = f"file://{quote(os.fsencode(path.absolute()))}?mode={mode}"
-    # No implicit transactions: they would begin late, and not before DDL. `_begin` begins them.
+    # No implicit transactions, which begin late and not before DDL; `_begin` begins them.
     connection = sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
-    # A look at signals every few milliseconds: Ctrl-C in it ends a long statement with SQLITE_INTERRUPT.
+    # A check for signals every few milliseconds: Ctrl-C ends a long statement with SQLITE_INTERRUPT.
     connection.set_progress_handler(lambda: 0, PROGRESS_HANDLER_STEPS)
     return connection
 
 
 FileStamp = tuple[int, int, int, bytes, bool]
-"""What a change of a file changes: its number, size and time, SQLite's counter of changes, whether it has a log."""
+"""A fingerprint of a file: inode number, size, time, the change counter of SQLite, presence of a log."""
 
 _STAMP = "stamp"
 _TRIES = 5
 
 
 def file_stamp_of(path: Path) -> FileStamp:
-    """The stamp of a file as it is now, of which this process holds no lock: closing a file gives up all of them."""
+    """Return the stamp of a file on which this process holds no lock, since closing a file releases all locks."""
     with path.open("rb") as file:
         counter = file.read(28)[24:]
     return *_status(path), counter, _has_content(path, "-wal")
 
 
 def _status(path: Path) -> tuple[int, int, int]:
-    """The number, size and time of a file, which is not opened."""
+    """Return inode number, size and time of a file without opening it."""
     status = path.stat()
     return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def sizes_and_times(path: Path) -> tuple[int, ...]:
-    """Time and size of a file and of its log, none of which is opened."""
+    """Return times and sizes of a file and its log without opening them."""
     stamps: list[int] = []
     for file in (path, path.with_name(path.name + "-wal")):
         if file.exists():
@@ -87,18 +87,18 @@ def sizes_and_times(path: Path) -> tuple[int, ...]:
 
 
 def is_outdated(path: Path, opened: FileStamp | None) -> bool:
-    """Whether a file that was opened without locks, with this stamp, has been written to since; False for others."""
+    """Return whether a file opened without locks has changed since its file_stamp_of; False without a file_stamp_of."""
     return opened is not None and opened != file_stamp_of(path)
 
 
 def opened_stamp(connection: Connection) -> FileStamp | None:
-    """The stamp of the file when a connection opened it without locks; None where SQLite locks it."""
+    """Return the stamp of a file when a connection opened it without locks; None if SQLite locks it."""
     opened: FileStamp | None = connection.info.get(_STAMP)
     return opened
 
 
 def read_header(path: Path, timeout: float) -> FileInspection:
-    """Look at a file without changing anything on disk, if it is not in use."""
+    """Inspect a file; nothing changes on disk unless the file is in use."""
     for _ in range(_TRIES):
         before = _status(path)
         try:
@@ -106,43 +106,43 @@ def read_header(path: Path, timeout: float) -> FileInspection:
         except sqlite3.DatabaseError:
             if _status(path) == before:
                 raise
-            continue  # what was read of a file that changes may be in pieces
+            continue  # reads of a changing file may be inconsistent
         if _status(path) == before:
             break
     else:
-        return _look(path, "ro", timeout)  # somebody goes on writing, and SQLite's locks say when to read
+        return _look(path, "ro", timeout)  # a writer is active, so the locks of SQLite are needed
     return seen
 
 
 def _looked(path: Path, timeout: float) -> FileInspection:
-    # Where there is the memory of a log, its file may be in use, in this process too. Closing a file that was opened in
-    # any other way than by SQLite, with its locks, would give up all locks that this process has on it: another one
-    # could then take away the log of a writer that is at work.
+    # If the shared memory of a log exists, the file may be in use, also by this process. Closing a file that was opened
+    # without SQLite and its locks would release all locks of this process on it: another process could then remove the
+    # log of an active writer.
     used = path.with_name(path.name + "-shm").exists()
-    # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
+    # An immutable connection leaves no -wal and -shm files, but sees only the content of the main file.
     if not used and not _has_content(path, "-journal"):
         if not _has_content(path, "-wal"):
             return _look(path, "ro&immutable=1", timeout)
         if not _has_our_number(path):
-            # Ours has its number before it has a log. A look into the log of another program would leave a -shm.
+            # A file of this program has its id before any log. Reading the log of another program leaves a -shm.
             return FileInspection(None, empty=False)
     try:
         return _look(path, "ro", timeout)
     except sqlite3.OperationalError as error:
         if primary_code(error) != sqlite3.SQLITE_READONLY:
             raise
-        # A writer was killed: SQLite must be let undo its half-written transaction before anyone can read.
+        # A writer was killed: SQLite must roll back its transaction before anyone can read.
         return _look(path, "rw", timeout)
 
 
 def _has_content(path: Path, suffix: str) -> bool:
-    """Whether the journal of this kind lies beside the file, and is not empty."""
+    """Return whether a file has a non-empty journal of the kind of a suffix."""
     journal = path.with_name(path.name + suffix)
     return journal.exists() and journal.stat().st_size > 0
 
 
 def _has_our_number(path: Path) -> bool:
-    """Whether the header of a file says that it is ours; without its log, the rest of the file may be in pieces."""
+    """Return whether the header of a file has the application id of this program; the log is not read."""
     with path.open("rb") as file:
         return file.read(72)[68:] == APPLICATION_ID.to_bytes(4, "big")
 
@@ -162,32 +162,32 @@ def _look(path: Path, mode: str, timeout: float) -> FileInspection:
 
 
 def writing_engine(path: Path, timeout: float) -> Engine:
-    """Return an engine for reading and writing an existing database of ours: write-ahead log, foreign keys checked."""
+    """Return an engine for reading and writing an existing database, with write-ahead log and foreign keys."""
 
     def creator() -> sqlite3.Connection:
         connection = connect_file(path, "rw", timeout)
         _use_write_ahead_log(connection, timeout)
         connection.execute("PRAGMA foreign_keys=ON")
         connection.execute("PRAGMA wal_autocheckpoint=4000")  # pages; at 1000, bulk inserts wait for the disk
-        connection.execute("PRAGMA cache_size=-262144")  # KiB; the index of circuits is hit all over
+        connection.execute("PRAGMA cache_size=-262144")  # KiB; accesses to the index of circuits are scattered
         return connection
 
     return _engine(creator, QueuePool)
 
 
 def upgrading_engine(path: Path, timeout: float) -> Engine:
-    """Return an engine that may create the file; foreign keys are off, since altering a table may copy and drop it."""
+    """Return an engine that may create the file; foreign keys are off, as altering a table may copy and drop it."""
     return _engine(lambda: connect_file(path, "rwc", timeout), QueuePool)
 
 
 def reading_engine(path: Path, timeout: float) -> Engine:
-    """Return an engine on which no statement can change anything, here or in any other file."""
+    """Return an engine on which no statement can change any file."""
     stamps: dict[int, FileStamp] = {}
 
     def creator() -> sqlite3.Connection:
         log = path.with_name(path.name + "-wal")
-        # SQLite cannot make its shared memory, which holds its locks, where this user must not write. Others may write
-        # there, so that the file is looked at around each statement.
+        # SQLite cannot create its shared memory with the locks where this user must not write. Others may write
+        # there, so the stamp of the file is checked around each statement.
         sealed = not os.access(path.absolute().parent, os.W_OK) and not log.exists()
         opened = file_stamp_of(path) if sealed else None
         connection = connect_file(path, "ro&immutable=1" if sealed else "ro", timeout)
@@ -198,16 +198,16 @@ def reading_engine(path: Path, timeout: float) -> Engine:
         return connection
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
-        # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
+        # Not in the creator: SQLAlchemy runs a PRAGMA on its first connection before it calls this listener.
         connection.set_authorizer(_authorize)
         record.info[_STAMP] = stamps.pop(id(connection), None)
 
     def taken(_connection: sqlite3.Connection, record: Any, _proxy: object) -> None:
         if is_outdated(path, record.info[_STAMP]):
-            raise DisconnectionError("the file has changed")  # the pool opens it anew
+            raise DisconnectionError("the file has changed")  # the pool reopens it
 
-    # No BEGIN, which the authorizer would refuse: one statement is one snapshot.
-    # As many connections as there are threads that read: none waits for another to end.
+    # No BEGIN, which the authorizer would refuse: each statement is a snapshot.
+    # A connection per reading thread: no thread waits for another.
     engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool, max_overflow=-1)
     event.listen(engine, "connect", connected)
     event.listen(engine, "checkout", taken)
@@ -216,12 +216,12 @@ def reading_engine(path: Path, timeout: float) -> Engine:
 
 @contextmanager
 def read_transaction(connection: Connection) -> Iterator[None]:
-    """Read all that follows on a connection of `reading_engine` as the file is now."""
+    """Hold a read transaction on a connection of `reading_engine`, so that all reads see one snapshot."""
     raw = connection.connection.driver_connection
     assert isinstance(raw, sqlite3.Connection)
 
     def run(statement: str) -> None:
-        raw.set_authorizer(None)  # which refuses it in statements of users
+        raw.set_authorizer(None)  # the authorizer refuses BEGIN otherwise
         try:
             raw.execute(statement)
         finally:
@@ -235,19 +235,19 @@ def read_transaction(connection: Connection) -> Iterator[None]:
 
 
 def remove_empty_log(path: Path) -> None:
-    """Let SQLite remove the empty -wal and the -shm that a reader leaves, unless someone uses the file."""
+    """Let SQLite remove the empty -wal and -shm files left by a reader, unless the file is in use."""
     log = path.with_name(path.name + "-wal")
     with suppress(OSError, sqlite3.Error):
-        # A log with content is what a killed writer left: moving it into the file is up to the next writer.
+        # A killed writer left a log with content: its checkpoint is up to the next writer.
         if log.stat().st_size > 0 or not os.access(path, os.W_OK):
             return
-        # The last connection to close the file removes them, if it may write; SQLite knows by its locks which is last.
+        # The last connection that closes the file removes them if it may write; the locks of SQLite tell which is last.
         with closing(connect_file(path, "rw", timeout=0)) as connection:
             connection.execute("SELECT name FROM sqlite_schema").fetchone()
 
 
 def remove_empty_database(path: Path) -> None:
-    """Remove a database of ours that holds no rows, unless someone else uses it."""
+    """Remove a database of this program without rows, unless it is in use."""
     with suppress(OSError, sqlite3.Error), closing(connect_file(path, "rw", timeout=0)) as connection:
         connection.execute("PRAGMA journal_mode=DELETE")  # refused while there are other connections
         connection.execute("BEGIN EXCLUSIVE")
@@ -257,7 +257,7 @@ def remove_empty_database(path: Path) -> None:
 
 
 def _authorize(action: int, _first: str | None, second: str | None, _database: str | None, _trigger: str | None) -> int:
-    """Allow what a SELECT needs; ATTACH, PRAGMA and every change are refused before they run."""
+    """Allow the actions of a SELECT; refuse ATTACH, PRAGMA and every change before they run."""
     if action not in _READING or (action == sqlite3.SQLITE_FUNCTION and (second or "").lower() == "load_extension"):
         return sqlite3.SQLITE_DENY
     return sqlite3.SQLITE_OK
@@ -272,14 +272,14 @@ def _engine(creator: Callable[[], sqlite3.Connection], pool: type[Pool]) -> Engi
 def _begin(connection: Connection) -> None:
     options = connection.get_execution_options()
     if "hcsearch_durable" in options:
-        # FULL waits for the disk at each commit; after NORMAL ones a power failure may undo the last commits, whole.
+        # FULL waits for the disk at each commit; with NORMAL a power failure may undo the last commits, as a whole.
         connection.exec_driver_sql(f"PRAGMA synchronous={'FULL' if options['hcsearch_durable'] else 'NORMAL'}")
-    # IMMEDIATE takes the write lock at once: a transaction that read first could not get it after another's commit.
+    # IMMEDIATE takes the write lock at once: a transaction that read first could not get it after another commit.
     connection.exec_driver_sql(f"BEGIN {options.get('hcsearch_begin', 'DEFERRED')}")
 
 
 def _use_write_ahead_log(connection: sqlite3.Connection, timeout: float) -> None:
-    """Switch to the write-ahead log; two processes that switch at once may be refused without a wait, so try again."""
+    """Switch to the write-ahead log; repeated, since SQLite may refuse concurrent switches without a wait."""
     deadline = time.monotonic() + timeout
     while True:
         try:

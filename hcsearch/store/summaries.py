@@ -1,4 +1,4 @@
-"""Counts over all the designs that a query selects, and what views have on some of them: what reports are made of."""
+"""The content of reports: counts over all designs that a query selects, and rows of views on some of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hcsearch.store.queries import check_scene, order_of
 from hcsearch.store.rows import Result, checked_rows, parts_of_ids
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
-"""The column of a view with rows of all scenes that names the scene whose verdict a row serves."""
+"""By view with rows of all scenes: the column with the scene whose verdict a row serves."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Summary:
     """Counts over the designs that a query selects, in a scene.
 
     circuits, fixed, arrays : designs, circuits up to translation, arrays. two_stack, untwisted, movable, deploys,
-    locked : designs that are so; None where that is not known of any. array : that of all of them, None for several.
+    locked : numbers of such designs; None if known of none. array : the common array, None for several.
     sizes : grid and number of panels, each pair once. census : (foldings, least twist, designs); None where not known.
-    planned, tried : whether motions and deployments of some of them are recorded.
+    planned, tried : whether motions and deployments of any of them are recorded.
     """
 
     circuits: int
@@ -50,7 +50,7 @@ class Summary:
 
 @retry_if_changed
 def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -> Summary:
-    """Count the designs that a query selects, by what is known of them in a scene."""
+    """Return counts of the designs that a query selects, by status in a scene."""
     check_scene(database, scene)
     designs = view_table("designs", scene)
     wanted = parse_query(query, "designs", scene)
@@ -93,7 +93,7 @@ def _counts(designs: Any) -> Select[Any]:
 
 
 def _has_rows(connection: Connection, view: str, scene: str, ids: Select[Any]) -> bool:
-    """Return whether a view has a row that serves a scene, of a design with one of some ids."""
+    """Return whether a view has a row on one of some designs that serves a scene."""
     columns = view_table(view).c
     rows = sql_select(columns.design_id).where(columns[_SCENE_COLUMN[view]] == scene, columns.design_id.in_(ids))
     return connection.execute(rows.limit(1)).first() is not None
@@ -103,7 +103,7 @@ def _has_rows(connection: Connection, view: str, scene: str, ids: Select[Any]) -
 def rows_of_designs(
     database: Database, view: str, ids: Sequence[int], scene: str = DEFAULT_SCENE_NAME
 ) -> list[dict[str, Any]]:
-    """Return the rows of `foldings`, `motions` or `deployments` of some designs that serve a scene, as dicts."""
+    """Return the rows of `foldings`, `motions` or `deployments` of some designs for a scene, as dicts."""
     check_scene(database, scene)
     source = view_table(view, scene)
     kinds = [quantity.kind for quantity in VIEWS[view]]

@@ -1,4 +1,4 @@
-"""Storing scenes, and verdicts on designs in them, in transactions that are whole or not at all."""
+"""Storing scenes and verdicts on designs in them, in atomic transactions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ VerdictColumns = dict[str, list[Any]]
 
 
 def record_scene(database: Database, name: str, values: str) -> None:
-    """Store a scene, so that queries and deployments may name it; SceneError where another one has its name."""
+    """Store a scene, so that queries and deployments may name it; SceneError if a different one has its name."""
     with database.writing() as connection:
         stored = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
         if stored is None:
@@ -47,7 +47,7 @@ def record_scene(database: Database, name: str, values: str) -> None:
 
 @retry_if_changed
 def find_scene(database: Database, name: str) -> str | None:
-    """The values of a stored scene as a TOML file; None where there is none of the name."""
+    """Return the values of a stored scene as a TOML file; None for an unknown name."""
     with database.reading() as connection:
         values: str | None = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
     return values
@@ -55,7 +55,7 @@ def find_scene(database: Database, name: str) -> str | None:
 
 @retry_if_changed
 def scene_names(database: Database) -> list[str]:
-    """The names of the scenes that were run on a database."""
+    """Return the names of the scenes that were run on a database."""
     with database.reading() as connection:
         return list(connection.execute(select(scene.c.name).order_by(scene.c.name)).scalars())
 
@@ -63,7 +63,7 @@ def scene_names(database: Database) -> list[str]:
 def record_verdicts(
     database: Database, run_id: int, work: WorkKey, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
 ) -> None:
-    """Store verdicts in the scene of this work in one transaction, and that the stages are done for a piece of it."""
+    """Store verdicts in the scene of this work, and the results of its stages for a batch, in one transaction."""
     with database.writing() as connection:
         if verdicts.circuit:
             _insert(connection, database, work.scene, verdicts)
@@ -73,9 +73,9 @@ def record_verdicts(
 def record_settled(
     database: Database, run_id: int, work: WorkKey, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
 ) -> tuple[StageResult, ...]:
-    """Store verdicts on some foldings of designs that were judged before, in one transaction; what they add to counts.
+    """Store new verdicts on foldings of designs judged before, in one transaction; return the increase of counts.
 
-    results : of the stages that judged them. Their counts are replaced by how many more designs pass now than before.
+    results : of the stages that judged them. The returned counts are the numbers of designs that pass only now.
     """
     with database.writing() as connection:
         ids = _ids(connection, database, verdicts.circuit)
@@ -96,9 +96,9 @@ def record_settled(
 
 
 def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> dict[int, tuple[int, str]]:
-    """Crease and status of the best folding of each design by its verdicts in a scene, as they are stored now.
+    """Return crease and status of the best folding of each design by the stored verdicts in a scene.
 
-    The same order as that of `stages.statuses.best_foldings`: status, needed margin, degrees of freedom, crease.
+    The order is that of `stages.statuses.best_foldings`: status, needed margin, degrees of freedom, crease.
     """
     own = verdict.join(folding, and_(folding.c.design_id == verdict.c.design_id, folding.c.crease == verdict.c.crease))
     columns = verdict.c.design_id, verdict.c.crease, verdict.c.status, verdict.c.needed_margin, folding.c.dof
@@ -114,7 +114,7 @@ def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> 
 
 
 _PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",)}
-"""Statuses of the designs that pass a stage in a scene."""
+"""By stage: the statuses of designs that pass it in a scene."""
 
 
 def _added(
@@ -124,14 +124,14 @@ def _added(
     *,
     single: bool,
 ) -> StageResult:
-    """The designs that pass a stage after a change and did not before; single : circuits of one array are counted."""
+    """Return counts of the designs that pass a stage only after a change; single : count circuits of one array."""
     passing = _PASSING[result.stage]
     new = [own for k, own in after.items() if own[0] in passing and before[k][0] not in passing]
     return replace(result, passed=len(new), n_fixed=sum(orbit if single else fixed for _, fixed, orbit in new))
 
 
 def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int, tuple[str, int, int]]:
-    """Status in a scene, fixed copies and orbit size of some designs."""
+    """Return status in a scene, number of fixed copies and orbit size of some designs, by id."""
     columns = outcome.c.design_id, outcome.c.status, design.c.n_fixed, design.c.array_symmetry, design.c.symmetry
     joined = select(*columns).join(design, design.c.id == outcome.c.design_id).where(outcome.c.scene == name)
     rows = [
@@ -142,10 +142,10 @@ def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int
 
 @retry_if_changed
 def undecided(database: Database, work: WorkKey, budget: int | None = None) -> list[Undecided]:
-    """Foldings of the designs of a run that are undecided in its scene.
+    """Return the foldings of designs of a run that are undecided in its scene.
 
-    budget : those alone that were searched with less. Efforts count as none where a path was met: they are made anew,
-    so that it is met again.
+    budget : only foldings searched with a smaller budget. Efforts count as 0 if a path was met, so that the search is
+    repeated and meets it again.
     """
     made = func.coalesce(motion.c.efforts, 0)
     efforts = case((motion.c.states > 0, 0), else_=made)
@@ -166,7 +166,7 @@ def undecided(database: Database, work: WorkKey, budget: int | None = None) -> l
 
 
 def _ids(connection: Connection, database: Database, circuits: Sequence[str]) -> list[int]:
-    """The ids of stored designs."""
+    """Return the ids of stored designs; DatabaseError if one is missing."""
     known = ids_of_circuits(connection, circuits)
     if len(known) < len(circuits):
         raise DatabaseError(
@@ -189,7 +189,7 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
 
 
 def _insert_foldings(connection: Connection, name: str, designs: list[int], verdicts: VerdictBatch) -> None:
-    """Store the verdicts on foldings, their motions and deployments. designs : the id of each folding's design."""
+    """Store the verdicts on foldings, their motions and deployments; designs : design id of each folding."""
     creases = verdicts.folding_crease.tolist()
     rows: VerdictColumns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
     _insert_motions(connection, rows, verdicts.motion)
@@ -213,7 +213,7 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
 
 
 def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: MotionBatch) -> None:
-    """Store the motions of the foldings that were looked at; the others have none."""
+    """Store the motions of the foldings that were planned."""
     kept = [i for i, reason in enumerate(motions.reason) if reason is not None]
     if not kept:
         return
@@ -235,7 +235,7 @@ def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: M
 
 
 def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
-    """The columns of `motion` on what a search came to beside its path; lengths in millimetres."""
+    """Return the columns of `motion` on efforts, locks and margins of a search; lengths in millimetres."""
     locks = [None if own is None else own.lock for own in evidence]
     return {
         "efforts": [None if own is None else own.efforts for own in evidence],
@@ -250,7 +250,7 @@ def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
 
 
 def _trial_columns(deployments: DeploymentBatch, foldings: VerdictColumns, name: str) -> VerdictColumns:
-    """The rows of `deployment`; lengths in millimetres, as its columns have them."""
+    """Return the columns of `deployment`; lengths in millimetres."""
     trials = deployments.trials
     columns: VerdictColumns = {
         key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")
@@ -265,7 +265,7 @@ def _trial_columns(deployments: DeploymentBatch, foldings: VerdictColumns, name:
     columns |= {
         key: [millimetres(getattr(t, key)) for t in trials] for key in ("clearance", "needed_margin", "least_gap")
     }
-    # a simulation that diverged leaves numbers that overflowed
+    # overflow after a simulation diverged
     columns["energy_error"] = [_finite(trial.energy_error) for trial in trials]
     columns["closure_error"] = [_finite(1e3 * trial.closure_error) for trial in trials]
     return columns

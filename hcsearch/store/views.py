@@ -1,7 +1,7 @@
 """The SQL views that users query, `designs` to `evaluations`, with the columns of `columns.py`.
 
-Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1. The views show the
-scene `default`; the same SELECT shows any other one.
+They are plain SQL for SQLite and PostgreSQL, with NULL where a stage has not run, and booleans as 0 or 1. The views
+show the scene `default`; the same SELECT with another name shows any other scene.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import re
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import VIEWS
 
-# A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
-# Where a scene has a verdict it stands.
+# A folding with twist never deploys, nor does a design without an untwisted folding: this is known before later stages.
+# A verdict in a scene has precedence over the status from enumeration.
 _DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
 
 
 def _known(verdict: str, status: str, twist: str) -> str:
-    """What stands behind the status of a folding: a word of `vocabulary.KNOWN`, or NULL."""
+    """Return SQL for the evidence of a folding's status: a word of `vocabulary.EVIDENCE`, or NULL."""
     return f"""CASE
         WHEN {twist} > 0 THEN 'twist'
         WHEN {verdict} = 'deploys' THEN 'deployment'
@@ -44,7 +44,7 @@ _DESIGNS = {
         ELSE {_DESIGN}
     END""",
     "score": "s.score",
-    # Two stacks of n/2 panels on two cells; every crease but the two flat ones has a hinge in the scene `default`.
+    # Two stacks of n/2 panels cover two cells; every crease but the two flat ones has a hinge in the scene `default`.
     "deployment_ratio": "CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END",
     "hinges": "CASE WHEN d.n_untwisted > 0 THEN d.n - 2 END",
 }
@@ -67,7 +67,7 @@ _FOLDINGS = {
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 _OF_VERDICT = ("min_clearance", "deploy_time", "needed_margin", "least_gap")
 
-# Where a column of a view is more than the column of that name in its table.
+# Columns of views that are not simply the column of that name in the table.
 _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
@@ -82,8 +82,8 @@ _EXPRESSIONS = {
     "evaluations": {"clearance": 'e."gap" * 1000.0'},
 }
 
-# The joins of `designs` find one row each at most, so SQLite leaves out those of which no column is asked for; a join
-# that named a column of another join would keep that one.
+# Each join of `designs` finds at most one row, so SQLite omits joins of which no column is selected; a join condition
+# on a column of another join would keep that one.
 _BEST = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"
 _SOURCES = {
     "designs": (
@@ -110,14 +110,14 @@ LEFT JOIN motion AS m ON m.design_id = f.design_id AND m.crease = f.crease AND m
 
 
 SCENIC = tuple(view for view, (_, source) in _SOURCES.items() if ":scene" in source)
-"""Views whose columns are those in a scene."""
+"""Views that depend on the scene."""
 
 
 _SELECT = re.compile(
     r"(?:\s|--[^\n]*(?:\n|$)|/\*.*?\*/)*(?:(?P<with>WITH\s+)(?P<recursive>RECURSIVE\s+)?|(?=SELECT\b|VALUES\b|\())",
     re.IGNORECASE | re.DOTALL,
 )
-"""The beginning of a statement that is a SELECT, after remarks."""
+"""The beginning of a SELECT statement, after comments."""
 
 
 def create_view(view: str) -> str:
@@ -135,9 +135,9 @@ def select_view_in(view: str, scene: str) -> str:
 
 
 def sql_in_scene(sql: str, scene: str) -> str:
-    """Return a SELECT of which the views show a scene: subqueries of their names stand before its own.
+    """Return a SELECT whose views show a scene, by common table expressions of their names before its own.
 
-    What is no SELECT, such as EXPLAIN, is left as it is.
+    Other statements, such as EXPLAIN, are returned unchanged.
     """
     match = _SELECT.match(sql)
     if match is None:
@@ -150,10 +150,10 @@ def sql_in_scene(sql: str, scene: str) -> str:
 
 
 def asks_for(sql: str, *views: str) -> bool:
-    """Return whether a statement may read one of some views: whether it has its name as a word."""
+    """Return whether a statement may read one of some views: it contains its name as a word."""
     return any(re.search(rf"\b{view}\b", sql, re.IGNORECASE) for view in views)
 
 
 def sql_literal(text: str) -> str:
-    """Write a text as SQL."""
+    """Return a text as an SQL string sql_literal."""
     return "'" + text.replace("'", "''") + "'"

@@ -126,7 +126,7 @@ def save_drive(drive: Drive, path: str) -> None:
 
 
 ENVELOPE_PART_COUNT = 60
-"""Number of time intervals for each of which the simulated torques are drawn as a mean, a least and a greatest value."""
+"""Number of time intervals; simulated torques are drawn as the mean, least and greatest value of each."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
 

@@ -1,4 +1,4 @@
-"""Alembic's entry: runs the migrations in the connection and the transaction that `hcsearch.store.migrate` holds."""
+"""The entry point of Alembic: run the migrations in the connection and transaction of `hcsearch.store.migrate`."""
 
 from alembic import context
 
