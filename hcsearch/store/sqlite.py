@@ -87,7 +87,7 @@ def sizes_and_times(path: Path) -> tuple[int, ...]:
 
 
 def is_outdated(path: Path, opened: FileStamp | None) -> bool:
-    """Return whether a file opened without locks has changed since its file_stamp_of; False without a file_stamp_of."""
+    """Return whether a file opened without locks has changed since its stamp; False without a stamp."""
     return opened is not None and opened != file_stamp_of(path)
 
 
