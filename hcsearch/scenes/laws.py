@@ -107,7 +107,7 @@ class Law:
 
     @cached_property
     def least_energy(self) -> float:
-        """A lower bound of the energy between the stops, J: the least of 101 samples less the greatest change between."""
+        """A lower bound of the energy between the stops, J: the least of 101 samples, less a bound between these."""
         angles = [math.pi * k / 100 for k in range(101)]
         branches = [branch for branch in (self.straight, self.bent) if branch is not None]
         steepest = max(abs(branch.moment(angle)) for branch in branches for angle in angles)

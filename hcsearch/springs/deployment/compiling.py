@@ -1,4 +1,4 @@
-"""A scene compiled to just the terms that it needs, what was left out and how exact that is, and its closed start."""
+"""Compilation of a scene to the terms that it needs, with the exact omissions, and its closed start."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from hcsearch.springs.dynamics.time_integration import cut_states
 
 
 def start_state(linkage: Linkage, share: float) -> Reals:
-    """Fold angles of the closed state nearest to a share of the folded ones, within the stops.
+    """Return the fold angles of the closed state nearest to a share of the folded ones, within the stops.
 
-    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, the start is the folded
-    state itself, as with foldings locked there at first order; those locked there at second order may start 1e-6 to
-    4e-6 rad beside it.
+    The thesis's start, every hinge at 0.999 pi, is not closed. Where there is no closed state near it, the start is the
+    folded state itself, as for foldings locked there at first order; those locked there at second order may start 1e-6
+    to 4e-6 rad beside it.
     """
     if not 0.0 < share <= 1.0:
         raise HcsearchError(f"no deployment starts at {share:g} of the folded angles: give a share above 0, up to 1")
@@ -46,16 +46,16 @@ def start_state(linkage: Linkage, share: float) -> Reals:
 
 
 OMISSIONS = ("half", "third dimension", "stops")
-"""What the compiler leaves out of its own accord, by name."""
+"""Names of the optional omissions of the compiler."""
 
 
 AT_STOP_ANGLE = 1e-6
-"""A hinge is at a stop within this (rad)."""
+"""Distance within which a hinge is at a stop (rad)."""
 
 
 @dataclass(frozen=True)
 class Omission:
-    """Something left out: what, and why it may be; all are exact."""
+    """An omission of the compiler and its justification; all are exact."""
 
     name: str
     what: str
@@ -66,12 +66,12 @@ class Omission:
 class CompiledScene(ByValue):
     """A scene of a linkage as a system of bodies.
 
-    setup : the scene in numbers of the linkage.
-    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k where it is cut k.
-    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
-        half of a hinge is left, else 1.
-    factor : what energies are to be multiplied by, 2 where half of the array is left out.
-    apart : pairs of panels, the lower number first, that cannot meet, or only when others do.
+    setup : the scene evaluated for the linkage.
+    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k for cut hinge k.
+    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 for
+        half a hinge, else 1.
+    factor : factor of energies, 2 where half of the array is omitted.
+    separated_pairs : pairs of panels, the lower number first, that cannot meet, or only when others do.
     """
 
     linkage: Linkage
@@ -88,16 +88,16 @@ class CompiledScene(ByValue):
 
     @property
     def seconds(self) -> float:
-        """How long it is simulated, s."""
+        """The simulated time, s."""
         return self.setup.seconds
 
     @property
     def margin(self) -> float:
-        """By which panels are shrunk on every face where collisions are looked for, m."""
+        """The margin by which panels are shrunk on every face when collisions are checked, m."""
         return self.setup.margin
 
     def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
-        """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
+        """Return fold angles and rates of all hinges, (k, n_hinges), from those of the joints, (k, n_joints)."""
         angles, rates = q[:, self.joint_of], v[:, self.joint_of]
         cut = np.flatnonzero(self.joint_of < 0)
         if len(cut):
@@ -106,13 +106,13 @@ class CompiledScene(ByValue):
         return angles, rates
 
     def hinges_of(self, joint: int) -> list[int]:
-        """The hinges that move as a joint does; cut hinges are counted after the joints."""
+        """Return the hinges of a joint; cut hinges are numbered after the joints."""
         cut = joint - len(self.system.joints)
         hinges = np.flatnonzero(self.joint_of == (joint if cut < 0 else -1 - cut))
         return [int(hinge) for hinge in hinges]
 
     def at_stops(self, q: Reals) -> Stops:
-        """Hinges that are closed and open at one state."""
+        """Return the hinges that are closed and open at one state."""
         angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
         return Stops(
             tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT_STOP_ANGLE)),
@@ -122,7 +122,7 @@ class CompiledScene(ByValue):
 
 @dataclass(frozen=True)
 class Stops:
-    """Hinges at their stops."""
+    """Hinges at their folded and at their flat stops."""
 
     closed: tuple[int, ...]
     open: tuple[int, ...]
@@ -135,9 +135,9 @@ def compile_scene(
     *,
     keep: frozenset[str] = frozenset(),
 ) -> CompiledScene:
-    """Compile a scene of a linkage. keep : names of `OMISSIONS` that are not to be left out.
+    """Compile a scene of a linkage; keep : names of `OMISSIONS` that are not to be omitted.
 
-    Bodies and joints are those of the linkage's twin, where it has one.
+    Bodies and joints are those of the congruent linkage, if there is one.
     """
     unknown = keep - set(OMISSIONS)
     if unknown:
@@ -155,7 +155,7 @@ def compile_scene(
 
 
 class _Compiler:
-    """The compilation of one setup while it runs."""
+    """The compilation of one setup."""
 
     def __init__(self, linkage: Linkage, setup: Setup, formulation: Formulation, keep: frozenset[str]) -> None:
         self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
@@ -220,8 +220,8 @@ class _Compiler:
         self.left_out.append(Omission(name, what, why))
 
     def _mirror(self) -> Mirror | None:
-        """The mirror of the whole scene, if half of it determines the other half."""
-        # springs that close the loops of a half are other ones than those of the whole, and in other places
+        """Return the mirror of the whole scene, if one half of it determines the other."""
+        # springs that close the loops of a half differ from those of the whole, in number and places
         springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
         if "half" in self.keep or springy:
             return None
@@ -245,7 +245,7 @@ class _Compiler:
     def _based(
         self, tree: PanelTree, mirror: Mirror | None
     ) -> tuple[tuple[TreeJoint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
-        """Joints, bodies and welds with the floating base before them, and how many joints that has."""
+        """Return joints, bodies and welds with the floating base before them, and the number of its joints."""
         if not self.setup.free:
             return tree.joints, tree.bodies, tree.welds, 0
         panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
@@ -276,7 +276,7 @@ class _Compiler:
         return tuple(joints), bodies, welds, shift
 
     def _drives(self, tree: PanelTree) -> list[JointDrive]:
-        """Law, damping and stops of each joint of a hinge."""
+        """Return law, damping and stops of each joint of a hinge."""
         drives = [JointDrive()] * len(tree.joints)
         for hinge, joint in enumerate(tree.joint_of):
             if joint >= 0:
@@ -291,7 +291,7 @@ class _Compiler:
         )
 
     def _unreached(self) -> set[int]:
-        """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
+        """Find hinges that cannot return to their folded stop, as their spring would take more than the start energy."""
         if "stops" in self.keep or any(self.setup.gravity):
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
@@ -322,11 +322,11 @@ class _Compiler:
         return tuple(cuts)
 
     def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
-        """The welds; where all hinges are parallel, only with what moves in the plane across them."""
+        """Reduce welds to motions in the plane normal to the hinges, if all hinges are parallel."""
         directions = self.linkage.directions
         if not welds or np.abs(np.cross(directions, axis := directions[0])).max() > 1e-9:
             return welds
-        # what keeps panels in a mirror plane across the hinges says 0 = 0: rounding would choose among such rows
+        # rows that keep panels in a mirror plane normal to the hinges read 0 = 0: rounding would choose among them
         welds = tuple(w for w in welds if len(w.kinds) == 6 or np.abs(np.cross(w.frame[0], axis)).max() > 1e-9)
         if "third dimension" in self.keep:
             return welds
@@ -342,7 +342,7 @@ class _Compiler:
         return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
 
     def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
-        """Pairs of panels among which no contact is looked for."""
+        """Return the pairs of panels that are not checked for contact."""
         joined = kept_apart(self.linkage)
         images = set()
         if mirror is not None:
@@ -359,7 +359,7 @@ class _Compiler:
         return apart
 
     def _say_rest(self) -> None:
-        """What is never there to begin with."""
+        """Report omissions of terms that the scene does not have."""
         if not self.linkage.loops:
             self._leave_out("closure", "closure", "the array is an open chain")
         if not any(self.setup.gravity):

@@ -1,4 +1,4 @@
-"""What `hcsearch deploy` reports: a deployment as plain data, as a table and as pictures."""
+"""Reports of a deployment, as of `hcsearch deploy`: plain data, a table and pictures."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 
 def deployment_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """What became of it; keys name their units, and what overflowed is None.
+    """Return a deployment as plain data; keys name their units, and numbers that are not finite are None.
 
-    agreement : with the same deployment at tighter tolerances, where it becomes flat: its verdict and time count.
+    agreement : with the same deployment at tighter tolerances, where it becomes flat; its verdict and time are used.
     """
     return {name: finite_or_none(value) for name, value in _facts(deployment, agreement).items()}
 
 
 def finite_or_none(value: Any) -> Any:
-    """A value with None in the place of numbers that are not finite, in lists, too."""
+    """Replace numbers that are not finite by None, also in lists."""
     if isinstance(value, list):
         return [finite_or_none(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
@@ -101,9 +101,9 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
 
 
 def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """The gaps of a deployment, mm, and how much to leave between faces; agreement : as of `deployment_facts`.
+    """Return the gaps of a deployment, mm, and the play to leave between faces; agreement : as of `deployment_facts`.
 
-    Where panels as built overlap, the smallest gap is that overlap, below 0.
+    Where panels as built overlap, the smallest gap is the overlap, with a negative sign.
     """
     play, gap = deployment.play, None if deployment.clearance is None else deployment.clearance.gap
     if agreement is not None and agreement.verdict != "deploys":
@@ -120,7 +120,7 @@ def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> di
 
 
 def _driven(deployment: Deployment) -> dict[str, Any]:
-    """What drives did, if there are any."""
+    """Return work, greatest torque and greatest error of the drives, if there are any."""
     driven = deployment.driven
     if driven is None:
         return {}
@@ -132,7 +132,7 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
 
 
 def deployment_table(deployment: Deployment) -> pd.DataFrame:
-    """States of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
+    """Return the states of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     columns = {"time_s": deployment.motion.times, **deployment_energies(deployment)}
@@ -143,7 +143,7 @@ def deployment_table(deployment: Deployment) -> pd.DataFrame:
 
 
 def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
-    """Energies at the states of a motion, J, with those of a half that was left out."""
+    """Return the energies at the states of a motion, J, including those of an omitted half."""
     motion, factor = deployment.motion, deployment.compiled.factor
     return {
         "kinetic_J": factor * motion.kinetic,
@@ -156,7 +156,7 @@ def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
 
 
 def mark_collision(axes: Axes, deployment: Deployment) -> None:
-    """A line where panels first collide, or come too near to tell, if they do."""
+    """Draw a line at the time of the first certain or possible collision, if there is one."""
     clearance = deployment.clearance
     if clearance is None or clearance.time is None:
         return
@@ -200,7 +200,7 @@ class Deployed:
     """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
 
     name : the name of the folding or assembly. deployment : the simulation, with its states.
-    agreement : how simulations at tighter tolerances agree; None if the array does not become flat or is driven.
+    agreement : with simulations at tighter tolerances; None if the array does not become flat or is driven.
     """
 
     name: str
@@ -214,14 +214,14 @@ class Deployed:
 
     @property
     def flat_time(self) -> float | None:
-        """The time at which the array is flat, s, in the digits that all tolerances agree on; None if it never is."""
+        """The time at which the array is flat, s, in the digits on which all tolerances agree; None if it never is."""
         return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
 
     @property
     def needed_margin(self) -> float | None:
         """The least margin on every face, m, at which it is certified clear at all tolerances; None unless it deploys.
 
-        Two such margins are to be left between faces.
+        Twice this margin must be left between faces.
         """
         if self.verdict != "deploys" or self.deployment.play is None:
             return None
@@ -266,7 +266,7 @@ def deploy_linkage(
     tolerance: float = 1e-6,
     drives: Drives | None = None,
 ) -> Deployed:
-    """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
+    """Deploy a linkage in a scene; simulate it at tighter tolerances, too, if it becomes flat by springs alone."""
     deployment = simulate_deployment(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
     agreement = None if drives is not None else confirm_deployment(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

@@ -1,9 +1,9 @@
-"""Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
+"""Stage `deployment`: verdicts on foldings in a scene as written, and in variants with other joints or spring sets.
 
-The first look is at the scene as it stands. Foldings that do not deploy in it get a second look: their flat
-pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
-faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
-(docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
+All foldings are first tried in the scene as written. Those that do not deploy in it are tried in variants: with their
+flat pairs hinged, their mirror pairs merged (where the scene allows either), with spring sets graded over the layers,
+the faces or the stacks, so that panels open one after the other, and with sets spread over the whole spring range
+(docs/measurements/tables.md gives the number of foldings that each brings flat). A full search is `hcsearch tune`.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 
 MAX_VARIANT_WORK = 5_000_000
-"""Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
-do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
-look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
+"""Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
+of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a variant brings
+flat none is lost by this limit; a fifth of it loses 4 of 17 of these triangles."""
 VERDICT_TOLERANCE = 1e-6
-"""Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
+"""Tolerance of all trials; deployments are simulated at tighter ones, too. A looser tolerance for variants would miss
 some motions that this one finds, and takes nine tenths of the time."""
 FOLDINGS_IN_MEMORY = 256
-"""Foldings whose scenes are held in memory together."""
+"""Number of foldings whose scenes are held in memory together."""
 TriedVariant = tuple[int, SceneVariant]
 
 
@@ -74,7 +74,7 @@ def deploy_foldings(
 
 
 class _Verdicts:
-    """The verdicts on a batch while they are computed; foldings are numbers in the batch."""
+    """The computation of the verdicts on a batch; foldings are numbers in the batch."""
 
     def __init__(
         self,
@@ -91,7 +91,7 @@ class _Verdicts:
         self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
         self.count, self.threads = len(foldings), threads
-        # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
+        # the proof is for rigid pairs, and does not apply to a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
         self.compiled: dict[tuple[int, Way], CompiledScene] = {}
         self.screens: dict[tuple[int, Way], CheckedPanels] = {}
@@ -114,11 +114,11 @@ class _Verdicts:
         return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
-        """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
+        """Try foldings until they deploy, variant by variant, or as many variants at once as occupy all threads."""
         first, *others = self.looks
         self._take((first,), some)
         while others and (left := [i for i in some if self._goes_on(i)]):
-            # one thread takes no look that one before makes needless
+            # a single thread tries no variant that an earlier one makes needless
             together = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(left))
             self._take(others[:together], left)
             others = others[together:]
@@ -127,13 +127,13 @@ class _Verdicts:
         return i not in self.deploys and bool(self.moves[i]) and self.spent[i] < MAX_VARIANT_WORK
 
     def _take(self, looks: Sequence[SceneVariant], some: list[int]) -> None:
-        """Take some looks at some foldings; the first look that deploys counts."""
+        """Try variants at foldings; the first variant that deploys counts."""
         tried = [(i, look) for look in looks for i in some if self._can(i, look)]
         scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
         checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "whole": looks[0].first})
         agreements = self._agreed(scenes, checks)
         for (i, look), one in checks.items():
-            if look.first or self._goes_on(i):  # as if the looks had been taken one by one
+            if look.first or self._goes_on(i):  # as if the variants had been tried one by one
                 self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
                 self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
 
@@ -150,10 +150,10 @@ class _Verdicts:
         scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]],
         checks: dict[TriedVariant, DeploymentCheck],
     ) -> dict[TriedVariant, Agreement]:
-        """Whether what deploys does so at other tolerances, too."""
+        """Return the agreement at other tolerances of all trials that deploy."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
-        # what is clear with the margin that the first motion needs is clear with the scene's
+        # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {
             tried: (compiled, checked_panels_of(compiled, plays[tried].needed_margin))
             for tried, (compiled, _) in deploying.items()
@@ -172,9 +172,9 @@ class _Verdicts:
         others: list[DeploymentCheck],
         play: Play,
     ) -> Agreement:
-        """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
+        """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
-        Those that are not clear with it are checked with the scene's, and may need more.
+        Those that are not clear with it are checked again with the scene's margin, and may need more.
         """
         near, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
         for k, tolerance in enumerate(near):
@@ -207,7 +207,7 @@ class _Verdicts:
     def _can(self, i: int, look: SceneVariant) -> bool:
         if look.pairs == "hinged":
             return True
-        # merged motions are motions with rigid pairs, too
+        # motions with merged pairs are motions with rigid pairs, too
         return i not in self.locked and (look.first or self.foldings[i].can_join(look.pairs))
 
     def _compiled(self, i: int, look: SceneVariant) -> CompiledScene:
@@ -224,9 +224,9 @@ class _Verdicts:
         return compiled
 
     def _alike(self, rows: list[int]) -> dict[int, list[int]]:
-        """The foldings that are simulated, each with those that are congruent to it in the scene.
+        """Return the foldings to simulate, each with those that are congruent to it in the scene.
 
-        rows : of the circuit of each folding.
+        rows : the row of the circuit of each folding.
         """
         standing = representatives(list(self.foldings.values()), rows, self.panel)
         alike: dict[int, list[int]] = {}
@@ -238,7 +238,7 @@ class _Verdicts:
         return alike
 
     def _symmetric(self, i: int, first: int) -> bool:
-        """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
+        """Return whether a scene is the same for two congruent foldings: its gravity and held panel may break this."""
         own, other = (self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first))
         seen, setup = setup_of_scene(self.scene, own).of_twin(own), setup_of_scene(self.scene, other)
         return seen.held == setup.held and bool(np.allclose(seen.gravity, setup.gravity, rtol=0.0, atol=1e-12))
@@ -246,7 +246,7 @@ class _Verdicts:
     def _carried(
         self, i: int, first: int, look: SceneVariant, one: DeploymentCheck, agreement: Agreement | None
     ) -> Trial:
-        """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
+        """Transfer a check from the simulated congruent folding `first` to a trial of a folding: only numbers change."""
         compiled = self._compiled(i, look)
         twin = compiled.linkage.twin
         assert twin is not None
@@ -291,7 +291,8 @@ class _Verdicts:
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
-        """What is kept of a folding: the first look, and the one in which it deploys, or would at one tolerance."""
+        """Yield the trials of a folding to store: in the scene as written, and that which deploys, if only at one
+        tolerance."""
         first, last = self.first.get(i), self.deploys.get(i, self.unsure.get(i))
         if first is not None:
             yield first
@@ -300,12 +301,12 @@ class _Verdicts:
 
 
 def _play(compiled: CompiledScene) -> Play:
-    """The play of the first motion, of which a check keeps no states."""
+    """Return the play of the first motion, simulated again as a check keeps no states."""
     return play_of_deployment(
         compiled, simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
     )
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:
-    """How one that deploys is simulated at another tolerance."""
+    """Return the options of a check at another tolerance."""
     return {"tolerance": tolerance, "max_steps": AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS["constrained"]}

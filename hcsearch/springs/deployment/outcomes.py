@@ -1,4 +1,4 @@
-"""The outcome of a deployment: how it ends, the verdict that follows, and the reason in a sentence."""
+"""Outcomes of a deployment: its ending, the verdict that follows, and the reason in a sentence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hcsearch.system.terminal import short
 
 
 def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "give it more seconds") -> str:
-    """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
+    """Return a sentence on the end of a motion, with a remedy; time_remedy : the remedy where the time is over."""
     end = f"{short(motion.times[-1])} s"
     held = compiled.at_stops(motion.q[-1])
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
@@ -40,7 +40,7 @@ def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "giv
 
 
 def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:
-    """A reason, after a collision where there is a certain one, or where panels come too near to tell."""
+    """Prefix a reason with the collision, if there is a certain or possible one."""
     if outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
         return reason
     if clearance.kind == "collides":
@@ -53,7 +53,7 @@ def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | N
 def reason_of_check(
     outcome: Ending, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
 ) -> str:
-    """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
+    """Return the reason for the verdict on a deployment without its motion; end : s. clear : None if undecided."""
     if outcome == "diverged":
         return f"diverged at {short(end)} s: the results are not valid"
     if collision is not None:
@@ -65,22 +65,22 @@ def reason_of_check(
 
 
 def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
-    """Which panels collide, by their names, and when (s)."""
+    """Return a sentence with the names of colliding panels, and the time (s)."""
     one, two = (labels.panels[panel] for panel in panels)
     return f"panels {one} and {two} collide" + ("" if time is None else f" at {short(time)} s")
 
 
 FLAT_FOLD_ANGLE = 0.01
-"""The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
+"""Greatest fold angle of a flat array (rad): 0.6 degrees."""
 REST_ANGLE_TOLERANCE = 1e-4
-"""It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
+"""Greatest turn of a hinge of an array at rest, by speeds and accelerations in the remaining time or in 1 s (rad)."""
 MAX_DEPLOYMENT_STEPS: dict[Formulation, int] = {
     "constrained": 20_000,
     "compliant": 100_000,
     "penalty": 400_000,
     "quasistatic": 20_000,
 }
-"""Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
+"""Steps after which a simulation is stopped; the thesis's springs need 140 for a millisecond."""
 _OUTCOMES: dict[SimulationStop, Ending] = {
     "flat": "flat",
     "time": "moving",
@@ -91,14 +91,14 @@ _OUTCOMES: dict[SimulationStop, Ending] = {
 
 
 def outcome_of(ending: SimulationStop) -> Ending:
-    """What an ending of a simulation means for a deployment."""
+    """Return the ending of a deployment by that of its simulation."""
     return _OUTCOMES.get(ending, "diverged")
 
 
 def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
-    """The verdict on a deployment; clear : None where it is undecided whether panels collide, or nobody asked.
+    """Return the verdict on a deployment; clear : None where collisions are undecided or were not checked.
 
-    What a simulation says that diverges counts for nothing, collisions included.
+    A simulation that diverges has no valid results, collisions included.
     """
     if outcome == "diverged" or clear is None:
         return "undecided"
@@ -108,7 +108,7 @@ def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
 
 
 def method_of(formulation: Formulation) -> Integrator:
-    """The integrator of a formulation, unless one is named."""
+    """Return the default integrator of a formulation."""
     return "implicit" if formulation == "compliant" else "dormand-prince"
 
 
@@ -146,19 +146,19 @@ class DeploymentCheck:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it becomes flat, certified clear; collides; or neither is certain."""
+        """The verdict: `deploys` (flat and certified clear), `collides`, or `undecided`."""
         return verdict_of(self.outcome, self.clear)
 
     @property
     def deploys(self) -> bool:
-        """Whether it becomes flat, certified clear."""
+        """Whether the array becomes flat and is certified clear."""
         return self.verdict == "deploys"
 
     @property
     def flat_time(self) -> float | None:
-        """When it was flat, s."""
+        """The time at which the array is flat, s; None if it never is."""
         return self.end_time if self.outcome == "flat" else None
 
     def reason(self, labels: Labels) -> str:
-        """What became of it, in a sentence, with the names of panels."""
+        """Return the reason for the verdict in a sentence, with the names of panels."""
         return reason_of_check(self.outcome, self.end_time, self.clear, self.collision, labels)

@@ -126,7 +126,7 @@ def save_drive(drive: Drive, path: str) -> None:
 
 
 ENVELOPE_PART_COUNT = 60
-"""Number of time intervals for each of which the simulated torques are drawn as a mean, a least and a greatest value."""
+"""Number of time intervals, for each of which mean, least and greatest simulated torque are drawn."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
 

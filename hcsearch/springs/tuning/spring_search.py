@@ -37,7 +37,7 @@ AMPLE_GAP_OBJECTIVE = -0.999
 
 
 def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
-    """Return the stiffnesses of all hinges from those of the tied groups, to four digits, as exactly as springs are made."""
+    """Return the stiffnesses of all hinges from those of the tied groups, rounded to four digits."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
         stiffnesses[list(hinges)] = float(f"{value:.4g}")
@@ -45,7 +45,7 @@ def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[
 
 
 def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
-    """Return logarithms of stiffnesses, (GENERATION_SIZE, len(tied)): the start, then a Latin hypercube in the bounds."""
+    """Return log stiffnesses, (GENERATION_SIZE, len(tied)): the start, and a Latin hypercube within the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)
