@@ -62,13 +62,13 @@ def deploy_foldings(
     scene: Scene,
     threads: int = 1,
 ) -> DeploymentBatch:
-    """Deployments of a batch of untwisted foldings in a scene.
+    """Deploy a batch of untwisted foldings in a scene.
 
-    One of those that symmetries of circuit and scene make congruent is simulated, and its trials are carried over.
-    locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
-    moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
-        bring flat has a path.
-    Deploys: flat and certified clear, at several tolerances.
+    Of foldings that symmetries of circuit and scene make congruent one is simulated, and its trials are transferred.
+    locked : foldings proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
+    moves : foldings with a path, proved or not; the others are tried only in the scene as written, as foldings that
+    springs bring flat have a path.
+    A folding deploys if it becomes flat and is certified clear at several tolerances.
     """
     return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()
 
@@ -246,7 +246,7 @@ class _Verdicts:
     def _carried(
         self, i: int, first: int, look: SceneVariant, one: DeploymentCheck, agreement: Agreement | None
     ) -> Trial:
-        """Transfer a check from the simulated congruent folding `first` to a trial of a folding: only numbers change."""
+        """Transfer the check of the congruent folding `first` to a trial of a folding: only numbers change."""
         compiled = self._compiled(i, look)
         twin = compiled.linkage.twin
         assert twin is not None
@@ -291,8 +291,7 @@ class _Verdicts:
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
-        """Yield the trials of a folding to store: in the scene as written, and that which deploys, if only at one
-        tolerance."""
+        """Yield the stored trials of a folding: as written, and the one that deploys, if only at one tolerance."""
         first, last = self.first.get(i), self.deploys.get(i, self.unsure.get(i))
         if first is not None:
             yield first

@@ -114,18 +114,19 @@ def method_of(formulation: Formulation) -> Integrator:
 
 @dataclass(frozen=True)
 class DeploymentCheck:
-    """What became of one deployment, without its states; `Deployment` keeps those, too.
+    """The result of one deployment without its states, which `Deployment` includes.
 
-    outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
-        nothing move on; `diverged`; `out of steps`.
-    clear : whether it is certified clear as long as it lasts; None where undecided, or nobody asked.
-    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that becomes flat and clear,
-        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
-        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
-        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
-    opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
-        are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not kept
-            in databases.
+    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `jammed`, stops and loops prevent any motion;
+        `diverged`; `out of steps`.
+    clear : whether the motion is certified clear until its end; None where undecided or not checked.
+    collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
+        flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.
+        remaining : mean fold angle over pi then, or at the end if it is clear; end_remaining : at the end. widest :
+        greatest fold angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest
+        energy.
+    opening : greatest closure residual, rad or gap over the pattern's size. loose_share : share of the states at which
+        loops are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not stored
+        in databases.
     """
 
     outcome: Ending

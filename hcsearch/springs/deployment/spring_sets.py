@@ -43,7 +43,7 @@ def _stiffness(law: Law) -> float:
 
 
 def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
-    """Return a scene with linear springs of given stiffnesses (N m/rad), shape (n_joints,), for the hinges of each joint.
+    """Return a scene with linear springs, of stiffnesses (N m/rad) by joint, shape (n_joints,).
 
     Damping stays proportional (thesis 4.4). The scene must have been compiled without omitting its stops.
     """

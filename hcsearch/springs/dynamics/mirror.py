@@ -21,8 +21,8 @@ from hcsearch.shape.linkage import Linkage
 class Mirror(ByValue):
     """A vertical mirror plane of a pattern.
 
-    normal : unit vector in the plane of the drawing. point : on the mirror plane, m. panels, hinges : the image of each.
-    beyond : whether each panel lies on the side opposite to the normal.
+    normal : unit vector in the plane of the drawing. point : on the mirror plane, m. panels, hinges : the image of
+    each. beyond : whether each panel lies on the side opposite to the normal.
     """
 
     normal: Reals
