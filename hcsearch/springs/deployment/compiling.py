@@ -291,7 +291,7 @@ class _Compiler:
         )
 
     def _unreached(self) -> set[int]:
-        """Find hinges that cannot return to their folded stop: the energy at the start does not suffice for a spring."""
+        """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""
         if "stops" in self.keep or any(self.setup.gravity):
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]

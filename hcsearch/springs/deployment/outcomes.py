@@ -116,8 +116,8 @@ def method_of(formulation: Formulation) -> Integrator:
 class DeploymentCheck:
     """The result of one deployment without its states, which `Deployment` includes.
 
-    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `jammed`, stops and loops prevent any motion;
-        `diverged`; `out of steps`.
+    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `jammed`, stops and loops prevent any
+        motion; `diverged`; `out of steps`.
     clear : whether the motion is certified clear until its end; None where undecided or not checked.
     collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
         flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.
