@@ -49,7 +49,7 @@ def _check() -> None:
     from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
-    check_deployments([compiled], whole=False)
+    check_deployments([compiled], past_collisions=False)
     play_of_deployment(compiled, simulate_compiled(compiled, certified=False).motion)
 
 

@@ -42,7 +42,7 @@ class SimulationFindings(NamedTuple):
     outcome: Ending
     verdict: Verdict
     time: float
-    loose: float
+    loose_share: float
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Agreement:
     @property
     def untimed(self) -> bool:
         """Whether all become flat, but at times that do not agree."""
-        return self.flat_time is None and all(one.outcome == "flat" for one in self.others)
+        return self.flat_time is None and all(other.outcome == "flat" for other in self.others)
 
 
 def agreement_tolerances(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
@@ -77,21 +77,24 @@ def agreement_tolerances(tolerance: float, formulation: Formulation = "constrain
     return tuple(tolerance * share if looser else tolerance / share for share in shares)
 
 
-def agreement_of_simulations(seen: Sequence[SimulationFindings]) -> Agreement:
+def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement:
     """Compare a simulation that becomes flat, the first one, with others at other tolerances."""
-    first, others = seen[0], tuple(seen[1:])
-    verdict: Verdict = first.verdict if all(one.verdict == first.verdict for one in others) else "undecided"
-    if any(one.outcome != "flat" for one in others):
-        outcomes = _each(seen, [one.outcome for one in seen])
+    first, others = simulations[0], tuple(simulations[1:])
+    verdict: Verdict = (
+        first.verdict if all(simulation.verdict == first.verdict for simulation in others) else "undecided"
+    )
+    if any(simulation.outcome != "flat" for simulation in others):
+        outcomes = _each(simulations, [simulation.outcome for simulation in simulations])
         reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
         return Agreement(verdict, None, reason, others)
-    time, reason = _flat(seen)
-    loose = max(one.loose for one in seen)
-    if verdict == "deploys" and loose >= LOOSE_STATES_SHARE:
-        what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"
-        return Agreement("undecided", time, f"branch-singular: {reason}, but {what}", others)
-    if any(one.verdict != first.verdict for one in others):
-        reason += f", but {_each(seen, [one.verdict for one in seen])}"
+    time, reason = _flat(simulations)
+    loose_share = max(simulation.loose_share for simulation in simulations)
+    if verdict == "deploys" and loose_share >= LOOSE_STATES_SHARE:
+        open_loops = f"at {loose_share:.0%} of its states loops stay open"
+        cause = f"{open_loops}, so that rounding decides which closure equations count"
+        return Agreement("undecided", time, f"branch-singular: {reason}, but {cause}", others)
+    if any(simulation.verdict != first.verdict for simulation in others):
+        reason += f", but {_each(simulations, [simulation.verdict for simulation in simulations])}"
     return Agreement(verdict, time, reason, others)
 
 
@@ -103,16 +106,17 @@ def confirm_deployment(
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
     steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    near = agreement_tolerances(tolerance, compiled.formulation)
+    tolerances = agreement_tolerances(tolerance, compiled.formulation)
     others = [
-        simulate_compiled(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near
+        simulate_compiled(compiled, method=method, tolerance=other, certified=certified, max_steps=steps)
+        for other in tolerances
     ]
-    agreement = agreement_of_checks([one.check for one in (deployment, *others)], (tolerance, *near))
+    agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
     if agreement.verdict != "deploys" or deployment.play is None:
         return agreement
     needed = deployment.play.needed_margin
-    for one in others:
-        needed = needed_margin_of(compiled, one.motion, needed)
+    for other in others:
+        needed = needed_margin_of(compiled, other.motion, needed)
     return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
 
 
@@ -120,18 +124,18 @@ def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[
     """Compare checks at several tolerances, the first of which becomes flat."""
     pairs = zip(checks, tolerances, strict=True)
     return agreement_of_simulations(
-        [SimulationFindings(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs]
+        [SimulationFindings(at, check.outcome, check.verdict, check.end_time, check.loose_share) for check, at in pairs]
     )
 
 
-def _flat(seen: Sequence[SimulationFindings]) -> tuple[float | None, str]:
+def _flat(simulations: Sequence[SimulationFindings]) -> tuple[float | None, str]:
     """Return the common flat time of simulations, s, and a sentence; None where the times differ by over a tenth."""
-    times = [one.time for one in seen]
+    times = [simulation.time for simulation in simulations]
     if max(times) - min(times) > FLAT_TIME_TOLERANCE * sum(times) / len(times):
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{short(one.time, 2)} s' for one in seen])})"
+        digits += f" ({_each(simulations, [f'{short(one.time, 2)} s' for one in simulations])})"
     return time, f"flat after {digits}"
 
 
@@ -148,15 +152,15 @@ def _common(times: Sequence[float]) -> tuple[float, str]:
 
 def _digits(value: float, digits: int) -> str:
     """Format a number with a number of significant digits, trailing zeros included."""
-    places = digits - 1 - math.floor(math.log10(value)) if value > 0.0 else 0
-    return f"{value:.{max(0, places)}f}"
+    decimals = digits - 1 - math.floor(math.log10(value)) if value > 0.0 else 0
+    return f"{value:.{max(0, decimals)}f}"
 
 
-def _each(seen: Sequence[SimulationFindings], words: Sequence[str]) -> str:
+def _each(simulations: Sequence[SimulationFindings], words: Sequence[str]) -> str:
     """Join the results of simulations with their tolerances, written as 1e-6."""
-    at = [f"{one.tolerance:.6g}".replace("e-0", "e-") for one in seen]
-    first, *others = [f"{word} at {near}" for word, near in zip(words, at, strict=True)]
-    return ", ".join([first.replace(" at ", " at tolerance ", 1), *others])
+    tolerances = [f"{simulation.tolerance:.6g}".replace("e-0", "e-") for simulation in simulations]
+    first, *rest = [f"{word} at {tolerance}" for word, tolerance in zip(words, tolerances, strict=True)]
+    return ", ".join([first.replace(" at ", " at tolerance ", 1), *rest])
 
 
 ARRIVAL_TIME_TOLERANCE = 1e-4
@@ -180,28 +184,37 @@ def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
     """
     arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        last = next((a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE), None)
-        if last is None:
+        together = next(
+            (
+                arrival
+                for arrival in arrived[::-1]
+                if arrival.stop == stop and time - arrival.time <= ARRIVAL_TIME_TOLERANCE
+            ),
+            None,
+        )
+        if together is None:
             arrived.append(Arrival(time, stop, (hinge,), speed))
         else:
-            hinges = tuple(sorted({*last.hinges, hinge}))
-            arrived[arrived.index(last)] = Arrival(last.time, stop, hinges, max(last.speed, speed))
+            hinges = tuple(sorted({*together.hinges, hinge}))
+            arrived[arrived.index(together)] = Arrival(together.time, stop, hinges, max(together.speed, speed))
     return tuple(arrived)
 
 
 def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"], int, float]]:
     """Return time, stop, hinge and speed of each hit except bounces."""
     times, angles, hits = deployment.motion.times, deployment.angles, []
-    last: dict[int, float] = {}
+    last_hits: dict[int, float] = {}
     for event in deployment.motion.events:
         if event.kind != "hit":
             continue
         for hinge in deployment.compiled.hinges_of(event.joint):
-            since = angles[np.searchsorted(times, last.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge]
-            here = float(np.interp(event.time, times, angles[:, hinge]))
-            stop: Literal["flat", "folded"] = "flat" if here < 0.5 * math.pi else "folded"
+            angles_since = angles[
+                np.searchsorted(times, last_hits.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge
+            ]
+            angle = float(np.interp(event.time, times, angles[:, hinge]))
+            stop: Literal["flat", "folded"] = "flat" if angle < 0.5 * math.pi else "folded"
             limit = 0.0 if stop == "flat" else math.pi
-            if np.abs(since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
+            if np.abs(angles_since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
                 hits.append((event.time, stop, hinge, abs(event.speed)))
-            last[hinge] = event.time
+            last_hits[hinge] = event.time
     return hits

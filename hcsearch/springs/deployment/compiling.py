@@ -83,7 +83,7 @@ class CompiledScene(ByValue):
     hinged: NDArray[np.bool_]
     shares: Reals
     factor: float
-    apart: frozenset[tuple[int, int]]
+    separated_pairs: frozenset[tuple[int, int]]
     omissions: tuple[Omission, ...]
 
     @property
@@ -101,8 +101,8 @@ class CompiledScene(ByValue):
         angles, rates = q[:, self.joint_of], v[:, self.joint_of]
         cut = np.flatnonzero(self.joint_of < 0)
         if len(cut):
-            own, turning = cut_states(self.system, q, v)
-            angles[:, cut], rates[:, cut] = own[:, -1 - self.joint_of[cut]], turning[:, -1 - self.joint_of[cut]]
+            cut_folds, cut_rates = cut_states(self.system, q, v)
+            angles[:, cut], rates[:, cut] = cut_folds[:, -1 - self.joint_of[cut]], cut_rates[:, -1 - self.joint_of[cut]]
         return angles, rates
 
     def hinges_of(self, joint: int) -> list[int]:
@@ -145,13 +145,15 @@ def compile_scene(
     setup, twin = setup_of_scene(scene, linkage), linkage.twin
     if twin is None:
         return _Compiler(linkage, setup, formulation, keep).run()
-    compiled = compile_scene(twin.linkage, setup.of_twin(linkage), formulation, keep=keep)
+    compiled = compile_scene(twin.linkage, setup.of_congruent(linkage), formulation, keep=keep)
     panel_of = {image: panel for panel, image in enumerate(twin.panels)}
-    apart = frozenset(
-        (min(pair), max(pair)) for one, two in compiled.apart for pair in ((panel_of[one], panel_of[two]),)
+    separated_pairs = frozenset(
+        (min(pair), max(pair))
+        for first, second in compiled.separated_pairs
+        for pair in ((panel_of[first], panel_of[second]),)
     )
     joint_of = compiled.joint_of[list(twin.hinges)]
-    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, apart=apart)
+    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, separated_pairs=separated_pairs)
 
 
 class _Compiler:
@@ -161,7 +163,7 @@ class _Compiler:
         self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
         self.laws = setup.laws
         self.angles = start_state(linkage, setup.start)
-        self.left_out: list[Omission] = []
+        self.omissions: list[Omission] = []
         self.unreached = self._unreached()
 
     def run(self) -> CompiledScene:
@@ -171,7 +173,7 @@ class _Compiler:
         if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         tree = panel_tree(self.linkage, self.setup.density, self.setup.held, cut_hinges=penalty, mirror=mirror)
-        joints, bodies, welds, shift = self._based(tree, mirror)
+        joints, bodies, welds, shift = self._with_base(tree, mirror)
         drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
         if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
             raise HcsearchError(
@@ -200,7 +202,7 @@ class _Compiler:
         for cut, (hinge, _, _) in enumerate(tree.cuts):
             joint_of[hinge] = -1 - cut
         hinged = np.arange(len(joints)) >= shift
-        self._say_rest()
+        self._report_absent_terms()
         factor = 1.0 if mirror is None else 2.0
         return CompiledScene(
             self.linkage,
@@ -212,12 +214,12 @@ class _Compiler:
             hinged,
             np.concatenate([np.ones(shift), tree.shares]),
             factor,
-            self._apart(mirror),
-            tuple(self.left_out),
+            self._separated_pairs(mirror),
+            tuple(self.omissions),
         )
 
     def _leave_out(self, name: str, what: str, why: str) -> None:
-        self.left_out.append(Omission(name, what, why))
+        self.omissions.append(Omission(name, what, why))
 
     def _mirror(self) -> Mirror | None:
         """Return the mirror of the whole scene, if one half of it determines the other."""
@@ -230,9 +232,11 @@ class _Compiler:
             return None
         images = list(mirror.hinges)
         laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
-        even = all(laws[k] == laws[image] for k, image in enumerate(images))
-        level = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.setup.gravity))
-        if not (even and level) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
+        springs_symmetric = all(laws[k] == laws[image] for k, image in enumerate(images))
+        gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
+            1.0 + math.hypot(*self.setup.gravity)
+        )
+        if not (springs_symmetric and gravity_symmetric) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
             return None
         self.angles = 0.5 * (self.angles + self.angles[images])
         self._leave_out(
@@ -242,7 +246,7 @@ class _Compiler:
         )
         return mirror
 
-    def _based(
+    def _with_base(
         self, tree: PanelTree, mirror: Mirror | None
     ) -> tuple[tuple[TreeJoint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
         """Return joints, bodies and welds with the floating base before them, and the number of its joints."""
@@ -258,13 +262,13 @@ class _Compiler:
             slides, turns = np.array([np.cross(upright, mirror.normal), upright]), mirror.normal[None]
         axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
         shift = len(axes)
-        still = Body(0.0, panel.centre, np.zeros((3, 3)))
+        massless = Body(0.0, panel.centre, np.zeros((3, 3)))
         joints = [TreeJoint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
         joints += [
             TreeJoint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides)
             for j in tree.joints
         ]
-        bodies = (*(still for _ in range(shift - 1)), base, *tree.bodies)
+        bodies = (*(massless for _ in range(shift - 1)), base, *tree.bodies)
 
         def moved(body: int, held: bool) -> int:
             return body + shift if body != GROUND else (shift - 1 if held else GROUND)
@@ -295,12 +299,12 @@ class _Compiler:
         if "stops" in self.keep or any(self.setup.gravity):
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
-        least = [min(0.0, law.least_energy) for law in self.laws]
-        spare = sum(at_start) - sum(least)
+        least_energies = [min(0.0, law.least_energy) for law in self.laws]
+        available = sum(at_start) - sum(least_energies)
         unreached = {
             k
             for k, law in enumerate(self.laws)
-            if self.angles[k] < math.pi and law.energy(math.pi) - least[k] > spare * (1.0 + 1e-9)
+            if self.angles[k] < math.pi and law.energy(math.pi) - least_energies[k] > available * (1.0 + 1e-9)
         }
         if unreached:
             self._leave_out(
@@ -312,12 +316,12 @@ class _Compiler:
 
     def _cuts(self, tree: PanelTree, shift: int) -> tuple[CutHinge, ...]:
         cuts = []
-        for hinge, first, second in tree.cuts:
-            own = self.linkage.pattern.hinges[hinge]
+        for hinge, first_body, second_body in tree.cuts:
+            line = self.linkage.pattern.hinges[hinge]
             height = self.linkage.points[hinge][2]
-            ends = (np.array([*own.start, height]), np.array([*own.end, height]))
+            ends = (np.array([*line.start, height]), np.array([*line.end, height]))
             base = shift - 1 if self.setup.free else GROUND
-            bodies = [body + shift if body != GROUND else base for body in (first, second)]
+            bodies = [body + shift if body != GROUND else base for body in (first_body, second_body)]
             cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(cuts)
 
@@ -341,7 +345,7 @@ class _Compiler:
         frame = np.array([axis, np.cross(upright, axis), upright])
         return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
 
-    def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
+    def _separated_pairs(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
         """Return the pairs of panels that are not checked for contact."""
         joined = kept_apart(self.linkage)
         images = set()
@@ -350,15 +354,15 @@ class _Compiler:
                 image = sorted(mirror.panels[panel] for panel in pair)
                 if image < list(pair):
                     images.add(pair)
-        apart = frozenset(joined | images)
+        separated = frozenset(joined | images)
         self._leave_out(
             "pairs",
-            f"{len(apart)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            f"{len(separated)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
             "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
         )
-        return apart
+        return separated
 
-    def _say_rest(self) -> None:
+    def _report_absent_terms(self) -> None:
         """Report omissions of terms that the scene does not have."""
         if not self.linkage.loops:
             self._leave_out("closure", "closure", "the array is an open chain")

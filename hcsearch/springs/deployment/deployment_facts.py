@@ -37,14 +37,14 @@ def deployment_facts(deployment: Deployment, agreement: Agreement | None = None)
 def finite_or_none(value: Any) -> Any:
     """Replace numbers that are not finite by None, also in lists."""
     if isinstance(value, list):
-        return [finite_or_none(one) for one in value]
+        return [finite_or_none(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     clearance = deployment.clearance
-    books = deployment_energies(deployment)
+    energies = deployment_energies(deployment)
     verdict = deployment.verdict if agreement is None else agreement.verdict
     flat_time = deployment.flat_time if agreement is None else agreement.flat_time
     reason = deployment.reason if agreement is None else agreement.reason
@@ -71,12 +71,12 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "outcome": deployment.outcome,
         "flat_time_s": flat_time,
         "end_time_s": float(motion.times[-1]) if flat_time is None and not untimed else flat_time,
-        "other_tolerances": None if agreement is None else [one.tolerance for one in agreement.others],
-        "other_outcomes": None if agreement is None else [one.outcome for one in agreement.others],
+        "other_tolerances": None if agreement is None else [other.tolerance for other in agreement.others],
+        "other_outcomes": None if agreement is None else [other.outcome for other in agreement.others],
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
-        "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
-        "energy_damped_J": float(books["damped_J"][-1]),
-        "energy_lost_at_stops_J": float(books["lost_J"][-1]),
+        "energy_start_J": float(sum(energies[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
+        "energy_damped_J": float(energies["damped_J"][-1]),
+        "energy_lost_at_stops_J": float(energies["lost_J"][-1]),
         **_driven(deployment),
         "energy_drift_J": compiled.factor * (motion if deployment.driven is None else deployment.driven).drift,
         "closure_gap": motion.gap,
@@ -90,13 +90,20 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
             for event in motion.events
         ],
         "arrivals": [
-            {"time_s": a.time, "stop": a.stop, "hinges": [hinges[k] for k in a.hinges], "speed_rad_s": a.speed}
-            for a in hinge_arrivals(deployment)
+            {
+                "time_s": arrival.time,
+                "stop": arrival.stop,
+                "hinges": [hinges[k] for k in arrival.hinges],
+                "speed_rad_s": arrival.speed,
+            }
+            for arrival in hinge_arrivals(deployment)
         ],
         "steps": motion.steps,
         "rejected_steps": motion.rejected,
         "evaluations": motion.evaluations,
-        "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+        "left_out": [
+            {"name": omission.name, "what": omission.what, "why": omission.why} for omission in compiled.omissions
+        ],
     }
 
 
@@ -126,8 +133,8 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
         return {}
     return {
         "drive_work_J": float(driven.work[-1]),
-        "drive_torque_N_m": float(driven.greatest.max(initial=0.0)),
-        "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
+        "drive_torque_N_m": float(driven.greatest_torques.max(initial=0.0)),
+        "drive_missed_rad": float(np.abs(driven.angle_errors).max(initial=0.0)),
     }
 
 
@@ -160,14 +167,14 @@ def mark_collision(axes: Axes, deployment: Deployment) -> None:
     clearance = deployment.clearance
     if clearance is None or clearance.time is None:
         return
-    what = "undecided"
+    note = "undecided"
     if clearance.panels is not None and clearance.kind == "collides":
-        what = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
+        note = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
     axes.axvline(clearance.time, color="red", linewidth=1.0)
-    ground = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+    box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
     axes.annotate(
-        what, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
-        ha="right", va="bottom", bbox=ground,
+        note, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
+        ha="right", va="bottom", bbox=box,
     )  # fmt: skip
 
 

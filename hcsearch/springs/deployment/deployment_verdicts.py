@@ -86,61 +86,61 @@ class _Verdicts:
         threads: int,
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
-        self.looks = scene_variants(scene)
+        self.variants = scene_variants(scene)
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
-        self.alike = self._alike(foldings.row.tolist())
+        self.congruent = self._congruent_foldings(foldings.row.tolist())
         self.moves = moves
-        self.count, self.threads = len(foldings), threads
+        self.n_foldings, self.threads = len(foldings), threads
         # the proof is for rigid pairs, and does not apply to a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
         self.compiled: dict[tuple[int, Way], CompiledScene] = {}
         self.screens: dict[tuple[int, Way], CheckedPanels] = {}
         self.deploys: dict[int, Trial] = {}
-        self.first: dict[int, Trial] = {}
-        self.unsure: dict[int, Trial] = {}
-        self.spent = np.zeros(self.count, np.int64)
+        self.as_written: dict[int, Trial] = {}
+        self.disputed: dict[int, Trial] = {}
+        self.evaluations_spent = np.zeros(self.n_foldings, np.int64)
 
     def run(self) -> DeploymentBatch:
-        numbers = list(self.alike)
-        for begin in range(0, len(numbers), FOLDINGS_IN_MEMORY):
-            self._try(numbers[begin : begin + FOLDINGS_IN_MEMORY])
+        numbers = list(self.congruent)
+        for start in range(0, len(numbers), FOLDINGS_IN_MEMORY):
+            self._try_foldings(numbers[start : start + FOLDINGS_IN_MEMORY])
             self.compiled.clear()
             self.screens.clear()
-        clearance, time, margin, gap = np.full((4, self.count), np.nan)
+        clearance, time, margin, gap = np.full((4, self.n_foldings), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
             margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
-    def _try(self, some: list[int]) -> None:
+    def _try_foldings(self, foldings: list[int]) -> None:
         """Try foldings until they deploy, variant by variant, or as many variants at once as occupy all threads."""
-        first, *others = self.looks
-        self._take((first,), some)
-        while others and (left := [i for i in some if self._goes_on(i)]):
+        as_written, *others = self.variants
+        self._try_variants((as_written,), foldings)
+        while others and (remaining := [i for i in foldings if self._needs_more_trials(i)]):
             # a single thread tries no variant that an earlier one makes needless
-            together = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(left))
-            self._take(others[:together], left)
-            others = others[together:]
+            batch = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(remaining))
+            self._try_variants(others[:batch], remaining)
+            others = others[batch:]
 
-    def _goes_on(self, i: int) -> bool:
-        return i not in self.deploys and bool(self.moves[i]) and self.spent[i] < MAX_VARIANT_WORK
+    def _needs_more_trials(self, i: int) -> bool:
+        return i not in self.deploys and bool(self.moves[i]) and self.evaluations_spent[i] < MAX_VARIANT_WORK
 
-    def _take(self, looks: Sequence[SceneVariant], some: list[int]) -> None:
+    def _try_variants(self, variants: Sequence[SceneVariant], foldings: list[int]) -> None:
         """Try variants at foldings; the first variant that deploys counts."""
-        tried = [(i, look) for look in looks for i in some if self._can(i, look)]
-        scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
-        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "whole": looks[0].first})
+        tried = [(i, variant) for variant in variants for i in foldings if self._can_be_tried(i, variant)]
+        scenes = {(i, variant): (self._compiled(i, variant), self.screens[i, variant.pairs]) for i, variant in tried}
+        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "past_collisions": variants[0].as_written})
         agreements = self._agreed(scenes, checks)
-        for (i, look), one in checks.items():
-            if look.first or self._goes_on(i):  # as if the variants had been tried one by one
-                self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
-                self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
+        for (i, variant), check in checks.items():
+            if variant.as_written or self._needs_more_trials(i):  # as if the variants had been tried one by one
+                self._record_trial(i, variant, scenes[i, variant][0], check, agreements.get((i, variant)))
+                self.evaluations_spent[i] += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
 
     def _check(
         self, scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]], options: dict[str, Any]
     ) -> dict[TriedVariant, DeploymentCheck]:
-        compiled, screens = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
+        compiled, screens = [scene for scene, _ in scenes.values()], [panels for _, panels in scenes.values()]
         return dict(
             zip(scenes, check_deployments(compiled, screens=screens, threads=self.threads, **options), strict=True)
         )
@@ -151,16 +151,16 @@ class _Verdicts:
         checks: dict[TriedVariant, DeploymentCheck],
     ) -> dict[TriedVariant, Agreement]:
         """Return the agreement at other tolerances of all trials that deploy."""
-        deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
+        deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
         # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {
             tried: (compiled, checked_panels_of(compiled, plays[tried].needed_margin))
             for tried, (compiled, _) in deploying.items()
         }
-        others = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
+        checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
         return {
-            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
+            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in checks_at], plays[tried])
             for tried, scene in deploying.items()
         }
 
@@ -176,101 +176,118 @@ class _Verdicts:
 
         Those that are not clear with it are checked again with the scene's margin, and may need more.
         """
-        near, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
-        for k, tolerance in enumerate(near):
+        tolerances, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
+        for k, tolerance in enumerate(tolerances):
             if others[k].outcome == "flat" and not others[k].deploys:
                 others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
                 if others[k].deploys:
                     motion = simulate_compiled(scene[0], certified=False, **_as_near(tolerance)).motion
                     needed = needed_margin_of(scene[0], motion, needed)
-        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *near))
+        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *tolerances))
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
-    def _keep(
-        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+    def _record_trial(
+        self,
+        i: int,
+        variant: SceneVariant,
+        compiled: CompiledScene,
+        check: DeploymentCheck,
+        agreement: Agreement | None,
     ) -> None:
-        if not (look.first or one.deploys):
+        if not (variant.as_written or check.deploys):
             return
-        for own in (i, *self.alike[i]):
+        for folding in (i, *self.congruent[i]):
             trial = (
-                self._trial(i, look, compiled, one, agreement)
-                if own == i
-                else self._carried(own, i, look, one, agreement)
+                self._trial(i, variant, compiled, check, agreement)
+                if folding == i
+                else self._transferred(folding, i, variant, check, agreement)
             )
-            if look.first:
-                self.first[own] = trial
+            if variant.as_written:
+                self.as_written[folding] = trial
             if trial.status == "deploys":
-                self.deploys[own] = trial
-            elif one.deploys:
-                self.unsure.setdefault(own, trial)
+                self.deploys[folding] = trial
+            elif check.deploys:
+                self.disputed.setdefault(folding, trial)
 
-    def _can(self, i: int, look: SceneVariant) -> bool:
-        if look.pairs == "hinged":
+    def _can_be_tried(self, i: int, variant: SceneVariant) -> bool:
+        if variant.pairs == "hinged":
             return True
         # motions with merged pairs are motions with rigid pairs, too
-        return i not in self.locked and (look.first or self.foldings[i].can_join(look.pairs))
+        return i not in self.locked and (variant.as_written or self.foldings[i].can_join(variant.pairs))
 
-    def _compiled(self, i: int, look: SceneVariant) -> CompiledScene:
-        key = (i, look.pairs)
+    def _compiled(self, i: int, variant: SceneVariant) -> CompiledScene:
+        key = (i, variant.pairs)
         if key not in self.compiled:
-            linkage = self.foldings[i].linkage(self.panel, flat_pairs=look.pairs)
+            linkage = self.foldings[i].linkage(self.panel, flat_pairs=variant.pairs)
             self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
         compiled = self.compiled[key]
         if key not in self.screens:
             self.screens[key] = checked_panels_of(compiled)
-        compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, look))
-        if look.springs:
-            compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, look.springs))
+        compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, variant))
+        if variant.springs:
+            compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, variant.springs))
         return compiled
 
-    def _alike(self, rows: list[int]) -> dict[int, list[int]]:
+    def _congruent_foldings(self, rows: list[int]) -> dict[int, list[int]]:
         """Return the foldings to simulate, each with those that are congruent to it in the scene.
 
         rows : the row of the circuit of each folding.
         """
         standing = representatives(list(self.foldings.values()), rows, self.panel)
-        alike: dict[int, list[int]] = {}
+        congruent: dict[int, list[int]] = {}
         for i, first in enumerate(standing):
-            if i == first or not self._symmetric(i, first):
-                alike[i] = []
+            if i == first or not self._scene_is_congruent(i, first):
+                congruent[i] = []
             else:
-                alike[first].append(i)
-        return alike
+                congruent[first].append(i)
+        return congruent
 
-    def _symmetric(self, i: int, first: int) -> bool:
+    def _scene_is_congruent(self, i: int, first: int) -> bool:
         """Return whether a scene is the same for two congruent foldings: its gravity and held panel may break this."""
-        own, other = (self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first))
-        seen, setup = setup_of_scene(self.scene, own).of_twin(own), setup_of_scene(self.scene, other)
-        return seen.held == setup.held and bool(np.allclose(seen.gravity, setup.gravity, rtol=0.0, atol=1e-12))
+        linkage, first_linkage = (
+            self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first)
+        )
+        setup, first_setup = (
+            setup_of_scene(self.scene, linkage).of_congruent(linkage),
+            setup_of_scene(self.scene, first_linkage),
+        )
+        return setup.held == first_setup.held and bool(
+            np.allclose(setup.gravity, first_setup.gravity, rtol=0.0, atol=1e-12)
+        )
 
-    def _carried(
-        self, i: int, first: int, look: SceneVariant, one: DeploymentCheck, agreement: Agreement | None
+    def _transferred(
+        self, i: int, first: int, variant: SceneVariant, check: DeploymentCheck, agreement: Agreement | None
     ) -> Trial:
         """Transfer the check of the congruent folding `first` to a trial of a folding: only numbers change."""
-        compiled = self._compiled(i, look)
-        twin = compiled.linkage.twin
-        assert twin is not None
-        if one.collision is not None:
-            time, panels = one.collision
-            low, high = sorted(twin.panels.index(panel) for panel in panels)
-            one = replace(one, collision=(time, (low, high)))
-        trial = self._trial(i, look, compiled, one, agreement)
+        compiled = self._compiled(i, variant)
+        congruent = compiled.linkage.twin
+        assert congruent is not None
+        if check.collision is not None:
+            time, panels = check.collision
+            low, high = sorted(congruent.panels.index(panel) for panel in panels)
+            check = replace(check, collision=(time, (low, high)))
+        trial = self._trial(i, variant, compiled, check, agreement)
         return replace(trial, as_crease=self.foldings[first].crease)
 
     def _trial(
-        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+        self,
+        i: int,
+        variant: SceneVariant,
+        compiled: CompiledScene,
+        check: DeploymentCheck,
+        agreement: Agreement | None,
     ) -> Trial:
         labels = labels_of(compiled.linkage)
-        status, reason = one.verdict, one.reason(labels)
+        status, reason = check.verdict, check.reason(labels)
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
         size, clearance, play = compiled.linkage.pattern.size, None, None
         if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
             play = Play(agreement.needed_margin, agreement.least_gap)
-            clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
+            clearance = play.clearance(min(math.inf if check.gap is None else check.gap, size))
         facts = {"design": self.foldings[i].notation}
-        scene = replace(self.scene, panel=self.panel, flat_pairs=(look.pairs,))
+        scene = replace(self.scene, panel=self.panel, flat_pairs=(variant.pairs,))
         tried = scene_of_setup(compiled.setup, scene, labels)
         return Trial(
             folding=i,
@@ -280,23 +297,23 @@ class _Verdicts:
             status=status,
             reason=reason,
             clearance=clearance,
-            first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
+            first_contact=check.collision[0] if check.collision is not None and check.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
-            energy_error=one.drift,
-            closure_error=one.opening * size,
+            energy_error=check.drift,
+            closure_error=check.opening * size,
             needed_margin=None if play is None else play.needed_margin,
             least_gap=None if play is None else play.least_gap,
-            pairs=look.pairs,
-            springs=look.springs,
+            pairs=variant.pairs,
+            springs=variant.springs,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
         """Yield the stored trials of a folding: as written, and the one that deploys, if only at one tolerance."""
-        first, last = self.first.get(i), self.deploys.get(i, self.unsure.get(i))
-        if first is not None:
-            yield first
-        if last is not None and last is not first:
-            yield last
+        as_written, deploying = self.as_written.get(i), self.deploys.get(i, self.disputed.get(i))
+        if as_written is not None:
+            yield as_written
+        if deploying is not None and deploying is not as_written:
+            yield deploying
 
 
 def _play(compiled: CompiledScene) -> Play:

@@ -81,9 +81,9 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
     times = values["times"]
     k, d = times.size, len(hinges)
     shapes = {"times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
-    good = all(values[name].shape == shape for name, shape in shapes.items())
-    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
-    if not good or not all(np.isfinite(value).all() for value in values.values()):
+    valid = all(values[name].shape == shape for name, shape in shapes.items())
+    valid = valid and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
+    if not valid or not all(np.isfinite(value).all() for value in values.values()):
         raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
     if len(set(hinges)) < d:
         raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
@@ -97,8 +97,8 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
         raise SceneError(
             f"[drive] has a period of {period:g} s: give one from {MIN_CONTROL_PERIOD:g} to {MAX_CONTROL_PERIOD:g} s"
         )
-    rest = {name: values[name] for name in _NUMBERS if name != "period"}
-    return Drives(hinges=tuple(hinges), period=period, **rest)
+    arrays = {name: values[name] for name in _NUMBERS if name != "period"}
+    return Drives(hinges=tuple(hinges), period=period, **arrays)
 
 
 def _driven(names: Any, labels: Labels) -> list[int]:

@@ -14,12 +14,12 @@ from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
 from hcsearch.system.terminal import short
 
 
-def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "give it more seconds") -> str:
+def reason_of_motion(compiled: CompiledScene, motion: Motion, time_remedy: str = "give it more seconds") -> str:
     """Return a sentence on the end of a motion, with a remedy; time_remedy : the remedy where the time is over."""
     end = f"{short(motion.times[-1])} s"
-    held = compiled.at_stops(motion.q[-1])
-    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
-    where = f"closed hinges {shut}, open hinges {opened}"
+    stops = compiled.at_stops(motion.q[-1])
+    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (stops.closed, stops.open))
+    hinges_at_stops = f"closed hinges {shut}, open hinges {opened}"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation"
     if compiled.formulation == "penalty":
@@ -28,9 +28,9 @@ def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "giv
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
         "flat": f"flat after {end}",
-        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
-        "rest": f"at rest from {end} on: {where}",
-        "jammed": f"at {end} stops and loops prevent any motion: {where}",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {time_remedy}",
+        "rest": f"at rest from {end} on: {hinges_at_stops}",
+        "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
         "steps": f"stopped at {end} after {motion.steps} steps: {easier}",
         "stuck": f"no step is short enough at {end}: {easier}",
         "open": f"the loops open at {end}: {closer}",
@@ -45,9 +45,9 @@ def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | N
         return reason
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
-    one, two = (labels.panels[panel] for panel in clearance.panels)
+    first, second = (labels.panels[panel] for panel in clearance.panels)
     when = "" if clearance.time is None else f" at {short(clearance.time)} s"
-    return f"panels {one} and {two} come so near{when} that a collision cannot be excluded; {reason}"
+    return f"panels {first} and {second} come so near{when} that a collision cannot be excluded; {reason}"
 
 
 def reason_of_check(
@@ -58,16 +58,16 @@ def reason_of_check(
         return f"diverged at {short(end)} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
-    apart = "clear until then" if clear else "a collision is neither certain nor excluded"
+    contact = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
-        return f"flat after about {short(end, 1)} s, {apart}"  # more digits may hang on the tolerance
-    return f"{outcome} at {short(end)} s, {apart}"
+        return f"flat after about {short(end, 1)} s, {contact}"  # more digits may hang on the tolerance
+    return f"{outcome} at {short(end)} s, {contact}"
 
 
 def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
     """Return a sentence with the names of colliding panels, and the time (s)."""
-    one, two = (labels.panels[panel] for panel in panels)
-    return f"panels {one} and {two} collide" + ("" if time is None else f" at {short(time)} s")
+    first, second = (labels.panels[panel] for panel in panels)
+    return f"panels {first} and {second} collide" + ("" if time is None else f" at {short(time)} s")
 
 
 FLAT_FOLD_ANGLE = 0.01
@@ -143,7 +143,7 @@ class DeploymentCheck:
     steps: int
     evaluations: int
     looks: int
-    loose: float = field(default=0.0, compare=False)
+    loose_share: float = field(default=0.0, compare=False)
 
     @property
     def verdict(self) -> Verdict:

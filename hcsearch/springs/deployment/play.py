@@ -59,36 +59,41 @@ class Play:
         return self.least_gap if self.least_gap is not None and self.least_gap < 0.0 else gap
 
 
-def play_of_deployment(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> Play:
+def play_of_deployment(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> Play:
     """Compute the play of a motion that is certified clear; least_margin : as of `needed_margin_of`."""
     path = course_of_deployment(compiled, motion)
     touching = TOUCHING_DISTANCE * scale_of(compiled.linkage)
-    gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.apart)
+    gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.separated_pairs)
     if gap is not None and abs(gap) < touching:
         gap = 0.0
-    return Play(_needed(compiled, path, above), gap)
+    return Play(_needed(compiled, path, least_margin), gap)
 
 
-def needed_margin_of(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> float:
+def needed_margin_of(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> float:
     """Compute the least margin (m) at which a motion is certified clear; least_margin : a lower bound of it.
 
     The motion must be certified at the scene's margin. A motion certified with a margin is certified with any greater
     one, so the least is found by bisection.
     """
-    return _needed(compiled, course_of_deployment(compiled, motion), above)
+    return _needed(compiled, course_of_deployment(compiled, motion), least_margin)
 
 
-def _needed(compiled: CompiledScene, path: DeploymentCourse, above: float) -> float:
+def _needed(compiled: CompiledScene, path: DeploymentCourse, least_margin: float) -> float:
     linkage = compiled.linkage
     step = MIN_PANEL_MARGIN * scale_of(linkage)
     count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
-    margins = [margin for k in range(1, count + 1) if (margin := k * step) >= above * (1.0 - 1e-9)]
+    margins = [margin for k in range(1, count + 1) if (margin := k * step) >= least_margin * (1.0 - 1e-9)]
     margins.append(compiled.margin)
     low, high = 0, len(margins) - 1
     tried = 0  # the least margin first: most motions in which panels hardly touch need no more
     while low < high:
         clearance = certify_clearance(
-            linkage, path.course, margin=margins[tried], slack=path.slack, apart=compiled.apart, measured=False
+            linkage,
+            path.course,
+            margin=margins[tried],
+            slack=path.slack,
+            apart=compiled.separated_pairs,
+            measured=False,
         )
         if clearance.kind == "clear":
             high = tried

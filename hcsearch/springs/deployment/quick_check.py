@@ -47,7 +47,7 @@ class CheckedPanels(NamedTuple):
 def checked_panels_of(compiled: CompiledScene, margin: float | None = None) -> CheckedPanels:
     """Return the panels of a scene, shrunk by its margin or a given one (m); they do not depend on springs."""
     linkage = compiled.linkage
-    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.apart)
+    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.separated_pairs)
     return CheckedPanels(solids, slack_of(linkage, 1.0))
 
 
@@ -56,7 +56,7 @@ def check_deployments(
     *,
     screens: Sequence[CheckedPanels] | None = None,
     tolerance: float = 1e-6,
-    whole: bool = True,
+    past_collisions: bool = True,
     max_steps: int | None = None,
     threads: int = 1,
 ) -> list[DeploymentCheck]:
@@ -70,24 +70,27 @@ def check_deployments(
     groups: dict[Any, list[int]] = defaultdict(list)
     if screens is None:
         screens = [checked_panels_of(compiled) for compiled in scenes]
-    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
-    for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
-        setup, exactness = compiled.setup, (own.solids.margin, resolution_of(compiled.linkage))
+    subjects = [_subject(compiled, panels) for compiled, panels in zip(scenes, screens, strict=True)]
+    for i, (compiled, panels, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
+        setup, exactness = compiled.setup, (panels.solids.margin, resolution_of(compiled.linkage))
         if compiled.formulation not in {"constrained", "compliant"} or setup.free:
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
         groups[(exactness, *key, *_shapes(subject))].append(i)
     calls = []
     for key, members in groups.items():
-        together = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
-        calls += [(key[0], members[k : k + together]) for k in range(0, len(members), together)]
+        batch = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
+        calls += [(key[0], members[k : k + batch]) for k in range(0, len(members), batch)]
 
     def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
         exactness, members = call
-        own = [scenes[i] for i in members]
-        joint = 3 * 8 * own[0].system.n_joints  # bytes of the angles, rates and accelerations of a state
-        steps = min(max_steps or MAX_DEPLOYMENT_STEPS[own[0].formulation], max(1, MAX_MOTION_RECORD_BYTES // joint))
-        return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
+        batch_scenes = [scenes[i] for i in members]
+        state_bytes = 3 * 8 * batch_scenes[0].system.n_joints  # bytes of the angles, rates and accelerations of a state
+        steps = min(
+            max_steps or MAX_DEPLOYMENT_STEPS[batch_scenes[0].formulation],
+            max(1, MAX_MOTION_RECORD_BYTES // state_bytes),
+        )
+        return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, steps)
 
     checks: dict[int, DeploymentCheck] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel releases the global interpreter lock
@@ -117,7 +120,7 @@ def _run(
     subjects: list[SceneTables],
     tolerance: float,
     exactness: tuple[float, float],
-    whole: bool,
+    past_collisions: bool,
     steps: int,
 ) -> list[DeploymentCheck]:
     """Check scenes whose tables have the same shapes; exactness : margin and resolution, m."""
@@ -139,7 +142,7 @@ def _run(
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
         *exactness,
-        whole,
+        past_collisions,
     )
     findings = CheckFindings(
         endings=np.zeros(count, np.int64),
@@ -162,8 +165,8 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
     verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
     collision = None
     if verdict == MOTION_COLLIDES:
-        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
-        collision = (float(findings.times[i, 1]), (one, two))
+        first, second = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
+        collision = (float(findings.times[i, 1]), (first, second))
     states, evaluations, _, looks = (int(number) for number in findings.counts[i])
     return DeploymentCheck(
         outcome_of(SIMULATION_STOPS[int(findings.endings[i])]),

@@ -69,11 +69,11 @@ class Deployment(ByValue):
         motion, clearance, size = self.motion, self.clearance, math.pi * max(1, self.angles.shape[1])
         end, gap = self.angles[-1], None if clearance is None else clearance.gap
         clear = None if clearance is None else {"clear": True, "collides": False}.get(clearance.kind)
-        collision, met = None, end
+        collision, angles = None, end
         if clearance is not None and clearance.time is not None and clearance.panels is not None:
             collision = (clearance.time, clearance.panels) if clear is False else None
             q = motion.at(np.array([clearance.time]))
-            met = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
+            angles = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
         return DeploymentCheck(
             outcome=self.outcome,
             end_time=float(motion.times[-1]),
@@ -81,7 +81,7 @@ class Deployment(ByValue):
             collision=collision,
             gap=gap,
             speed=0.0 if clearance is None else clearance.speed,
-            remaining=float(np.abs(met).sum()) / size,
+            remaining=float(np.abs(angles).sum()) / size,
             end_remaining=float(np.abs(end).sum()) / size,
             widest=float(np.abs(end).max(initial=0.0)),
             drift=motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
@@ -89,7 +89,7 @@ class Deployment(ByValue):
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
             looks=0 if clearance is None else clearance.looks,
-            loose=loose_states(self.compiled.system, motion),
+            loose_share=loose_states(self.compiled.system, motion),
         )
 
     @property
@@ -108,8 +108,8 @@ class Deployment(ByValue):
         if not self.deploys:
             return None
         # no stop holds driven hinges, whose panels overlap by as much as they pass them
-        over = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
-        return play_of_deployment(self.compiled, self.motion, over)
+        overlap = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
+        return play_of_deployment(self.compiled, self.motion, overlap)
 
     @property
     def flat_time(self) -> float | None:
@@ -218,7 +218,7 @@ def simulate_driven_scene(
     driven = follow(compiled.seconds, FLAT_FOLD_ANGLE)
     if driven.motion.ending == "flat" and driven.motion.times[-1] < drives.times[-1]:
         # drives continue to the end of their course, where torques may be greatest
-        driven = replace(driven, greatest=follow(float(drives.times[-1]), None).greatest)
+        driven = replace(driven, greatest_torques=follow(float(drives.times[-1]), None).greatest_torques)
     # states inserted between others move under the drives, too
     compiled = replace(compiled, system=system.under_control(commands.targets))
     return deployment_of_motion(
@@ -254,12 +254,12 @@ def deployment_of_motion(
 
 def _within_stops(compiled: CompiledScene, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
     """Change a clear verdict to `undecided` where panels of a hinge without stops overlap by more than the margin."""
-    beyond = _overlaps(compiled, angles)
-    if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
+    overlaps = _overlaps(compiled, angles)
+    if clearance.kind != "clear" or overlaps.max(initial=0.0) <= compiled.margin:
         return clearance
-    state, hinge = np.unravel_index(beyond.argmax(), beyond.shape)
-    own = compiled.linkage.pattern.hinges[int(hinge)]
-    panels = (min(own.first, own.second), max(own.first, own.second))
+    state, hinge = np.unravel_index(overlaps.argmax(), overlaps.shape)
+    ends = compiled.linkage.pattern.hinges[int(hinge)]
+    panels = (min(ends.first, ends.second), max(ends.first, ends.second))
     return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
 
 
@@ -285,7 +285,7 @@ def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
         margin=compiled.margin,
         resolution=resolution_of(linkage),
         slack=path.slack,
-        apart=compiled.apart,
+        apart=compiled.separated_pairs,
         measured=motion.ending == "flat",
     )
 
@@ -298,16 +298,16 @@ def omission_savings(deployment: Deployment, *, method: str | None, tolerance: f
             continue
         compiled = deployment.compiled
         full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
-        other = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
-        again = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
+        kept = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
+        omitted = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
         rows.append(
             {
                 "name": omission.name,
                 "joints": [full.system.n_joints, compiled.system.n_joints],
                 "closure_equations": [_closure_equations(full), _closure_equations(compiled)],
-                "evaluations": [other.motion.evaluations, again.motion.evaluations],
-                "milliseconds": [1e3 * other.seconds, 1e3 * again.seconds],
-                "outcomes": [other.outcome, again.outcome],
+                "evaluations": [kept.motion.evaluations, omitted.motion.evaluations],
+                "milliseconds": [1e3 * kept.seconds, 1e3 * omitted.seconds],
+                "outcomes": [kept.outcome, omitted.outcome],
             }
         )
     return rows

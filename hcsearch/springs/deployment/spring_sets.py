@@ -53,8 +53,8 @@ def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
     for joint in compiled.joint_of.tolist():
         law = linear_law(float(stiffnesses[joint]))
         share = float(compiled.shares[joint])
-        own = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
-        drives[joint] = replace(drives[joint], law=own, damping=share * setup.damping_of(law))
+        share_law = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
+        drives[joint] = replace(drives[joint], law=share_law, damping=share * setup.damping_of(law))
         laws.append(law)
     return replace(compiled, setup=replace(setup, laws=tuple(laws)), system=compiled.system.driven(tuple(drives)))
 
@@ -75,8 +75,8 @@ def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name
         softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
     else:
         weights = np.array(SPRING_SET_GRADES[name])
-        towards = np.where(weights < 0.0, 1.0 - places, places)
-        softness = towards @ np.abs(weights) / np.abs(weights).sum()
+        directed = np.where(weights < 0.0, 1.0 - places, places)
+        softness = directed @ np.abs(weights) / np.abs(weights).sum()
     softer = max(softest, stiffest / GRADED_STIFFNESS_RATIO)
     springs: Reals = stiffest * (softer / stiffest) ** softness
     return springs
@@ -88,11 +88,15 @@ def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Real
     They are those of the congruent folding, if there is one, as the order of the stacks depends on the notation of the
     circuit.
     """
-    linkage, joint_of, twin = compiled.linkage, compiled.joint_of, compiled.linkage.twin
-    if twin is not None:
-        like = folding.likeness(panel)
-        assert like is not None
-        folding, linkage, joint_of = like.folding, twin.linkage, joint_of[np.argsort(twin.hinges)]
+    linkage, joint_of, congruent = compiled.linkage, compiled.joint_of, compiled.linkage.twin
+    if congruent is not None:
+        congruent_folding = folding.likeness(panel)
+        assert congruent_folding is not None
+        folding, linkage, joint_of = (
+            congruent_folding.folding,
+            congruent.linkage,
+            joint_of[np.argsort(congruent.hinges)],
+        )
     pattern, half = linkage.pattern, folding.circuit.n // 2
     first = set(folding.stacks[0])
     places = np.zeros((compiled.system.n_joints, 3))

@@ -26,8 +26,8 @@ class Body(ByValue):
 
     def about(self, point: Reals) -> Reals:
         """Return the inertia about another point, shape (3, 3)."""
-        way = self.centre - point
-        return self.inertia + self.mass * (way @ way * np.eye(3) - np.outer(way, way))
+        offset = self.centre - point
+        return self.inertia + self.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
 def joined_body(bodies: Iterable[Body]) -> Body:
@@ -100,8 +100,8 @@ class Weld(ByValue):
     @property
     def free_turn(self) -> int:
         """The only direction of the frame about which the second body may turn; -1 unless there is exactly one."""
-        left = [kind for kind in range(3) if kind not in self.kinds]
-        return left[0] if len(left) == 1 else -1
+        free = [kind for kind in range(3) if kind not in self.kinds]
+        return free[0] if len(free) == 1 else -1
 
 
 def tree_of(
@@ -121,12 +121,12 @@ def tree_of(
 
     table, links = np.zeros((n, 16)), np.zeros((n, 4), np.int64)
     for i, (joint, own) in enumerate(zip(joints, bodies, strict=True)):
-        x = own.inertia
+        inertia = own.inertia
         table[i] = [
             *joint.axis,
             *(place(i) - place(joint.parent)),
             *(own.centre - place(i)),
-            *(x[0, 0], x[1, 1], x[2, 2], x[0, 1], x[0, 2], x[1, 2]),
+            *(inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]),
             own.mass,
         ]
         links[i, :2] = joint.parent, joint.slides

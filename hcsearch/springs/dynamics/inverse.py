@@ -53,23 +53,27 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
     kinetic, height = np.zeros(count), np.zeros(count)
     forces = np.empty((count, n))
     for i in range(n - 1, -1, -1):
-        body, own = system.bodies[i], placed[i]
-        arm = own.turn @ (body.centre - system.joints[i].point)
-        inertia = own.turn @ body.inertia @ own.turn.transpose(0, 2, 1)
-        momentum = _times(inertia, own.spin)
-        speed = own.speed + np.cross(own.spin, arm)
-        speed_up = own.speed_up + np.cross(own.spin_up, arm) + np.cross(own.spin, np.cross(own.spin, arm))
+        body, placed_body = system.bodies[i], placed[i]
+        arm = placed_body.turn @ (body.centre - system.joints[i].point)
+        inertia = placed_body.turn @ body.inertia @ placed_body.turn.transpose(0, 2, 1)
+        momentum = _times(inertia, placed_body.spin)
+        speed = placed_body.speed + np.cross(placed_body.spin, arm)
+        speed_up = (
+            placed_body.speed_up
+            + np.cross(placed_body.spin_up, arm)
+            + np.cross(placed_body.spin, np.cross(placed_body.spin, arm))
+        )
         force = body.mass * (speed_up - gravity)
-        couple = _times(inertia, own.spin_up) + np.cross(own.spin, momentum)
+        couple = _times(inertia, placed_body.spin_up) + np.cross(placed_body.spin, momentum)
         pulls[i] += force
         couples[i] += couple + np.cross(arm, force)
-        kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (own.spin * momentum).sum(axis=1)
-        height -= body.mass * (own.place + arm) @ gravity
+        kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (placed_body.spin * momentum).sum(axis=1)
+        height -= body.mass * (placed_body.place + arm) @ gravity
         forces[:, i] = (lines[i] * couples[i]).sum(axis=1)
         parent = system.joints[i].parent
         if parent != GROUND:
             pulls[parent] += pulls[i]
-            couples[parent] += couples[i] + np.cross(own.place - placed[parent].place, pulls[i])
+            couples[parent] += couples[i] + np.cross(placed_body.place - placed[parent].place, pulls[i])
     return Forces(forces, kinetic, height)
 
 

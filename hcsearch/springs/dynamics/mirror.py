@@ -42,12 +42,12 @@ def mirror_of(linkage: Linkage, held: int) -> Mirror | None:
     spread = np.linalg.norm(centres - middle, axis=1)
     farthest = int(spread.argmax())
     for k in np.flatnonzero(np.abs(spread - spread[farthest]) < 1e-6 * linkage.pattern.size):
-        way = centres[k] - centres[farthest]
+        normal = centres[k] - centres[farthest]
         if k == farthest:  # the farthest facet maps onto itself: the line runs through it
-            way = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
-        if np.linalg.norm(way) < 1e-9 * linkage.pattern.size:
+            normal = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
+        if np.linalg.norm(normal) < 1e-9 * linkage.pattern.size:
             continue
-        mirror = _checked(linkage, held, way / np.linalg.norm(way), middle)
+        mirror = _checked(linkage, held, normal / np.linalg.norm(normal), middle)
         if mirror is not None:
             return mirror
     return None

@@ -103,24 +103,24 @@ class _Step(NamedTuple):
 
 def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
     """Return all hinges in the order of a breadth-first traversal; with a mirror, one of each pair."""
-    around: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
+    neighbours: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
     for k, hinge in enumerate(linkage.pattern.hinges):
-        around[hinge.first].append((hinge.second, k))
-        around[hinge.second].append((hinge.first, k))
+        neighbours[hinge.first].append((hinge.second, k))
+        neighbours[hinge.second].append((hinge.first, k))
     steps: list[_Step] = []
-    seen, used = {held}, set()
-    waiting = deque([held])
-    while waiting:
-        panel = waiting.popleft()
-        for neighbour, between in around[panel]:
+    visited, used_hinges = {held}, set()
+    queue = deque([held])
+    while queue:
+        panel = queue.popleft()
+        for neighbour, between in neighbours[panel]:
             to, k = neighbour, between
             if mirror is not None and mirror.beyond[to]:
                 to, k = mirror.panels[to], mirror.hinges[k]
-            if k in used:
+            if k in used_hinges:
                 continue
-            used.add(k)
-            steps.append(_Step(panel, to, k, to in seen))
-            if to not in seen:
-                seen.add(to)
-                waiting.append(to)
+            used_hinges.add(k)
+            steps.append(_Step(panel, to, k, to in visited))
+            if to not in visited:
+                visited.add(to)
+                queue.append(to)
     return steps

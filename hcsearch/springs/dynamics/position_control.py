@@ -48,19 +48,19 @@ class DriveDemand(ByValue):
 
     def at(self, times: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the planned angles, rates and torques at times, each (len(times), n_driven)."""
-        over = times >= self.times[-1]
-        own = np.clip(times, self.times[0], self.times[-1])
-        angles, rates = np.asarray(self._course(own), float), np.asarray(self._course(own, 1), float)
-        rates[over] = 0.0
-        torques = np.array([np.interp(own, self.times, column) for column in self.torques.T]).T
+        ended = times >= self.times[-1]
+        clipped = np.clip(times, self.times[0], self.times[-1])
+        angles, rates = np.asarray(self._course(clipped), float), np.asarray(self._course(clipped, 1), float)
+        rates[ended] = 0.0
+        torques = np.array([np.interp(clipped, self.times, column) for column in self.torques.T]).T
         return angles, rates, torques.reshape(angles.shape)
 
-    def asked(self, times: Reals) -> tuple[Reals, Reals, Reals]:
+    def interpolated(self, times: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the targets as drives interpolate them within a period: cubics for angles, lines for torques."""
         period = self.period
-        begun = period * np.floor(times / period)
-        x = ((times - begun) / period)[:, None]
-        (q0, v0, t0), (q1, v1, t1) = self.at(begun), self.at(begun + period)
+        begin = period * np.floor(times / period)
+        x = ((times - begin) / period)[:, None]
+        (q0, v0, t0), (q1, v1, t1) = self.at(begin), self.at(begin + period)
         rise = q1 - q0
         b, c = 3.0 * rise - period * (2.0 * v0 + v1), period * (v0 + v1) - 2.0 * rise
         angles = q0 + x * (period * v0 + x * (b + x * c))
@@ -102,14 +102,16 @@ class DrivenMotion(ByValue):
     work: Reals
     planned: Reals
     torques: Reals
-    missed: Reals
-    greatest: Reals
+    angle_errors: Reals
+    greatest_torques: Reals
 
     @property
     def drift(self) -> float:
         """Greatest error of the energy balance, J."""
-        own = self.motion
-        total = own.kinetic + own.stored + own.height + own.in_stops + own.damped + own.lost - self.work
+        motion = self.motion
+        total = (
+            motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost - self.work
+        )
         return float(np.abs(total - total[0]).max())
 
 
@@ -143,8 +145,8 @@ def simulate_driven(
     damped = _damped(system, motion)
     joints = list(commands.joints)
     angles, rates = motion.q[:, joints], motion.v[:, joints]
-    wanted, speeds, known = commands.asked(motion.times)
-    torques = known + commands.stiffness * (wanted - angles) + commands.damping * (speeds - rates)
+    target_angles, target_rates, feedforward = commands.interpolated(motion.times)
+    torques = feedforward + commands.stiffness * (target_angles - angles) + commands.damping * (target_rates - rates)
     plan = commands.at(motion.times)
     # in the kernel's books, dissipation is the energy taken by dampers less the work of drives
     return DrivenMotion(

@@ -150,18 +150,18 @@ def simulate_system(
     *,
     method: str = "dormand-prince",
     max_steps: int = 20_000,
-    **wanted: Unpack[SimulationOptions],
+    **options: Unpack[SimulationOptions],
 ) -> Motion:
     """Simulate a system from a closed state, with velocities 0 unless given, up to a time (s)."""
     n = system.n_joints
     record = record_for(n, max_steps)
-    plan = plan_for(system, **wanted)
+    plan = plan_for(system, **options)
     mechanism = system.mechanism
     coordinates = np.array(q, float)
-    hold = discrete_state_for(mechanism, coordinates)
+    discrete_state = discrete_state_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate_motion(
-        mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
+        mechanism, discrete_state, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
     )
     return motion_of_record(record, system)
 
@@ -200,25 +200,25 @@ def plan_for(
 def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
     """Concatenate successive motions; starts : s, of each. Dissipated energies are accumulated."""
 
-    def together(name: str) -> Reals:
+    def concatenated(name: str) -> Reals:
         return np.concatenate([getattr(motion, name) for motion in motions])
 
-    def added(name: str) -> Reals:
+    def accumulated(name: str) -> Reals:
         ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
         return np.concatenate([getattr(motion, name) + end for motion, end in zip(motions, ends, strict=False)])
 
     return replace(
         motions[-1],
         times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
-        q=together("q"),
-        v=together("v"),
-        a=together("a"),
-        kinetic=together("kinetic"),
-        stored=together("stored"),
-        height=together("height"),
-        in_stops=together("in_stops"),
-        damped=added("damped"),
-        lost=added("lost"),
+        q=concatenated("q"),
+        v=concatenated("v"),
+        a=concatenated("a"),
+        kinetic=concatenated("kinetic"),
+        stored=concatenated("stored"),
+        height=concatenated("height"),
+        in_stops=concatenated("in_stops"),
+        damped=accumulated("damped"),
+        lost=accumulated("lost"),
         gap=max(motion.gap for motion in motions),
         events=tuple(
             replace(event, time=event.time + start)

@@ -102,10 +102,10 @@ class IdentifiedSpring:
                 f"angles go from {low:.4g} to {high:.4g} rad, and hinges turn from 0 (flat) to pi: leave out what is "
                 "beyond, or change the unit in the name of the column"
             )
-        begin, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
-        if begin - end > DOUBTED_FALL_SHARE * max(abs(begin), abs(end)):
+        start, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
+        if start - end > DOUBTED_FALL_SHARE * max(abs(start), abs(end)):
             doubts.append(
-                f"the moment falls from {begin:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
+                f"the moment falls from {start:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
                 "rad; a hinge turns from 0 (flat) to pi (folded): write pi or 180 degrees minus an angle that counts "
                 "from the folded state"
             )
@@ -137,19 +137,19 @@ def fit_spring(angles: Reals, moments: Reals) -> IdentifiedSpring:
     """
     angles, moments = _checked(angles, moments)
     unloading = _unloading(angles)
-    both = unloading.any() and not unloading.all()
-    gap = np.where(unloading, -0.5, 0.5)[:, None][:, : int(both)]
+    has_hysteresis = unloading.any() and not unloading.all()
+    hysteresis = np.where(unloading, -0.5, 0.5)[:, None][:, : int(has_hysteresis)]
     knots, degree = _knots(angles)
-    spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), gap]), moments)
+    spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), hysteresis]), moments)
     fits = []
     for kind, terms in _TERMS.items():
-        solution = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), gap]), moments)
+        solution = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), hysteresis]), moments)
         names = (*terms, "hysteresis")[: len(solution.values)]
         fits.append(_described(kind, names, _law(dict(zip(terms, solution.values, strict=False))), solution, spline))
     curve = BSpline(knots, spline.values[: len(knots) - degree - 1], degree)
     nodes = np.linspace(angles.min(), angles.max(), LAW_TABLE_POINTS)
     law = tabulated_law(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
-    fits.append(_described("table", ("hysteresis",)[: int(both)], law, spline, spline))
+    fits.append(_described("table", ("hysteresis",)[: int(has_hysteresis)], law, spline, spline))
     span = (float(angles.min()), float(angles.max()))
     return IdentifiedSpring(tuple(fits), int((~unloading).sum()), int(unloading.sum()), span)
 
@@ -168,20 +168,20 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
 
 def _unloading(angles: Reals) -> NDArray[np.bool_]:
     """Mark the angles of unloading: after a peak and before a trough, where the decrease exceeds the noise."""
-    turn = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
-    back = np.zeros(len(angles), bool)
-    way = top = bottom = 0
+    threshold = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
+    unloading = np.zeros(len(angles), bool)
+    direction = top = bottom = 0
     for k, angle in enumerate(angles):
         top = k if angle > angles[top] else top
         bottom = k if angle < angles[bottom] else bottom
-        if way <= 0 and angle - angles[bottom] > turn:
-            back[bottom + 1 : k] = False
-            way, top = 1, k
-        elif way >= 0 and angles[top] - angle > turn:
-            back[top + (top > 0) : k] = True
-            way, bottom = -1, k
-        back[k] = way < 0
-    return back
+        if direction <= 0 and angle - angles[bottom] > threshold:
+            unloading[bottom + 1 : k] = False
+            direction, top = 1, k
+        elif direction >= 0 and angles[top] - angle > threshold:
+            unloading[top + (top > 0) : k] = True
+            direction, bottom = -1, k
+        unloading[k] = direction < 0
+    return unloading
 
 
 def _knots(angles: Reals) -> tuple[Reals, int]:

@@ -79,8 +79,8 @@ def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
         return float(np.ptp(level - tilt * numbers))
 
     reach = max(2.0 * unit, width(0.0)) / max(1.0, float(numbers[-1]))
-    found = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
-    return min(width(0.0), float(found.fun))
+    result = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
+    return min(width(0.0), float(result.fun))
 
 
 def _place(times: Reals, steps: Reals, unit: float) -> str:
@@ -89,9 +89,9 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # to distinguish adjacent samples
     if len(gaps):
         named = ", ".join(f"{short(times[k], digits)} to {short(times[k + 1], digits)} s" for k in gaps[:3])
-        more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+        rest = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
         return (
-            f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
+            f": samples are missing from {named}{rest}, where a step is {short(steps[gaps[0]], 3)} s and not "
             f"{short(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
         )
     k = int(np.argmax(abs(steps - usual)))
@@ -106,14 +106,14 @@ def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
     k = -1 if lengths[-1] >= MIN_VIBRATION_SAMPLES else int(lengths.argmax())
-    begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
+    start, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
     if lengths[k] < MIN_VIBRATION_SAMPLES:
         return (
             f"measure anew: at most {lengths.max()} samples follow each other, and {MIN_VIBRATION_SAMPLES} are needed"
         )
     if k == -1:
-        return f"begin after it by --from {begin}"
-    return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
+        return f"begin after it by --from {start}"
+    return f"leave out what follows {end} s" + (f" and begin by --from {start}" if k else "")
 
 
 def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
@@ -121,8 +121,8 @@ def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.in
 
     Steps of one unit and of two are due to rounding if with them all times fit a line; else the longer ones are gaps.
     """
-    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
-        usual = float(steps[steps < most].mean())
+    for limit in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < limit].mean())
         rounding = unit if unit < MAX_ROUNDING_UNIT_SHARE * usual else 0.0
         gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
         counted = np.ones(len(steps))
@@ -148,7 +148,7 @@ MIN_COUNTER_ROWS = 3
 
 def read_measured_moments(path: str) -> tuple[Reals, Reals]:
     """Read fold angles (rad) and moments (N m) from a file, as a law `table:FILE.csv` does, up to a whole turn."""
-    return spring_files.read_law_points(path, most=MAX_MEASUREMENT_BYTES, turn=2.0 * math.pi)
+    return spring_files.read_law_points(path, max_bytes=MAX_MEASUREMENT_BYTES, max_angle=2.0 * math.pi)
 
 
 def read_accelerations(
@@ -177,22 +177,22 @@ def read_accelerations(
         times = columns.numbers(TIME_COLUMN)
     if start is not None and not math.isfinite(start):
         raise HcsearchError(f"a start at {start:g} s: give a finite time")
-    kept = np.flatnonzero(~(times < start)) if start is not None else np.arange(len(times))
+    rows = np.flatnonzero(~(times < start)) if start is not None else np.arange(len(times))
     repair = "write what was measured there, leave the column out, or begin after that line by --from SECONDS"
-    wanted = {TIME_COLUMN: times} | channels if rate is None else channels
-    for name, values in wanted.items():
-        for k in kept[np.isnan(values[kept])]:
+    required = {TIME_COLUMN: times} | channels if rate is None else channels
+    for name, values in required.items():
+        for k in rows[np.isnan(values[rows])]:
             raise columns.fault(int(k), name, repair)
     if rate is None:
         # gaps before the start do not count; records of too few rows are refused later
-        rate = sampling_rate(times[kept] if len(kept) > 1 else times, path)
+        rate = sampling_rate(times[rows] if len(rows) > 1 else times, path)
         _check_rate(rate)
         if rate <= DOUBTED_SAMPLING_RATE:
             note(
                 f"{path} has one sample in {short(1.0 / rate, 3)} s: "
                 f"write seconds in {TIME_COLUMN} if these are milliseconds"
             )
-    channels = _without_counters({name: values[kept] for name, values in channels.items()}, path, note)
+    channels = _without_counters({name: values[rows] for name, values in channels.items()}, path, note)
     for name, record in channels.items():
         if len(record) and np.ptp(record) == 0.0:
             raise HcsearchError(f"column {name!r} of {path} is {record[0]:g} all the time: leave it out")

@@ -127,26 +127,26 @@ def _physical_poles(records: Reals, rate: float) -> ComplexNumbers:
     block_rows = samples // 2
     windows = np.lib.stride_tricks.sliding_window_view(records, samples - block_rows + 1, axis=1)
     hankel = windows.transpose(1, 0, 2).reshape(block_rows * channels, -1)
-    left, values, _ = np.linalg.svd(hankel, full_matrices=False)
+    singular_vectors, values, _ = np.linalg.svd(hankel, full_matrices=False)
     # orders beyond the rank of the matrix repeat the last one
     rank = int((values > values[0] * max(hankel.shape) * np.finfo(float).eps).sum())
     chains: list[_Chain] = []
     ended: list[_Chain] = []
     for order in range(1, MAX_MODEL_ORDER + 1):
-        grown = []
-        poles, shapes = _poles(left[:, : min(order, rank)], channels, rate)
+        extended = []
+        poles, shapes = _poles(singular_vectors[:, : min(order, rank)], channels, rate)
         for pole, shape in zip(poles, shapes, strict=True):
-            alike = [
+            matching = [
                 chain
                 for chain in chains
                 if _near(chain.pole, pole) and _likeness(chain.shape, shape) > MIN_MODE_ASSURANCE
             ]
-            before = min(alike, key=lambda chain: abs(chain.pole - pole), default=None)
-            if before is not None:
-                chains.remove(before)
-            grown.append(_Chain(pole, shape, 1 + (before.length if before else 0)))
+            previous = min(matching, key=lambda chain: abs(chain.pole - pole), default=None)
+            if previous is not None:
+                chains.remove(previous)
+            extended.append(_Chain(pole, shape, 1 + (previous.length if previous else 0)))
         ended += chains
-        chains = grown
+        chains = extended
     return np.array([chain.pole for chain in ended + chains if chain.length >= MIN_STABLE_ORDERS], complex)
 
 
@@ -159,20 +159,20 @@ class _Chain:
     length: int
 
 
-def _poles(left: Reals, channels: int, rate: float) -> tuple[ComplexNumbers, ComplexNumbers]:
+def _poles(singular_vectors: Reals, channels: int, rate: float) -> tuple[ComplexNumbers, ComplexNumbers]:
     """Return decaying poles of one order with positive imaginary part, and their shapes over the channels, by rows."""
-    state = lstsq(left[:-channels], left[channels:])[0]
+    state = lstsq(singular_vectors[:-channels], singular_vectors[channels:])[0]
     eigenvalues, vectors = np.linalg.eig(state)
-    kept = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
-    poles = rate * np.log(eigenvalues[kept].astype(complex))
+    decaying = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
+    poles = rate * np.log(eigenvalues[decaying].astype(complex))
     ascending = np.argsort(abs(poles))
-    return poles[ascending], (left[:channels] @ vectors[:, kept]).T[ascending]
+    return poles[ascending], (singular_vectors[:channels] @ vectors[:, decaying]).T[ascending]
 
 
 def _near(one: complex, two: complex) -> bool:
     dampings = -one.real / abs(one), -two.real / abs(two)
-    same = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
-    return same and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
+    same_frequency = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
+    return same_frequency and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
 
 
 def _likeness(one: ComplexNumbers, two: ComplexNumbers) -> float:
@@ -192,8 +192,8 @@ def _described(records: Reals, rate: float, poles: ComplexNumbers) -> FreeVibrat
     energy = float(((records - records.mean(axis=1, keepdims=True)) ** 2).sum())
     modes = []
     for k, pole in enumerate(poles):
-        own = columns[:, [1 + k, 1 + len(poles) + k]] @ amplitudes[[1 + k, 1 + len(poles) + k]]
-        modes.append(_mode(complex(pole), errors[2 * k : 2 * k + 2], float((own**2).sum()) / energy))
+        signal = columns[:, [1 + k, 1 + len(poles) + k]] @ amplitudes[[1 + k, 1 + len(poles) + k]]
+        modes.append(_mode(complex(pole), errors[2 * k : 2 * k + 2], float((signal**2).sum()) / energy))
     return FreeVibration(tuple(modes), noise)
 
 
@@ -202,9 +202,9 @@ def _pole_errors(time: Reals, waves: ComplexNumbers, amplitudes: Reals, columns:
     count = waves.shape[1]
     basis = qr(columns, mode="economic")[0]
     slopes = []
-    for own in amplitudes.T:
-        moved = time[:, None] * waves * (own[1 : 1 + count] - 1j * own[1 + count :])
-        slope = np.stack([-moved.real, -moved.imag], axis=2).reshape(len(time), -1)
+    for amplitude in amplitudes.T:
+        derivative = time[:, None] * waves * (amplitude[1 : 1 + count] - 1j * amplitude[1 + count :])
+        slope = np.stack([-derivative.real, -derivative.imag], axis=2).reshape(len(time), -1)
         slopes.append(slope - basis @ (basis.T @ slope))
     triangle = qr(np.concatenate(slopes), mode="economic")[1]
     return np.asarray(np.linalg.inv(triangle))
