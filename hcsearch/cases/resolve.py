@@ -265,7 +265,9 @@ class _Door:
         look = _look_of(verdict, folding, case.scene)
         if look is not None:
             own_springs = bool({"spring", "springs"} & set(asked.values))
-            case = replace(case, look=replace(look, springs="", first=True) if own_springs else look, look_of="verdict")
+            case = replace(
+                case, look=replace(look, springs="", as_written=True) if own_springs else look, look_of="verdict"
+            )
         if verdict.path is None or asked.values or folding.circuit != canonical.circuit:
             return case
         if look is not None and case.look.pairs != verdict.path:
@@ -306,7 +308,7 @@ def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> SceneVar
         look = verdict.deployed
         return look if look.is_known and look.pairs in scene.flat_pairs and folding.can_join(look.pairs) else None
     if verdict.status == "movable" and verdict.path is not None and folding.can_join(verdict.path):
-        return SceneVariant(verdict.path, first=True)
+        return SceneVariant(verdict.path, as_written=True)
     return None
 
 

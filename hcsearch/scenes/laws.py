@@ -107,7 +107,7 @@ class Law:
 
     @cached_property
     def least_energy(self) -> float:
-        """A lower bound of the energy between the stops, J: least of 101 samples, less the greatest change between."""
+        """A lower bound of the energy between the stops, J: the least of 101 samples, less a bound between these."""
         angles = [math.pi * k / 100 for k in range(101)]
         branches = [branch for branch in (self.straight, self.bent) if branch is not None]
         steepest = max(abs(branch.moment(angle)) for branch in branches for angle in angles)
@@ -235,9 +235,9 @@ def _plain(name: str, text: str) -> Law:
     """Parse a notation without factors; `text` is the whole notation, for messages."""
     if name == FREE_LAW.text:
         return FREE_LAW
-    kind, _, rest = name.partition(":")
+    kind, _, arguments = name.partition(":")
     for pattern, make in _NOTATIONS.get(kind, ()):
-        match = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
+        match = re.fullmatch(rf"({pattern})({_PRELOAD})?", arguments, re.ASCII)
         if match:
             return make(match[1], float(match[2] or 0.0))
     raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
@@ -257,11 +257,11 @@ def _from_file(name: str, preload: float) -> Law:
     angles, moments = read_law_points(_expanded(name))
     if len(angles) > 1 and (np.diff(angles) < 0.0).all():
         angles, moments = angles[::-1], moments[::-1]
-    for one, two in pairwise(angles):
-        if not two - one >= MIN_LAW_ANGLE_STEP:
+    for angle, next_angle in pairwise(angles):
+        if not next_angle - angle >= MIN_LAW_ANGLE_STEP:
             raise HcsearchError(
-                f"angle {two:.6g} rad of {name} comes after {one:.6g}: sort it, each angle once, or fit a law to its "
-                "rows by hcsearch identify spring"
+                f"angle {next_angle:.6g} rad of {name} comes after {angle:.6g}: sort it, each angle once, or fit "
+                "a law to its rows by hcsearch identify spring"
             )
     return tabulated_law(angles, moments, preload)
 
@@ -276,12 +276,12 @@ def spring_law(text: str, folder: Path) -> str:
     match = _TABLE.fullmatch(text.strip())
     if match is None:
         return text
-    factors, rest, preload = match["factors"], match["rest"], match["preload"] or ""
-    if re.fullmatch(_POINTS, rest, re.ASCII):
-        angles = np.array(_numbers(rest)[1::2])
+    factors, points, preload = match["factors"], match["rest"], match["preload"] or ""
+    if re.fullmatch(_POINTS, points, re.ASCII):
+        angles = np.array(_numbers(points)[1::2])
         check_angles(angles, "the table of the spring", "; angles of table: are in rad, moments in N m")
         return text
-    return f"{factors}{_from_file(str(folder / _expanded(rest)), 0.0).text}{preload}"
+    return f"{factors}{_from_file(str(folder / _expanded(points)), 0.0).text}{preload}"
 
 
 def _expanded(name: str) -> str:
@@ -363,13 +363,13 @@ def tables_of_laws(laws: Sequence[Law]) -> tuple[WholeNumbers, Reals, Reals, Rea
     breaks: list[float] = []
     cubics: list[Cubic] = []
     energies: list[float] = []
-    known: dict[LawBranch, tuple[int, int]] = {}
+    rows_of: dict[LawBranch, tuple[int, int]] = {}
     for i, law in enumerate(laws):
         for k, branch in enumerate((law.straight, law.bent or law.straight)):
-            if branch not in known:
-                known[branch] = (len(breaks), len(breaks) + len(branch.breaks))
+            if branch not in rows_of:
+                rows_of[branch] = (len(breaks), len(breaks) + len(branch.breaks))
                 breaks += branch.breaks
                 cubics += branch.cubics
                 energies += branch.energies()
-            pieces[i, k] = known[branch]
+            pieces[i, k] = rows_of[branch]
     return pieces, np.array(breaks), np.array(cubics).reshape(-1, 4), np.array(energies)

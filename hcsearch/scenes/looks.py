@@ -55,7 +55,7 @@ class SceneVariant:
 
     pairs: Way
     springs: str = ""
-    first: bool = False
+    as_written: bool = False
 
     @property
     def is_known(self) -> bool:
@@ -64,10 +64,10 @@ class SceneVariant:
 
     def name(self, scene: Scene) -> str:
         """Return the name of the scene in this variant, as `hcsearch deploy --scene` takes it."""
-        if self.first:
+        if self.as_written:
             return scene.name
-        plain = self.pairs if self.pairs != first_variant(scene).pairs else ""
-        return joined_name(scene.name, plain, self.springs)
+        joint = self.pairs if self.pairs != first_variant(scene).pairs else ""
+        return joined_name(scene.name, joint, self.springs)
 
 
 def variant_parts(parts: list[str]) -> tuple[Way | None, str]:
@@ -81,7 +81,7 @@ def variant_parts(parts: list[str]) -> tuple[Way | None, str]:
 
 def first_variant(scene: Scene) -> SceneVariant:
     """Return the variant of a scene as written, with the first of its flat-pair joints."""
-    return SceneVariant(scene.flat_pairs[0], first=True)
+    return SceneVariant(scene.flat_pairs[0], as_written=True)
 
 
 def scene_variants(scene: Scene) -> tuple[SceneVariant, ...]:
@@ -89,20 +89,24 @@ def scene_variants(scene: Scene) -> tuple[SceneVariant, ...]:
 
     A folding that deploys in one variant is not tried in later ones.
     """
-    first, *others = scene.flat_pairs
-    last: Way = "hinged" if "hinged" in others else first
-    graded = () if last == first else (SceneVariant(first, "mountains first"),)
+    first, *alternatives = scene.flat_pairs
+    flat_pairs: Way = "hinged" if "hinged" in alternatives else first
+    graded = () if flat_pairs == first else (SceneVariant(first, "mountains first"),)
     return (
         first_variant(scene),
-        *(SceneVariant(way) for way in others),
+        *(SceneVariant(pairs) for pairs in alternatives),
         *graded,
-        *(SceneVariant(last, springs) for springs in _TAKEN),
+        *(SceneVariant(flat_pairs, springs) for springs in _TAKEN),
     )
 
 
-def setup_of_variant(setup: Setup, scene: Scene, look: SceneVariant) -> Setup:
+def setup_of_variant(setup: Setup, scene: Scene, variant: SceneVariant) -> Setup:
     """Return the setup of a variant of a scene, except for the variant's springs."""
-    return setup if look.first else replace(setup, name=look.name(scene), seconds=VARIANT_TIME_FACTOR * setup.seconds)
+    return (
+        setup
+        if variant.as_written
+        else replace(setup, name=variant.name(scene), seconds=VARIANT_TIME_FACTOR * setup.seconds)
+    )
 
 
 def describe_spring_set(springs: str) -> str:

@@ -82,7 +82,9 @@ class Scene:
     cut_damping: float = 10.0
 
     def __post_init__(self) -> None:
-        changed = {own.name for own in fields(self) if getattr(self, own.name) != own.default}
+        changed = {
+            value_field.name for value_field in fields(self) if getattr(self, value_field.name) != value_field.default
+        }
         if changed - {"name"} or not isinstance(self.name, str):
             from hcsearch.scenes.values import checked_scene_values  # noqa: PLC0415 - the command line needs the names of scenes alone
 
@@ -90,7 +92,9 @@ class Scene:
                 object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        changed = [own.name for own in fields(self) if getattr(self, own.name) != own.default]
+        changed = [
+            value_field.name for value_field in fields(self) if getattr(self, value_field.name) != value_field.default
+        ]
         return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:

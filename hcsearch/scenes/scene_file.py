@@ -40,11 +40,11 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
     Names of spring files are relative to the current directory.
     """
-    known = {field.name for field in fields(Scene)} - {"name"}
+    names = {field.name for field in fields(Scene)} - {"name"}
     changes: dict[str, Any] = {}
     for key, value in values.items():
-        if key not in known:
-            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
+        if key not in names:
+            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(names))}")
         changes[key] = read_scene_value(key, value)
     return replace(scene, **changes)
 
@@ -128,25 +128,25 @@ def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Sc
     """
     import tomli_w  # noqa: PLC0415 - most of what reads scenes writes none
 
-    plain = Scene()
+    default = Scene()
     values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
-    own = {key: value for key, value in values.items() if key != "name" and value != getattr(plain, key)}
+    changed = {key: value for key, value in values.items() if key != "name" and value != getattr(default, key)}
     table: dict[str, Any] = {key: value for key, value in facts.items() if not isinstance(value, Mapping)}
     if scene.name != DEFAULT_SCENE_NAME:
         table["name"] = scene.name
     if formulation is not None:
         table["formulation"] = formulation
-    if (panel := own.pop("panel", None)) is not None:
+    if (panel := changed.pop("panel", None)) is not None:
         table["panel_mm"] = panel_text(panel)
-    if "margin" in own:
-        table["margin_mm"] = float(f"{1e3 * own.pop('margin'):.10g}")
-    springs = dict(own.pop("springs", ()))
-    if "flat_pairs" in own:
-        ways = own.pop("flat_pairs")
-        table["flat_pairs"] = ways[0] if len(ways) == 1 else list(ways)
-    if "held" in own:
-        table["held"] = own.pop("held")
-    for title, rest in {"parameters": facts.get("parameters", {}), "scene": own, "springs": springs}.items():
-        if rest:
-            table[title] = {key: list(value) if isinstance(value, tuple) else value for key, value in rest.items()}
+    if "margin" in changed:
+        table["margin_mm"] = float(f"{1e3 * changed.pop('margin'):.10g}")
+    springs = dict(changed.pop("springs", ()))
+    if "flat_pairs" in changed:
+        flat_pairs = changed.pop("flat_pairs")
+        table["flat_pairs"] = flat_pairs[0] if len(flat_pairs) == 1 else list(flat_pairs)
+    if "held" in changed:
+        table["held"] = changed.pop("held")
+    for title, entries in {"parameters": facts.get("parameters", {}), "scene": changed, "springs": springs}.items():
+        if entries:
+            table[title] = {key: list(value) if isinstance(value, tuple) else value for key, value in entries.items()}
     return tomli_w.dumps(table)

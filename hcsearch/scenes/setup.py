@@ -69,13 +69,13 @@ class Setup:
         """Return the damping of a hinge with a law, N m s/rad."""
         return self.damping + self.damping_time * law.mean_stiffness
 
-    def of_twin(self, linkage: Linkage) -> Setup:
+    def of_congruent(self, linkage: Linkage) -> Setup:
         """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions."""
-        twin = linkage.twin
-        if twin is None:
+        congruent = linkage.twin
+        if congruent is None:
             return self
-        laws = tuple(self.laws[hinge] for hinge in np.argsort(twin.hinges).tolist())
-        return replace(self, laws=laws, held=twin.panels[self.held], gravity=_turned(linkage, self.gravity))
+        laws = tuple(self.laws[hinge] for hinge in np.argsort(congruent.hinges).tolist())
+        return replace(self, laws=laws, held=congruent.panels[self.held], gravity=_turned(linkage, self.gravity))
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
@@ -89,11 +89,11 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
         return scene
     labels = None if scene.held in ("bottom", "free") and not scene.springs else labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
-    like = linkage if linkage.twin is None else linkage.twin.linkage
+    standard = linkage if linkage.twin is None else linkage.twin.linkage
     setup = Setup(
         name=scene.name,
-        density=scene.density_of(like.pattern.thickness),
-        margin=float(f"{margin_of(like):.10g}") if scene.margin is None else scene.margin,
+        density=scene.density_of(standard.pattern.thickness),
+        margin=float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
         laws=_laws(scene, linkage, labels),
         spring_range=scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
         damping_time=scene.damping_time if scene.damping is None else 0.0,
@@ -127,7 +127,7 @@ def natural_seconds(setup: Setup, linkage: Linkage) -> float:
 def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
     """Return the ratios of the times and of the springs of a motion to those of the scene `default`."""
     if linkage.twin is not None:
-        return _scales(setup.of_twin(linkage), linkage.twin.linkage)
+        return _scales(setup.of_congruent(linkage), linkage.twin.linkage)
     length, mass = scale_of(linkage), _mass(linkage, setup.density)
     stiffness = float(np.mean([law.mean_stiffness for law in setup.laws])) if setup.laws else 0.0
     inertia, weight = mass * length**2, mass * length * math.hypot(*setup.gravity) / _STANDARD_GRAVITY
@@ -143,7 +143,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
     scene : the scene of the setup. labels : of the linkage. Springs of single hinges are listed unless all have the
     scene's.
     """
-    own = any(law.text != law_named(scene.spring).text for law in setup.laws)
+    single_laws = any(law.text != law_named(scene.spring).text for law in setup.laws)
     laws = zip(labels.hinges, setup.laws, strict=True)
     return replace(
         scene,
@@ -151,7 +151,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
         density=setup.density,
         areal_mass=None,
         margin=setup.margin,
-        springs=tuple((hinge, law.text) for hinge, law in laws) if own else (),
+        springs=tuple((hinge, law.text) for hinge, law in laws) if single_laws else (),
         spring_range=setup.spring_range,
         seconds=setup.seconds,
     )

@@ -19,7 +19,9 @@ MAX_FOLD_ANGLE = math.pi + 0.01
 """The greatest fold angle (rad), above pi as gauges are set to zero by eye and pi is rounded."""
 
 
-def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX_FOLD_ANGLE) -> tuple[Reals, Reals]:
+def read_law_points(
+    path: str, *, max_bytes: int = MAX_INPUT_BYTES, max_angle: float = MAX_FOLD_ANGLE
+) -> tuple[Reals, Reals]:
     """Read fold angles (rad) and moments (N m) from a file with one column of each, in any of the units named above.
 
     Other columns are ignored. The rows keep their order. most : greatest size of the file in bytes. turn : the greatest
@@ -27,9 +29,7 @@ def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX
     Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
-    columns = rename_columns(
-        read_columns(path, "angle_rad,moment_N_m", what="the table", most=most), _NAMES, "angle_rad"
-    )
+    columns = rename_columns(read_columns(path, "angle_rad,moment_N_m", what="the table", most=max_bytes), _NAMES, "angle_rad")
     names = _only(columns, ANGLE_COLUMN_UNITS), _only(columns, MOMENT_COLUMN_UNITS)
     texts = zip(*map(columns.texts, names), strict=True)
     rows = tuple(row for row, cells in zip(columns.rows, texts, strict=True) if any(cells))
@@ -40,20 +40,20 @@ def read_law_points(path: str, *, most: int = MAX_INPUT_BYTES, turn: float = MAX
         raise columns.fault(int(k), name, "leave the row out, or write the number that was measured")
     angles, moments = angles * ANGLE_COLUMN_UNITS[names[0]], moments * MOMENT_COLUMN_UNITS[names[1]]
     hint = ", or name the column angle_deg if it is in degrees" if names[0] == "angle_rad" else ""
-    check_angles(angles, path, hint, turn)
+    check_angles(angles, path, hint, max_angle)
     _check_signs(angles, moments, path)
     return angles, moments
 
 
-def check_angles(angles: Reals, where: str, hint: str = "", turn: float = MAX_FOLD_ANGLE) -> None:
+def check_angles(angles: Reals, source: str, hint: str = "", max_angle: float = MAX_FOLD_ANGLE) -> None:
     """Refuse angles (rad) that no hinge has; where : their source, and hint : a remedy for large ones, for messages."""
     if not len(angles):
         return
     low, high = float(np.min(angles)), float(np.max(angles))
-    if max(-low, high) > turn:
-        most = low if -low > high else high
+    if max(-low, high) > max_angle:
+        angle = low if -low > high else high
         raise HcsearchError(
-            f"{where} has an angle of {most:.6g} rad, and hinges turn from 0 (flat) to pi: leave it out{hint}"
+            f"{source} has an angle of {angle:.6g} rad, and hinges turn from 0 (flat) to pi: leave it out{hint}"
         )
 
 

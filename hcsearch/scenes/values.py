@@ -28,9 +28,9 @@ def checked_scene_values(values: Mapping[str, Any]) -> dict[str, Any]:
     read: dict[str, Any] = {}
     for name, value in values.items():
         if name in _AS_MADE:
-            is_right, wanted = _AS_MADE[name]
+            is_right, expected = _AS_MADE[name]
             if not is_right(value):
-                raise SceneError(wrong_kind_message(name, value, wanted))
+                raise SceneError(wrong_kind_message(name, value, expected))
         elif name not in _READERS and not isinstance(value, Real):
             raise SceneError(wrong_kind_message(name, value, "a number"))
         read[name] = value if name == "name" else read_scene_value(name, value)
@@ -85,15 +85,15 @@ def shown_value(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _from_to(least: float, most: float) -> str:
-    return f"give a number from {least:g} to {most:g}"
+def _from_to(low: float, high: float) -> str:
+    return f"give a number from {low:g} to {high:g}"
 
 
 def _number(key: str, value: Any) -> float:
     if isinstance(value, bool):
         raise ValueError
-    least, most = _LIMITS.get(key, (0.0, MAX_SCENE_VALUE))
-    if not least <= float(value) <= most:
+    low, high = _LIMITS.get(key, (0.0, MAX_SCENE_VALUE))
+    if not low <= float(value) <= high:
         raise ValueError
     return float(value)
 
@@ -114,9 +114,9 @@ def _range(key: str, value: Any) -> tuple[float, float]:
     return (low, high)
 
 
-def _check_limits(key: str, value: Any, numbers: tuple[float, ...], least: float) -> None:
-    if not all(least <= number <= MAX_SCENE_VALUE for number in numbers):
-        raise SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {least:g} to {MAX_SCENE_VALUE:g}")
+def _check_limits(key: str, value: Any, numbers: tuple[float, ...], low: float) -> None:
+    if not all(low <= number <= MAX_SCENE_VALUE for number in numbers):
+        raise SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {low:g} to {MAX_SCENE_VALUE:g}")
 
 
 def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:

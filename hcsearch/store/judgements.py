@@ -91,7 +91,7 @@ def find_verdict(database: Database, number: int, crease: int, scene: str = DEFA
         row = connection.execute(statement).first()
     if row is None:
         return None
-    deployed = None if row.scene is None else SceneVariant(row.pairs, row.springs, first=row.scene == scene)
+    deployed = None if row.scene is None else SceneVariant(row.pairs, row.springs, as_written=row.scene == scene)
     return StoredVerdict(cast("Status", row.status), cast("Way | None", row.flat_pairs), deployed)
 
 

@@ -130,8 +130,8 @@ def test_deployments_agree_with_their_states(name):
     linkage, motion = deployment.compiled.linkage, deployment.motion
     accelerations = np.ascontiguousarray(motion.a[:, deployment.compiled.joint_of])
     course = Course(motion.times, deployment.angles.copy(), deployment.rates.copy(), accelerations, False)
-    exact = certify_clearance(linkage, course, apart=deployment.compiled.apart)
-    agrees_with_sampling(linkage, course, exact, 40, deployment.compiled.apart)
+    exact = certify_clearance(linkage, course, apart=deployment.compiled.separated_pairs)
+    agrees_with_sampling(linkage, course, exact, 40, deployment.compiled.separated_pairs)
     assert exact.kind == deployment.clearance.kind
     if exact.kind == "collides":
         assert deployment.clearance.panels == exact.panels
@@ -140,7 +140,7 @@ def test_deployments_agree_with_their_states(name):
         return
     times, states = moments(course, 10)
     marked = np.isin(times, course.times)
-    table = gaps(linkage, states, pairs_looked_at(linkage, deployment.compiled.apart))
+    table = gaps(linkage, states, pairs_looked_at(linkage, deployment.compiled.separated_pairs))
     check_gap(exact.gap, table, marked)
 
 

@@ -75,9 +75,9 @@ def test_the_least_gap_of_a_deployment_is_that_of_its_densely_sampled_motion(kno
     deployment, gap, _ = known
     compiled, play = deployment.compiled, deployment.play
     _, states = moments(course_of_deployment(compiled, deployment.motion).course, 20)
-    cut = first_cut(compiled.linkage, states, max(0.0, -gap - 1e-6), compiled.apart)
+    cut = first_cut(compiled.linkage, states, max(0.0, -gap - 1e-6), compiled.separated_pairs)
     assert play.least_gap == pytest.approx(gap, abs=1e-6)
-    deepest = deepest_cut(compiled.linkage, states, compiled.apart)
+    deepest = deepest_cut(compiled.linkage, states, compiled.separated_pairs)
     assert play.least_gap - TOUCHING_DISTANCE <= -deepest <= play.least_gap + 2e-6
     if cut is not None and gap < 0.0:
         solids = shrunk_solids(compiled.linkage, states[cut.state], 0.0)
@@ -90,7 +90,7 @@ def test_the_least_gap_of_a_deployment_is_that_of_its_densely_sampled_motion(kno
 
 def overlaps(compiled, states, margin):
     """Whether panels shrunk by a margin overlap at any of some states."""
-    pairs = np.array(pairs_looked_at(compiled.linkage, compiled.apart))
+    pairs = np.array(pairs_looked_at(compiled.linkage, compiled.separated_pairs))
     prisms, depths = prisms_of(compiled.linkage, margin), np.zeros(len(pairs))
     return first_overlap(compiled.linkage.chain, prisms, pairs, np.ascontiguousarray(states), 1e-12, depths) >= 0
 
@@ -104,7 +104,7 @@ def test_the_needed_margin_is_enough_and_no_step_less_is(known):
 
     def kind(own):
         return certify_clearance(
-            compiled.linkage, path.course, margin=own, slack=path.slack, apart=compiled.apart, measured=False
+            compiled.linkage, path.course, margin=own, slack=path.slack, apart=compiled.separated_pairs, measured=False
         ).kind
 
     assert kind(margin) == "clear"

@@ -162,7 +162,7 @@ def test_a_batch_tells_the_same_bits_again():
 
 def test_in_parts_a_motion_is_the_same_and_ends_soon_after_a_collision():
     scenes = [compiled(name) for name in NAMES]
-    whole, parts = (check_deployments(scenes, tolerance=TOLERANCE, whole=each) for each in (True, False))
+    whole, parts = (check_deployments(scenes, tolerance=TOLERANCE, past_collisions=each) for each in (True, False))
     for scene, one, part in zip(scenes, whole, parts, strict=True):
         assert part.clear is one.clear
         if one.clear is False:
@@ -182,7 +182,7 @@ def test_in_parts_a_motion_is_the_same_and_ends_soon_after_a_collision():
 def test_a_motion_in_parts_keeps_its_books():
     """The energy that dampers and impacts took in the parts before counts on."""
     scene = compiled("hex:0234550132:4")
-    (whole,), (parts,) = (check_deployments([scene], tolerance=1e-8, whole=each) for each in (True, False))
+    (whole,), (parts,) = (check_deployments([scene], tolerance=1e-8, past_collisions=each) for each in (True, False))
     assert whole.deploys
     assert parts.deploys
     assert replace(parts, looks=whole.looks) == whole

@@ -168,9 +168,9 @@ def test_stops_within_reach_stay():
 def test_pairs_that_are_left_out_are_hinged_or_mirrored():
     whole = compile_scene(linkage_named("thesis-4x4"), DEFAULT, keep=FULL)
     pattern = whole.linkage.pattern
-    assert whole.apart == {(hinge.first, hinge.second) for hinge in pattern.hinges}
+    assert whole.separated_pairs == {(hinge.first, hinge.second) for hinge in pattern.hinges}
     half = compile_scene(linkage_named("thesis-4x4"), DEFAULT)
-    assert half.apart > whole.apart
+    assert half.separated_pairs > whole.separated_pairs
 
 
 @pytest.mark.parametrize(("name", "across"), [("hex:0234550132:4", 1), ("hex:0223335500:0", 2)])
@@ -178,7 +178,7 @@ def test_a_flat_pair_that_reaches_across_the_line_of_a_hinge_is_looked_at(name, 
     """At a sharp turn the line of the first hinge runs through the other hexagon of the pair."""
     compiled = compile_scene(linkage_named(name), DEFAULT)
     hinged = {(hinge.first, hinge.second) for hinge in compiled.linkage.pattern.hinges}
-    left = hinged - compiled.apart
+    left = hinged - compiled.separated_pairs
     assert len(left) == across
     panels = compiled.linkage.pattern.panels
     assert all({len(panels[one]), len(panels[two])} == {1, 2} for one, two in left)

@@ -368,7 +368,7 @@ def test_the_collision_is_one_and_the_first(name, time, panels):
     assert -1e-9 < balls[1] < 1e-6  # by then they overlap by what the loops leave open
     for angles in angles_at(found, np.linspace(0.0, 0.999 * clearance.time, 4)):
         for pair in combinations(range(linkage.n_panels), 2):
-            if pair not in found.compiled.apart:
+            if pair not in found.compiled.separated_pairs:
                 assert ball(linkage, angles, *pair, clearance.margin) < 0.0, pair
 
 
@@ -377,7 +377,7 @@ def test_the_eight_bar_element_is_clear():
     found = simulate_deployment(linkage, DEFAULT)
     assert (found.clearance.kind, found.clearance.time, found.clearance.panels) == ("clear", None, None)
     assert found.clearance.gap is None  # its panels part or close, and none does both
-    assert len(found.compiled.apart) < math.comb(linkage.n_panels, 2)
+    assert len(found.compiled.separated_pairs) < math.comb(linkage.n_panels, 2)
     for angles in found.angles[:: len(found.angles) // 8]:
         assert max(ball(linkage, angles, *pair) for pair in combinations(range(linkage.n_panels), 2)) < 1e-6
 

@@ -133,12 +133,12 @@ def test_drives_are_asked_for_what_the_plan_interpolated_within_a_period_says(ma
     time = np.array([share * own.times[-1]])
     work = work_for(machine.deployment.compiled.system.mechanism.tree)
     write_drive_targets(own.targets, float(time[0]), work)
-    expected = np.array([part[0] for part in own.asked(time)]).T
+    expected = np.array([part[0] for part in own.interpolated(time)]).T
     size = np.abs(np.array(own.at(own.times))).max(axis=(1, 2))
     assert (np.abs(work.drive_targets[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
     ends = period * np.floor(time / period) + period * np.array([[0.0], [1.0]])  # where nothing is left to interpolate
     for end in ends:
-        for asked, planned in zip(own.asked(end), own.at(end), strict=True):
+        for asked, planned in zip(own.interpolated(end), own.at(end), strict=True):
             assert asked == pytest.approx(planned, abs=1e-6 * np.abs(size).max())
 
 
@@ -158,7 +158,7 @@ def test_torques_that_are_drawn_lie_in_their_band():
 def test_the_path_is_closed_and_smooth(machine):
     path = machine.timed.path
     assert path.opening < 1e-6
-    assert path.beyond <= 5e-4
+    assert path.stop_overshoot <= 5e-4
     places = np.linspace(0.0, path.length, 997)
     angles, slopes, bends = path.at(places)
     assert max(np.abs(machine.linkage.closure(state)[0]).max() for state in angles[::50]) < 1e-6
@@ -187,7 +187,7 @@ def test_driven_hinges_are_the_best_but_for_monotone_ones(machine):
     sets = np.array(list(combinations(range(machine.linkage.n_hinges), choice.freedoms)))
     best = least_singular_values(frames, choice.freedoms, sets).min(axis=1).max()
     assert len(choice.hinges) == choice.freedoms
-    assert choice.least >= 0.45 * best
+    assert choice.least_value >= 0.45 * best
     steady = monotone_hinges(angles)
     assert choice.monotone == tuple(hinge for hinge in choice.hinges if steady[hinge])
     assert len(choose_driven_hinges(machine.linkage, angles, firm=0.9).hinges) > choice.freedoms

@@ -231,9 +231,9 @@ def test_an_evaluation_is_the_check_of_its_scene():
         for one in scenes
     ]
     assert evaluator.of_springs(sets) == naive
-    assert (evaluator.done, evaluator.recalled) == (3, 0)
+    assert (evaluator.evaluation_count, evaluator.recalled) == (3, 0)
     assert evaluator.of_springs(sets) == naive
-    assert (evaluator.done, evaluator.recalled) == (3, 0)  # each once
+    assert (evaluator.evaluation_count, evaluator.recalled) == (3, 0)  # each once
     assert evaluator.of_setups([with_stiffnesses(scene, sets[0])]) == naive[:1]
 
 

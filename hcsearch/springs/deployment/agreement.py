@@ -1,7 +1,7 @@
-"""What a deployment that becomes flat and simulations of it at tighter tolerances agree on.
+"""Agreement of a deployment that becomes flat with simulations of it at tighter tolerances; arrivals at stops.
 
-Where branches of motions cross, and where rounding decides which closure equations count, a simulation follows one
-continuation of several, and hardly shows how sure that one is.
+Where branches of motions cross, and where rounding determines the rank of the closure equations, a simulation follows
+one of several continuations, and hardly shows whether another one is as likely.
 """
 
 from __future__ import annotations
@@ -20,38 +20,39 @@ from hcsearch.springs.deployment.simulated_deployment import Deployment, simulat
 from hcsearch.system.terminal import short_number
 
 TIGHTENING_FACTORS = (10.0, 100.0)
-"""By what the other tolerances are tighter. Where springs close the loops, a hundred times takes too long."""
+"""Factors by which the other tolerances are tighter; where springs close the loops, the second takes too long."""
 TIGHTEST_TOLERANCE = 1e-13
-"""The tightest tolerance there is; from there the others are as much looser."""
+"""The tightest tolerance; where the others would be below it, they are looser by the same factors."""
 AGREEMENT_STEPS_FACTOR = 4
-"""Steps that these simulations may take, over those of the first."""
+"""Ratio of the greatest number of steps of these simulations to that of the first."""
 MAX_FLAT_TIME_DIGITS = 4
-"""No flat time is reported with more."""
+"""Greatest number of digits of a reported flat time."""
 FLAT_TIME_TOLERANCE = 0.1
-"""Share of their mean by which flat times may differ to be one."""
+"""Relative tolerance, over the mean, within which flat times agree."""
 LOOSE_STATES_SHARE = 0.1
-"""Share of the states with open loops from which on a motion runs along a branch of singular states. Of the motions of
-10 and 12 hexagons that come flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most 0.03."""
+"""Share of states with open loops from which on a motion is taken to follow a branch of singular states. Of the motions
+of 10 and 12 hexagons that become flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most
+0.03."""
 
 
 class SimulationFindings(NamedTuple):
-    """What one simulation came to; time : of its end, s. loose : share of its states with open loops."""
+    """The result of one simulation; time : of its end, s. loose_share : share of its states with open loops."""
 
     tolerance: float
     outcome: Ending
     verdict: Verdict
     time: float
-    loose: float
+    loose_share: float
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """What simulations at several tolerances agree on.
+    """The agreement of simulations at several tolerances.
 
-    verdict : that of all; `undecided` where they differ, or would deploy along a branch of singular states.
-    flat_time : s, in the digits that agree, in one digit where none does; None unless all come flat, at times that
+    verdict : the common verdict; `undecided` where they differ, or where they deploy along a branch of singular states.
+    flat_time : s, in the digits that agree, in one digit where none does; None unless all become flat, at times that
     differ by a tenth at most.
-    reason : what became of it, in a sentence. others : the simulations at the other tolerances.
+    reason : the result in a sentence. others : the simulations at the other tolerances.
     needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
     both None unless it deploys.
     """
@@ -65,77 +66,81 @@ class Agreement:
 
     @property
     def untimed(self) -> bool:
-        """Whether all come flat, at times too different to be one."""
-        return self.flat_time is None and all(one.outcome == "flat" for one in self.others)
+        """Whether all become flat, but at times that do not agree."""
+        return self.flat_time is None and all(other.outcome == "flat" for other in self.others)
 
 
 def agreement_tolerances(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
-    """The tolerances at which a deployment is simulated again."""
+    """Return the tolerances at which a deployment is simulated again."""
     shares = TIGHTENING_FACTORS[:1] if formulation in {"penalty", "compliant"} else TIGHTENING_FACTORS
     looser = tolerance / shares[-1] < 0.99 * TIGHTEST_TOLERANCE
     return tuple(tolerance * share if looser else tolerance / share for share in shares)
 
 
-def agreement_of_simulations(seen: Sequence[SimulationFindings]) -> Agreement:
-    """What a simulation that becomes flat, the first one, and others agree on."""
-    first, others = seen[0], tuple(seen[1:])
-    verdict: Verdict = first.verdict if all(one.verdict == first.verdict for one in others) else "undecided"
-    if any(one.outcome != "flat" for one in others):
-        outcomes = _each(seen, [one.outcome for one in seen])
+def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement:
+    """Compare a simulation that becomes flat, the first one, with others at other tolerances."""
+    first, others = simulations[0], tuple(simulations[1:])
+    verdict: Verdict = (
+        first.verdict if all(simulation.verdict == first.verdict for simulation in others) else "undecided"
+    )
+    if any(simulation.outcome != "flat" for simulation in others):
+        outcomes = _each(simulations, [simulation.outcome for simulation in simulations])
         reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
         return Agreement(verdict, None, reason, others)
-    time, reason = _flat(seen)
-    loose = max(one.loose for one in seen)
-    if verdict == "deploys" and loose >= LOOSE_STATES_SHARE:
-        what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"
-        return Agreement("undecided", time, f"branch-singular: {reason}, but {what}", others)
-    if any(one.verdict != first.verdict for one in others):
-        reason += f", but {_each(seen, [one.verdict for one in seen])}"
+    time, reason = _flat(simulations)
+    loose_share = max(simulation.loose_share for simulation in simulations)
+    if verdict == "deploys" and loose_share >= LOOSE_STATES_SHARE:
+        open_loops = f"at {loose_share:.0%} of its states loops stay open"
+        cause = f"{open_loops}, so that rounding decides which closure equations count"
+        return Agreement("undecided", time, f"branch-singular: {reason}, but {cause}", others)
+    if any(simulation.verdict != first.verdict for simulation in others):
+        reason += f", but {_each(simulations, [simulation.verdict for simulation in simulations])}"
     return Agreement(verdict, time, reason, others)
 
 
 def confirm_deployment(
     deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6
 ) -> Agreement | None:
-    """What a deployment, simulated at a tolerance, and others agree on; None unless it becomes flat."""
+    """Simulate a deployment at other tolerances and compare; None unless it becomes flat at the given one."""
     if deployment.outcome != "flat":
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
     steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    near = agreement_tolerances(tolerance, compiled.formulation)
+    tolerances = agreement_tolerances(tolerance, compiled.formulation)
     others = [
-        simulate_compiled(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near
+        simulate_compiled(compiled, method=method, tolerance=other, certified=certified, max_steps=steps)
+        for other in tolerances
     ]
-    agreement = agreement_of_checks([one.check for one in (deployment, *others)], (tolerance, *near))
+    agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
     if agreement.verdict != "deploys" or deployment.play is None:
         return agreement
     needed = deployment.play.needed_margin
-    for one in others:
-        needed = needed_margin_of(compiled, one.motion, needed)
+    for other in others:
+        needed = needed_margin_of(compiled, other.motion, needed)
     return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
 
 
 def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement:
-    """What checks at several tolerances agree on."""
+    """Compare checks at several tolerances, the first of which becomes flat."""
     pairs = zip(checks, tolerances, strict=True)
     return agreement_of_simulations(
-        [SimulationFindings(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs]
+        [SimulationFindings(at, check.outcome, check.verdict, check.end_time, check.loose_share) for check, at in pairs]
     )
 
 
-def _flat(seen: Sequence[SimulationFindings]) -> tuple[float | None, str]:
-    """When simulations that all come flat do so, s, and a sentence; None where they differ by more than a tenth."""
-    times = [one.time for one in seen]
+def _flat(simulations: Sequence[SimulationFindings]) -> tuple[float | None, str]:
+    """Return the common flat time of simulations, s, and a sentence; None where the times differ by over a tenth."""
+    times = [simulation.time for simulation in simulations]
     if max(times) - min(times) > FLAT_TIME_TOLERANCE * sum(times) / len(times):
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{short_number(one.time, 2)} s' for one in seen])})"
+        digits += f" ({_each(simulations, [f'{short_number(one.time, 2)} s' for one in simulations])})"
     return time, f"flat after {digits}"
 
 
 def _common(times: Sequence[float]) -> tuple[float, str]:
-    """The most digits that times share when they are rounded, as a number and in words."""
+    """Round times to the most digits in which they agree; return a number and words."""
     for digits in range(MAX_FLAT_TIME_DIGITS, 0, -1):
         rounded = {f"{time:.{digits - 1}e}" for time in times}
         if len(rounded) == 1:
@@ -146,25 +151,25 @@ def _common(times: Sequence[float]) -> tuple[float, str]:
 
 
 def _digits(value: float, digits: int) -> str:
-    """A number with so many digits, its zeros included."""
-    places = digits - 1 - math.floor(math.log10(value)) if value > 0.0 else 0
-    return f"{value:.{max(0, places)}f}"
+    """Format a number with a number of significant digits, trailing zeros included."""
+    decimals = digits - 1 - math.floor(math.log10(value)) if value > 0.0 else 0
+    return f"{value:.{max(0, decimals)}f}"
 
 
-def _each(seen: Sequence[SimulationFindings], words: Sequence[str]) -> str:
-    """What each simulation came to, with its tolerance as people write it, 1e-6."""
-    at = [f"{one.tolerance:.6g}".replace("e-0", "e-") for one in seen]
-    first, *others = [f"{word} at {near}" for word, near in zip(words, at, strict=True)]
-    return ", ".join([first.replace(" at ", " at tolerance ", 1), *others])
+def _each(simulations: Sequence[SimulationFindings], words: Sequence[str]) -> str:
+    """Join the results of simulations with their tolerances, written as 1e-6."""
+    tolerances = [f"{simulation.tolerance:.6g}".replace("e-0", "e-") for simulation in simulations]
+    first, *rest = [f"{word} at {tolerance}" for word, tolerance in zip(words, tolerances, strict=True)]
+    return ", ".join([first.replace(" at ", " at tolerance ", 1), *rest])
 
 
 ARRIVAL_TIME_TOLERANCE = 1e-4
-"""Hinges that arrive within this of one another (s) arrive together: mirror images do, but for rounding."""
+"""Greatest time (s) between arrivals that count as one: mirror images arrive together up to rounding."""
 
 
 @dataclass(frozen=True)
 class Arrival:
-    """Hinges that come to their stops together: the first time (s), and the greatest speed (rad/s)."""
+    """Hinges that arrive at their stops together: the first time (s), and the greatest speed (rad/s)."""
 
     time: float
     stop: Literal["flat", "folded"]
@@ -173,34 +178,43 @@ class Arrival:
 
 
 def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
-    """The arrivals of hinges at stops from which they were away, by more than 0.01 rad, since the hit before.
+    """Return the arrivals of hinges at stops that they had left by more than 0.01 rad since their last hit.
 
-    Bounces are left out: how many there are, and how small, is a matter of how the stops are modelled.
+    Bounces are left out, as their number and size depend on the model of the stops.
     """
     arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        last = next((a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE), None)
-        if last is None:
+        together = next(
+            (
+                arrival
+                for arrival in arrived[::-1]
+                if arrival.stop == stop and time - arrival.time <= ARRIVAL_TIME_TOLERANCE
+            ),
+            None,
+        )
+        if together is None:
             arrived.append(Arrival(time, stop, (hinge,), speed))
         else:
-            hinges = tuple(sorted({*last.hinges, hinge}))
-            arrived[arrived.index(last)] = Arrival(last.time, stop, hinges, max(last.speed, speed))
+            hinges = tuple(sorted({*together.hinges, hinge}))
+            arrived[arrived.index(together)] = Arrival(together.time, stop, hinges, max(together.speed, speed))
     return tuple(arrived)
 
 
 def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"], int, float]]:
-    """Time, stop, hinge and speed of each hit that is no bounce."""
+    """Return time, stop, hinge and speed of each hit except bounces."""
     times, angles, hits = deployment.motion.times, deployment.angles, []
-    last: dict[int, float] = {}
+    last_hits: dict[int, float] = {}
     for event in deployment.motion.events:
         if event.kind != "hit":
             continue
         for hinge in deployment.compiled.hinges_of(event.joint):
-            since = angles[np.searchsorted(times, last.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge]
-            here = float(np.interp(event.time, times, angles[:, hinge]))
-            stop: Literal["flat", "folded"] = "flat" if here < 0.5 * math.pi else "folded"
+            angles_since = angles[
+                np.searchsorted(times, last_hits.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge
+            ]
+            angle = float(np.interp(event.time, times, angles[:, hinge]))
+            stop: Literal["flat", "folded"] = "flat" if angle < 0.5 * math.pi else "folded"
             limit = 0.0 if stop == "flat" else math.pi
-            if np.abs(since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
+            if np.abs(angles_since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
                 hits.append((event.time, stop, hinge, abs(event.speed)))
-            last[hinge] = event.time
+            last_hits[hinge] = event.time
     return hits

@@ -1,4 +1,4 @@
-"""A scene compiled to just the terms that it needs, what was left out and how exact that is, and its closed start."""
+"""Compilation of a scene to the terms that it needs, with the exact omissions, and its closed start."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from hcsearch.springs.dynamics.time_integration import cut_states
 
 
 def start_state(linkage: Linkage, share: float) -> Reals:
-    """Fold angles of the closed state nearest to a share of the folded ones, within the stops.
+    """Return the fold angles of the closed state nearest to a share of the folded ones, within the stops.
 
-    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, the start is the folded
-    state itself, as with foldings locked there at first order; those locked there at second order may start 1e-6 to
-    4e-6 rad beside it.
+    The thesis's start, every hinge at 0.999 pi, is not closed. Where there is no closed state near it, the start is the
+    folded state itself, as for foldings locked there at first order; those locked there at second order may start 1e-6
+    to 4e-6 rad beside it.
     """
     if not 0.0 < share <= 1.0:
         raise HcsearchError(f"no deployment starts at {share:g} of the folded angles: give a share above 0, up to 1")
@@ -46,16 +46,16 @@ def start_state(linkage: Linkage, share: float) -> Reals:
 
 
 OMISSIONS = ("half", "third dimension", "stops")
-"""What the compiler leaves out of its own accord, by name."""
+"""Names of the optional omissions of the compiler."""
 
 
 AT_STOP_ANGLE = 1e-6
-"""A hinge is at a stop within this (rad)."""
+"""Distance within which a hinge is at a stop (rad)."""
 
 
 @dataclass(frozen=True)
 class Omission:
-    """Something left out: what, and why it may be; all are exact."""
+    """An omission of the compiler and its justification; all are exact."""
 
     name: str
     what: str
@@ -66,12 +66,12 @@ class Omission:
 class CompiledScene(ByValue):
     """A scene of a linkage as a system of bodies.
 
-    setup : the scene in numbers of the linkage.
-    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k where it is cut k.
-    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
-        half of a hinge is left, else 1.
-    factor : what energies are to be multiplied by, 2 where half of the array is left out.
-    apart : pairs of panels, the lower number first, that cannot meet, or only when others do.
+    setup : the scene evaluated for the linkage.
+    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k for cut hinge k.
+    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 for
+        half a hinge, else 1.
+    factor : factor of energies, 2 where half of the array is omitted.
+    separated_pairs : pairs of panels, the lower number first, that cannot meet, or only when others do.
     """
 
     linkage: Linkage
@@ -83,36 +83,36 @@ class CompiledScene(ByValue):
     hinged: NDArray[np.bool_]
     shares: Reals
     factor: float
-    apart: frozenset[tuple[int, int]]
+    separated_pairs: frozenset[tuple[int, int]]
     omissions: tuple[Omission, ...]
 
     @property
     def seconds(self) -> float:
-        """How long it is simulated, s."""
+        """The simulated time, s."""
         return self.setup.seconds
 
     @property
     def margin(self) -> float:
-        """By which panels are shrunk on every face where collisions are looked for, m."""
+        """The margin by which panels are shrunk on every face when collisions are checked, m."""
         return self.setup.margin
 
     def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
-        """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
+        """Return fold angles and rates of all hinges, (k, n_hinges), from those of the joints, (k, n_joints)."""
         angles, rates = q[:, self.joint_of], v[:, self.joint_of]
         cut = np.flatnonzero(self.joint_of < 0)
         if len(cut):
-            own, turning = cut_states(self.system, q, v)
-            angles[:, cut], rates[:, cut] = own[:, -1 - self.joint_of[cut]], turning[:, -1 - self.joint_of[cut]]
+            cut_folds, cut_rates = cut_states(self.system, q, v)
+            angles[:, cut], rates[:, cut] = cut_folds[:, -1 - self.joint_of[cut]], cut_rates[:, -1 - self.joint_of[cut]]
         return angles, rates
 
     def hinges_of(self, joint: int) -> list[int]:
-        """The hinges that move as a joint does; cut hinges are counted after the joints."""
+        """Return the hinges of a joint; cut hinges are numbered after the joints."""
         cut = joint - len(self.system.joints)
         hinges = np.flatnonzero(self.joint_of == (joint if cut < 0 else -1 - cut))
         return [int(hinge) for hinge in hinges]
 
     def at_stops(self, q: Reals) -> Stops:
-        """Hinges that are closed and open at one state."""
+        """Return the hinges that are closed and open at one state."""
         angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
         return Stops(
             tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT_STOP_ANGLE)),
@@ -122,7 +122,7 @@ class CompiledScene(ByValue):
 
 @dataclass(frozen=True)
 class Stops:
-    """Hinges at their stops."""
+    """Hinges at their folded and at their flat stops."""
 
     closed: tuple[int, ...]
     open: tuple[int, ...]
@@ -135,9 +135,9 @@ def compile_scene(
     *,
     keep: frozenset[str] = frozenset(),
 ) -> CompiledScene:
-    """Compile a scene of a linkage. keep : names of `OMISSIONS` that are not to be left out.
+    """Compile a scene of a linkage; keep : names of `OMISSIONS` that are not to be omitted.
 
-    Bodies and joints are those of the linkage's twin, where it has one.
+    Bodies and joints are those of the congruent linkage, if there is one.
     """
     unknown = keep - set(OMISSIONS)
     if unknown:
@@ -145,23 +145,25 @@ def compile_scene(
     setup, twin = setup_of_scene(scene, linkage), linkage.twin
     if twin is None:
         return _Compiler(linkage, setup, formulation, keep).run()
-    compiled = compile_scene(twin.linkage, setup.of_twin(linkage), formulation, keep=keep)
+    compiled = compile_scene(twin.linkage, setup.of_congruent(linkage), formulation, keep=keep)
     panel_of = {image: panel for panel, image in enumerate(twin.panels)}
-    apart = frozenset(
-        (min(pair), max(pair)) for one, two in compiled.apart for pair in ((panel_of[one], panel_of[two]),)
+    separated_pairs = frozenset(
+        (min(pair), max(pair))
+        for first, second in compiled.separated_pairs
+        for pair in ((panel_of[first], panel_of[second]),)
     )
     joint_of = compiled.joint_of[list(twin.hinges)]
-    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, apart=apart)
+    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, separated_pairs=separated_pairs)
 
 
 class _Compiler:
-    """The compilation of one setup while it runs."""
+    """The compilation of one setup."""
 
     def __init__(self, linkage: Linkage, setup: Setup, formulation: Formulation, keep: frozenset[str]) -> None:
         self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
         self.laws = setup.laws
         self.angles = start_state(linkage, setup.start)
-        self.left_out: list[Omission] = []
+        self.omissions: list[Omission] = []
         self.unreached = self._unreached()
 
     def run(self) -> CompiledScene:
@@ -171,7 +173,7 @@ class _Compiler:
         if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         tree = panel_tree(self.linkage, self.setup.density, self.setup.held, cut_hinges=penalty, mirror=mirror)
-        joints, bodies, welds, shift = self._based(tree, mirror)
+        joints, bodies, welds, shift = self._with_base(tree, mirror)
         drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
         if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
             raise HcsearchError(
@@ -200,7 +202,7 @@ class _Compiler:
         for cut, (hinge, _, _) in enumerate(tree.cuts):
             joint_of[hinge] = -1 - cut
         hinged = np.arange(len(joints)) >= shift
-        self._say_rest()
+        self._report_absent_terms()
         factor = 1.0 if mirror is None else 2.0
         return CompiledScene(
             self.linkage,
@@ -212,16 +214,16 @@ class _Compiler:
             hinged,
             np.concatenate([np.ones(shift), tree.shares]),
             factor,
-            self._apart(mirror),
-            tuple(self.left_out),
+            self._separated_pairs(mirror),
+            tuple(self.omissions),
         )
 
     def _leave_out(self, name: str, what: str, why: str) -> None:
-        self.left_out.append(Omission(name, what, why))
+        self.omissions.append(Omission(name, what, why))
 
     def _mirror(self) -> Mirror | None:
-        """The mirror of the whole scene, if half of it determines the other half."""
-        # springs that close the loops of a half are other ones than those of the whole, and in other places
+        """Return the mirror of the whole scene, if one half of it determines the other."""
+        # springs that close the loops of a half differ from those of the whole, in number and places
         springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
         if "half" in self.keep or springy:
             return None
@@ -230,9 +232,11 @@ class _Compiler:
             return None
         images = list(mirror.hinges)
         laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
-        even = all(laws[k] == laws[image] for k, image in enumerate(images))
-        level = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.setup.gravity))
-        if not (even and level) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
+        springs_symmetric = all(laws[k] == laws[image] for k, image in enumerate(images))
+        gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
+            1.0 + math.hypot(*self.setup.gravity)
+        )
+        if not (springs_symmetric and gravity_symmetric) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
             return None
         self.angles = 0.5 * (self.angles + self.angles[images])
         self._leave_out(
@@ -242,10 +246,10 @@ class _Compiler:
         )
         return mirror
 
-    def _based(
+    def _with_base(
         self, tree: PanelTree, mirror: Mirror | None
     ) -> tuple[tuple[TreeJoint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
-        """Joints, bodies and welds with the floating base before them, and how many joints that has."""
+        """Return joints, bodies and welds with the floating base before them, and the number of its joints."""
         if not self.setup.free:
             return tree.joints, tree.bodies, tree.welds, 0
         panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
@@ -258,13 +262,13 @@ class _Compiler:
             slides, turns = np.array([np.cross(upright, mirror.normal), upright]), mirror.normal[None]
         axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
         shift = len(axes)
-        still = Body(0.0, panel.centre, np.zeros((3, 3)))
+        massless = Body(0.0, panel.centre, np.zeros((3, 3)))
         joints = [TreeJoint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
         joints += [
             TreeJoint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides)
             for j in tree.joints
         ]
-        bodies = (*(still for _ in range(shift - 1)), base, *tree.bodies)
+        bodies = (*(massless for _ in range(shift - 1)), base, *tree.bodies)
 
         def moved(body: int, held: bool) -> int:
             return body + shift if body != GROUND else (shift - 1 if held else GROUND)
@@ -276,7 +280,7 @@ class _Compiler:
         return tuple(joints), bodies, welds, shift
 
     def _drives(self, tree: PanelTree) -> list[JointDrive]:
-        """Law, damping and stops of each joint of a hinge."""
+        """Return law, damping and stops of each joint of a hinge."""
         drives = [JointDrive()] * len(tree.joints)
         for hinge, joint in enumerate(tree.joint_of):
             if joint >= 0:
@@ -291,16 +295,16 @@ class _Compiler:
         )
 
     def _unreached(self) -> set[int]:
-        """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
+        """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""
         if "stops" in self.keep or any(self.setup.gravity):
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
-        least = [min(0.0, law.least_energy) for law in self.laws]
-        spare = sum(at_start) - sum(least)
+        least_energies = [min(0.0, law.least_energy) for law in self.laws]
+        available = sum(at_start) - sum(least_energies)
         unreached = {
             k
             for k, law in enumerate(self.laws)
-            if self.angles[k] < math.pi and law.energy(math.pi) - least[k] > spare * (1.0 + 1e-9)
+            if self.angles[k] < math.pi and law.energy(math.pi) - least_energies[k] > available * (1.0 + 1e-9)
         }
         if unreached:
             self._leave_out(
@@ -312,21 +316,21 @@ class _Compiler:
 
     def _cuts(self, tree: PanelTree, shift: int) -> tuple[CutHinge, ...]:
         cuts = []
-        for hinge, first, second in tree.cuts:
-            own = self.linkage.pattern.hinges[hinge]
+        for hinge, first_body, second_body in tree.cuts:
+            line = self.linkage.pattern.hinges[hinge]
             height = self.linkage.points[hinge][2]
-            ends = (np.array([*own.start, height]), np.array([*own.end, height]))
+            ends = (np.array([*line.start, height]), np.array([*line.end, height]))
             base = shift - 1 if self.setup.free else GROUND
-            bodies = [body + shift if body != GROUND else base for body in (first, second)]
+            bodies = [body + shift if body != GROUND else base for body in (first_body, second_body)]
             cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(cuts)
 
     def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
-        """The welds; where all hinges are parallel, only with what moves in the plane across them."""
+        """Reduce welds to motions in the plane normal to the hinges, if all hinges are parallel."""
         directions = self.linkage.directions
         if not welds or np.abs(np.cross(directions, axis := directions[0])).max() > 1e-9:
             return welds
-        # what keeps panels in a mirror plane across the hinges says 0 = 0: rounding would choose among such rows
+        # rows that keep panels in a mirror plane normal to the hinges read 0 = 0: rounding would choose among them
         welds = tuple(w for w in welds if len(w.kinds) == 6 or np.abs(np.cross(w.frame[0], axis)).max() > 1e-9)
         if "third dimension" in self.keep:
             return welds
@@ -341,8 +345,8 @@ class _Compiler:
         frame = np.array([axis, np.cross(upright, axis), upright])
         return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
 
-    def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
-        """Pairs of panels among which no contact is looked for."""
+    def _separated_pairs(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
+        """Return the pairs of panels that are not checked for contact."""
         joined = kept_apart(self.linkage)
         images = set()
         if mirror is not None:
@@ -350,16 +354,16 @@ class _Compiler:
                 image = sorted(mirror.panels[panel] for panel in pair)
                 if image < list(pair):
                     images.add(pair)
-        apart = frozenset(joined | images)
+        separated = frozenset(joined | images)
         self._leave_out(
             "pairs",
-            f"{len(apart)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            f"{len(separated)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
             "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
         )
-        return apart
+        return separated
 
-    def _say_rest(self) -> None:
-        """What is never there to begin with."""
+    def _report_absent_terms(self) -> None:
+        """Report omissions of terms that the scene does not have."""
         if not self.linkage.loops:
             self._leave_out("closure", "closure", "the array is an open chain")
         if not any(self.setup.gravity):

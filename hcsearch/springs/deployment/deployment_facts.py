@@ -1,4 +1,4 @@
-"""What `hcsearch deploy` reports: a deployment as plain data, as a table and as pictures."""
+"""Reports of a deployment, as of `hcsearch deploy`: plain data, a table and pictures."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
 
 
 def deployment_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """What became of it; keys name their units, and what overflowed is None.
+    """Return a deployment as plain data; keys name their units, and numbers that are not finite are None.
 
-    agreement : with the same deployment at tighter tolerances, where it becomes flat: its verdict and time count.
+    agreement : with the same deployment at tighter tolerances, where it becomes flat; its verdict and time are used.
     """
     return {name: finite_or_none(value) for name, value in _facts(deployment, agreement).items()}
 
 
 def finite_or_none(value: Any) -> Any:
-    """A value with None in the place of numbers that are not finite, in lists, too."""
+    """Replace numbers that are not finite by None, also in lists."""
     if isinstance(value, list):
-        return [finite_or_none(one) for one in value]
+        return [finite_or_none(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     clearance = deployment.clearance
-    books = deployment_energies(deployment)
+    energies = deployment_energies(deployment)
     verdict = deployment.verdict if agreement is None else agreement.verdict
     flat_time = deployment.flat_time if agreement is None else agreement.flat_time
     reason = deployment.reason if agreement is None else agreement.reason
@@ -71,12 +71,12 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "outcome": deployment.outcome,
         "flat_time_s": flat_time,
         "end_time_s": float(motion.times[-1]) if flat_time is None and not untimed else flat_time,
-        "other_tolerances": None if agreement is None else [one.tolerance for one in agreement.others],
-        "other_outcomes": None if agreement is None else [one.outcome for one in agreement.others],
+        "other_tolerances": None if agreement is None else [other.tolerance for other in agreement.others],
+        "other_outcomes": None if agreement is None else [other.outcome for other in agreement.others],
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
-        "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
-        "energy_damped_J": float(books["damped_J"][-1]),
-        "energy_lost_at_stops_J": float(books["lost_J"][-1]),
+        "energy_start_J": float(sum(energies[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
+        "energy_damped_J": float(energies["damped_J"][-1]),
+        "energy_lost_at_stops_J": float(energies["lost_J"][-1]),
         **_driven(deployment),
         "energy_drift_J": compiled.factor * (motion if deployment.driven is None else deployment.driven).drift,
         "closure_gap": motion.gap,
@@ -90,20 +90,27 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
             for event in motion.events
         ],
         "arrivals": [
-            {"time_s": a.time, "stop": a.stop, "hinges": [hinges[k] for k in a.hinges], "speed_rad_s": a.speed}
-            for a in hinge_arrivals(deployment)
+            {
+                "time_s": arrival.time,
+                "stop": arrival.stop,
+                "hinges": [hinges[k] for k in arrival.hinges],
+                "speed_rad_s": arrival.speed,
+            }
+            for arrival in hinge_arrivals(deployment)
         ],
         "steps": motion.steps,
         "rejected_steps": motion.rejected,
         "evaluations": motion.evaluations,
-        "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+        "left_out": [
+            {"name": omission.name, "what": omission.what, "why": omission.why} for omission in compiled.omissions
+        ],
     }
 
 
 def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """The gaps of a deployment, mm, and how much to leave between faces; agreement : as of `deployment_facts`.
+    """Return the gaps of a deployment, mm, and the play to leave between faces; agreement : as of `deployment_facts`.
 
-    Where panels as built overlap, the smallest gap is that overlap, below 0.
+    Where panels as built overlap, the smallest gap is the overlap, with a negative sign.
     """
     play, gap = deployment.play, None if deployment.clearance is None else deployment.clearance.gap
     if agreement is not None and agreement.verdict != "deploys":
@@ -120,19 +127,19 @@ def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> di
 
 
 def _driven(deployment: Deployment) -> dict[str, Any]:
-    """What drives did, if there are any."""
+    """Return work, greatest torque and greatest error of the drives, if there are any."""
     driven = deployment.driven
     if driven is None:
         return {}
     return {
         "drive_work_J": float(driven.work[-1]),
-        "drive_torque_N_m": float(driven.greatest.max(initial=0.0)),
-        "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
+        "drive_torque_N_m": float(driven.greatest_torques.max(initial=0.0)),
+        "drive_missed_rad": float(np.abs(driven.angle_errors).max(initial=0.0)),
     }
 
 
 def deployment_table(deployment: Deployment) -> pd.DataFrame:
-    """States of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
+    """Return the states of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     columns = {"time_s": deployment.motion.times, **deployment_energies(deployment)}
@@ -143,7 +150,7 @@ def deployment_table(deployment: Deployment) -> pd.DataFrame:
 
 
 def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
-    """Energies at the states of a motion, J, with those of a half that was left out."""
+    """Return the energies at the states of a motion, J, including those of an omitted half."""
     motion, factor = deployment.motion, deployment.compiled.factor
     return {
         "kinetic_J": factor * motion.kinetic,
@@ -156,18 +163,18 @@ def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
 
 
 def mark_collision(axes: Axes, deployment: Deployment) -> None:
-    """A line where panels first collide, or come too near to tell, if they do."""
+    """Draw a line at the time of the first certain or possible collision, if there is one."""
     clearance = deployment.clearance
     if clearance is None or clearance.time is None:
         return
-    what = "undecided"
+    note = "undecided"
     if clearance.panels is not None and clearance.kind == "collides":
-        what = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
+        note = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
     axes.axvline(clearance.time, color="red", linewidth=1.0)
-    ground = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+    box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
     axes.annotate(
-        what, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
-        ha="right", va="bottom", bbox=ground,
+        note, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
+        ha="right", va="bottom", bbox=box,
     )  # fmt: skip
 
 
@@ -200,7 +207,7 @@ class Deployed:
     """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
 
     name : the name of the folding or assembly. deployment : the simulation, with its states.
-    agreement : how simulations at tighter tolerances agree; None if the array does not become flat or is driven.
+    agreement : with simulations at tighter tolerances; None if the array does not become flat or is driven.
     """
 
     name: str
@@ -214,14 +221,14 @@ class Deployed:
 
     @property
     def flat_time(self) -> float | None:
-        """The time at which the array is flat, s, in the digits that all tolerances agree on; None if it never is."""
+        """The time at which the array is flat, s, in the digits on which all tolerances agree; None if it never is."""
         return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
 
     @property
     def needed_margin(self) -> float | None:
         """The least margin on every face, m, at which it is certified clear at all tolerances; None unless it deploys.
 
-        Two such margins are to be left between faces.
+        Twice this margin must be left between faces.
         """
         if self.verdict != "deploys" or self.deployment.play is None:
             return None
@@ -266,7 +273,7 @@ def deploy_linkage(
     tolerance: float = 1e-6,
     drives: Drives | None = None,
 ) -> Deployed:
-    """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
+    """Deploy a linkage in a scene; simulate it at tighter tolerances, too, if it becomes flat by springs alone."""
     deployment = simulate_deployment(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
     agreement = None if drives is not None else confirm_deployment(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

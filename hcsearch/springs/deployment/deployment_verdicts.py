@@ -1,9 +1,9 @@
-"""Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
+"""Stage `deployment`: verdicts on foldings in a scene as written, and in variants with other joints or spring sets.
 
-The first look is at the scene as it stands. Foldings that do not deploy in it get a second look: their flat
-pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
-faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
-(docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
+All foldings are first tried in the scene as written. Those that do not deploy in it are tried in variants: with their
+flat pairs hinged, their mirror pairs merged (where the scene allows either), with spring sets graded over the layers,
+the faces or the stacks, so that panels open one after the other, and with sets spread over the whole spring range
+(docs/measurements/tables.md gives the number of foldings that each brings flat). A full search is `hcsearch tune`.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 
 MAX_VARIANT_WORK = 5_000_000
-"""Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
-do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
-look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
+"""Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
+of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a variant brings
+flat none is lost by this limit; a fifth of it loses 4 of 17 of these triangles."""
 VERDICT_TOLERANCE = 1e-6
-"""Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
+"""Tolerance of all trials; deployments are simulated at tighter ones, too. A looser tolerance for variants would miss
 some motions that this one finds, and takes nine tenths of the time."""
 FOLDINGS_IN_MEMORY = 256
-"""Foldings whose scenes are held in memory together."""
+"""Number of foldings whose scenes are held in memory together."""
 TriedVariant = tuple[int, SceneVariant]
 
 
@@ -62,19 +62,19 @@ def deploy_foldings(
     scene: Scene,
     threads: int = 1,
 ) -> DeploymentBatch:
-    """Deployments of a batch of untwisted foldings in a scene.
+    """Deploy a batch of untwisted foldings in a scene.
 
-    One of those that symmetries of circuit and scene make congruent is simulated, and its trials are carried over.
-    locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
-    moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
-        bring flat has a path.
-    Deploys: flat and certified clear, at several tolerances.
+    Of foldings that symmetries of circuit and scene make congruent one is simulated, and its trials are transferred.
+    locked : foldings proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
+    moves : foldings with a path, proved or not; the others are tried only in the scene as written, as foldings that
+    springs bring flat have a path.
+    A folding deploys if it becomes flat and is certified clear at several tolerances.
     """
     return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()
 
 
 class _Verdicts:
-    """The verdicts on a batch while they are computed; foldings are numbers in the batch."""
+    """The computation of the verdicts on a batch; foldings are numbers in the batch."""
 
     def __init__(
         self,
@@ -86,61 +86,61 @@ class _Verdicts:
         threads: int,
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
-        self.looks = scene_variants(scene)
+        self.variants = scene_variants(scene)
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
-        self.alike = self._alike(foldings.row.tolist())
+        self.congruent = self._congruent_foldings(foldings.row.tolist())
         self.moves = moves
-        self.count, self.threads = len(foldings), threads
-        # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
+        self.n_foldings, self.threads = len(foldings), threads
+        # the proof is for rigid pairs, and does not apply to a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
         self.compiled: dict[tuple[int, Way], CompiledScene] = {}
         self.screens: dict[tuple[int, Way], CheckedPanels] = {}
         self.deploys: dict[int, Trial] = {}
-        self.first: dict[int, Trial] = {}
-        self.unsure: dict[int, Trial] = {}
-        self.spent = np.zeros(self.count, np.int64)
+        self.as_written: dict[int, Trial] = {}
+        self.disputed: dict[int, Trial] = {}
+        self.evaluations_spent = np.zeros(self.n_foldings, np.int64)
 
     def run(self) -> DeploymentBatch:
-        numbers = list(self.alike)
-        for begin in range(0, len(numbers), FOLDINGS_IN_MEMORY):
-            self._try(numbers[begin : begin + FOLDINGS_IN_MEMORY])
+        numbers = list(self.congruent)
+        for start in range(0, len(numbers), FOLDINGS_IN_MEMORY):
+            self._try_foldings(numbers[start : start + FOLDINGS_IN_MEMORY])
             self.compiled.clear()
             self.screens.clear()
-        clearance, time, margin, gap = np.full((4, self.count), np.nan)
+        clearance, time, margin, gap = np.full((4, self.n_foldings), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
             margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
-    def _try(self, some: list[int]) -> None:
-        """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
-        first, *others = self.looks
-        self._take((first,), some)
-        while others and (left := [i for i in some if self._goes_on(i)]):
-            # one thread takes no look that one before makes needless
-            together = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(left))
-            self._take(others[:together], left)
-            others = others[together:]
+    def _try_foldings(self, foldings: list[int]) -> None:
+        """Try foldings until they deploy, variant by variant, or as many variants at once as occupy all threads."""
+        as_written, *others = self.variants
+        self._try_variants((as_written,), foldings)
+        while others and (remaining := [i for i in foldings if self._needs_more_trials(i)]):
+            # a single thread tries no variant that an earlier one makes needless
+            batch = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(remaining))
+            self._try_variants(others[:batch], remaining)
+            others = others[batch:]
 
-    def _goes_on(self, i: int) -> bool:
-        return i not in self.deploys and bool(self.moves[i]) and self.spent[i] < MAX_VARIANT_WORK
+    def _needs_more_trials(self, i: int) -> bool:
+        return i not in self.deploys and bool(self.moves[i]) and self.evaluations_spent[i] < MAX_VARIANT_WORK
 
-    def _take(self, looks: Sequence[SceneVariant], some: list[int]) -> None:
-        """Take some looks at some foldings; the first look that deploys counts."""
-        tried = [(i, look) for look in looks for i in some if self._can(i, look)]
-        scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
-        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "whole": looks[0].first})
+    def _try_variants(self, variants: Sequence[SceneVariant], foldings: list[int]) -> None:
+        """Try variants at foldings; the first variant that deploys counts."""
+        tried = [(i, variant) for variant in variants for i in foldings if self._can_be_tried(i, variant)]
+        scenes = {(i, variant): (self._compiled(i, variant), self.screens[i, variant.pairs]) for i, variant in tried}
+        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "past_collisions": variants[0].as_written})
         agreements = self._agreed(scenes, checks)
-        for (i, look), one in checks.items():
-            if look.first or self._goes_on(i):  # as if the looks had been taken one by one
-                self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
-                self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
+        for (i, variant), check in checks.items():
+            if variant.as_written or self._needs_more_trials(i):  # as if the variants had been tried one by one
+                self._record_trial(i, variant, scenes[i, variant][0], check, agreements.get((i, variant)))
+                self.evaluations_spent[i] += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
 
     def _check(
         self, scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]], options: dict[str, Any]
     ) -> dict[TriedVariant, DeploymentCheck]:
-        compiled, screens = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
+        compiled, screens = [scene for scene, _ in scenes.values()], [panels for _, panels in scenes.values()]
         return dict(
             zip(scenes, check_deployments(compiled, screens=screens, threads=self.threads, **options), strict=True)
         )
@@ -150,17 +150,17 @@ class _Verdicts:
         scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]],
         checks: dict[TriedVariant, DeploymentCheck],
     ) -> dict[TriedVariant, Agreement]:
-        """Whether what deploys does so at other tolerances, too."""
-        deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
+        """Return the agreement at other tolerances of all trials that deploy."""
+        deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
-        # what is clear with the margin that the first motion needs is clear with the scene's
+        # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {
             tried: (compiled, checked_panels_of(compiled, plays[tried].needed_margin))
             for tried, (compiled, _) in deploying.items()
         }
-        others = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
+        checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
         return {
-            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
+            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in checks_at], plays[tried])
             for tried, scene in deploying.items()
         }
 
@@ -172,105 +172,122 @@ class _Verdicts:
         others: list[DeploymentCheck],
         play: Play,
     ) -> Agreement:
-        """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
+        """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
-        Those that are not clear with it are checked with the scene's, and may need more.
+        Those that are not clear with it are checked again with the scene's margin, and may need more.
         """
-        near, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
-        for k, tolerance in enumerate(near):
+        tolerances, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
+        for k, tolerance in enumerate(tolerances):
             if others[k].outcome == "flat" and not others[k].deploys:
                 others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
                 if others[k].deploys:
                     motion = simulate_compiled(scene[0], certified=False, **_as_near(tolerance)).motion
                     needed = needed_margin_of(scene[0], motion, needed)
-        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *near))
+        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *tolerances))
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
-    def _keep(
-        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+    def _record_trial(
+        self,
+        i: int,
+        variant: SceneVariant,
+        compiled: CompiledScene,
+        check: DeploymentCheck,
+        agreement: Agreement | None,
     ) -> None:
-        if not (look.first or one.deploys):
+        if not (variant.as_written or check.deploys):
             return
-        for own in (i, *self.alike[i]):
+        for folding in (i, *self.congruent[i]):
             trial = (
-                self._trial(i, look, compiled, one, agreement)
-                if own == i
-                else self._carried(own, i, look, one, agreement)
+                self._trial(i, variant, compiled, check, agreement)
+                if folding == i
+                else self._transferred(folding, i, variant, check, agreement)
             )
-            if look.first:
-                self.first[own] = trial
+            if variant.as_written:
+                self.as_written[folding] = trial
             if trial.status == "deploys":
-                self.deploys[own] = trial
-            elif one.deploys:
-                self.unsure.setdefault(own, trial)
+                self.deploys[folding] = trial
+            elif check.deploys:
+                self.disputed.setdefault(folding, trial)
 
-    def _can(self, i: int, look: SceneVariant) -> bool:
-        if look.pairs == "hinged":
+    def _can_be_tried(self, i: int, variant: SceneVariant) -> bool:
+        if variant.pairs == "hinged":
             return True
-        # merged motions are motions with rigid pairs, too
-        return i not in self.locked and (look.first or self.foldings[i].can_join(look.pairs))
+        # motions with merged pairs are motions with rigid pairs, too
+        return i not in self.locked and (variant.as_written or self.foldings[i].can_join(variant.pairs))
 
-    def _compiled(self, i: int, look: SceneVariant) -> CompiledScene:
-        key = (i, look.pairs)
+    def _compiled(self, i: int, variant: SceneVariant) -> CompiledScene:
+        key = (i, variant.pairs)
         if key not in self.compiled:
-            linkage = self.foldings[i].linkage(self.panel, flat_pairs=look.pairs)
+            linkage = self.foldings[i].linkage(self.panel, flat_pairs=variant.pairs)
             self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
         compiled = self.compiled[key]
         if key not in self.screens:
             self.screens[key] = checked_panels_of(compiled)
-        compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, look))
-        if look.springs:
-            compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, look.springs))
+        compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, variant))
+        if variant.springs:
+            compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, variant.springs))
         return compiled
 
-    def _alike(self, rows: list[int]) -> dict[int, list[int]]:
-        """The foldings that are simulated, each with those that are congruent to it in the scene.
+    def _congruent_foldings(self, rows: list[int]) -> dict[int, list[int]]:
+        """Return the foldings to simulate, each with those that are congruent to it in the scene.
 
-        rows : of the circuit of each folding.
+        rows : the row of the circuit of each folding.
         """
         standing = representatives(list(self.foldings.values()), rows, self.panel)
-        alike: dict[int, list[int]] = {}
+        congruent: dict[int, list[int]] = {}
         for i, first in enumerate(standing):
-            if i == first or not self._symmetric(i, first):
-                alike[i] = []
+            if i == first or not self._scene_is_congruent(i, first):
+                congruent[i] = []
             else:
-                alike[first].append(i)
-        return alike
+                congruent[first].append(i)
+        return congruent
 
-    def _symmetric(self, i: int, first: int) -> bool:
-        """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
-        own, other = (self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first))
-        seen, setup = setup_of_scene(self.scene, own).of_twin(own), setup_of_scene(self.scene, other)
-        return seen.held == setup.held and bool(np.allclose(seen.gravity, setup.gravity, rtol=0.0, atol=1e-12))
+    def _scene_is_congruent(self, i: int, first: int) -> bool:
+        """Return whether a scene is the same for two congruent foldings: its gravity and held panel may break this."""
+        linkage, first_linkage = (
+            self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first)
+        )
+        setup, first_setup = (
+            setup_of_scene(self.scene, linkage).of_congruent(linkage),
+            setup_of_scene(self.scene, first_linkage),
+        )
+        return setup.held == first_setup.held and bool(
+            np.allclose(setup.gravity, first_setup.gravity, rtol=0.0, atol=1e-12)
+        )
 
-    def _carried(
-        self, i: int, first: int, look: SceneVariant, one: DeploymentCheck, agreement: Agreement | None
+    def _transferred(
+        self, i: int, first: int, variant: SceneVariant, check: DeploymentCheck, agreement: Agreement | None
     ) -> Trial:
-        """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
-        compiled = self._compiled(i, look)
-        twin = compiled.linkage.twin
-        assert twin is not None
-        if one.collision is not None:
-            time, panels = one.collision
-            low, high = sorted(twin.panels.index(panel) for panel in panels)
-            one = replace(one, collision=(time, (low, high)))
-        trial = self._trial(i, look, compiled, one, agreement)
+        """Transfer the check of the congruent folding `first` to a trial of a folding: only numbers change."""
+        compiled = self._compiled(i, variant)
+        congruent = compiled.linkage.twin
+        assert congruent is not None
+        if check.collision is not None:
+            time, panels = check.collision
+            low, high = sorted(congruent.panels.index(panel) for panel in panels)
+            check = replace(check, collision=(time, (low, high)))
+        trial = self._trial(i, variant, compiled, check, agreement)
         return replace(trial, as_crease=self.foldings[first].crease)
 
     def _trial(
-        self, i: int, look: SceneVariant, compiled: CompiledScene, one: DeploymentCheck, agreement: Agreement | None
+        self,
+        i: int,
+        variant: SceneVariant,
+        compiled: CompiledScene,
+        check: DeploymentCheck,
+        agreement: Agreement | None,
     ) -> Trial:
         labels = labels_of(compiled.linkage)
-        status, reason = one.verdict, one.reason(labels)
+        status, reason = check.verdict, check.reason(labels)
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
         size, clearance, play = compiled.linkage.pattern.size, None, None
         if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
             play = Play(agreement.needed_margin, agreement.least_gap)
-            clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
+            clearance = play.clearance(min(math.inf if check.gap is None else check.gap, size))
         facts = {"design": self.foldings[i].notation}
-        scene = replace(self.scene, panel=self.panel, flat_pairs=(look.pairs,))
+        scene = replace(self.scene, panel=self.panel, flat_pairs=(variant.pairs,))
         tried = scene_of_setup(compiled.setup, scene, labels)
         return Trial(
             folding=i,
@@ -280,32 +297,32 @@ class _Verdicts:
             status=status,
             reason=reason,
             clearance=clearance,
-            first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
+            first_contact=check.collision[0] if check.collision is not None and check.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
-            energy_error=one.drift,
-            closure_error=one.opening * size,
+            energy_error=check.drift,
+            closure_error=check.opening * size,
             needed_margin=None if play is None else play.needed_margin,
             least_gap=None if play is None else play.least_gap,
-            pairs=look.pairs,
-            springs=look.springs,
+            pairs=variant.pairs,
+            springs=variant.springs,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
-        """What is kept of a folding: the first look, and the one in which it deploys, or would at one tolerance."""
-        first, last = self.first.get(i), self.deploys.get(i, self.unsure.get(i))
-        if first is not None:
-            yield first
-        if last is not None and last is not first:
-            yield last
+        """Yield the stored trials of a folding: as written, and the one that deploys, if only at one tolerance."""
+        as_written, deploying = self.as_written.get(i), self.deploys.get(i, self.disputed.get(i))
+        if as_written is not None:
+            yield as_written
+        if deploying is not None and deploying is not as_written:
+            yield deploying
 
 
 def _play(compiled: CompiledScene) -> Play:
-    """The play of the first motion, of which a check keeps no states."""
+    """Return the play of the first motion, simulated again as a check keeps no states."""
     return play_of_deployment(
         compiled, simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
     )
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:
-    """How one that deploys is simulated at another tolerance."""
+    """Return the options of a check at another tolerance."""
     return {"tolerance": tolerance, "max_steps": AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS["constrained"]}

@@ -1,4 +1,4 @@
-"""Drives of a deployment: which hinges are driven, along what course, with what gains; as a table of a TOML file."""
+"""Drives of a deployment: the driven hinges, their course and gains, also as a table of a TOML file."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.position_control import DriveDemand, JointCommands
 
 START_CLOSURE_TOLERANCE = 1e-6
-"""Closure residual at the start that is taken for closed."""
+"""Greatest closure residual of a closed start."""
 MAX_COURSE_TIMES = 100_000
-"""Times of a course."""
+"""Greatest number of times of a course."""
 MIN_CONTROL_PERIOD, MAX_CONTROL_PERIOD = 1e-5, 0.1
-"""Periods of a controller (s)."""
+"""Bounds of the period of a controller (s)."""
 MIN_COURSE_TIME_STEP = 1e-9
-"""Times of a course are at least so far apart (s)."""
+"""Least distance of the times of a course (s)."""
 _NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch drive"
 
 
 _DEMAND = tuple(field.name for field in fields(DriveDemand))
 _NUMBERS = ("start", *_DEMAND)
 _NAMES = ("driven", *_NUMBERS)
-"""What is read of a table, in this order: the driven hinges by their names on pictures, and numbers."""
+"""Keys of the table, in this order: the driven hinges by their names on pictures, and numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drives(DriveDemand):
-    """Driven hinges and what they are asked for.
+    """Driven hinges with their targets and gains.
 
     hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
     """
@@ -44,18 +44,18 @@ class Drives(DriveDemand):
     start: Reals
 
     def commands(self, compiled: CompiledScene) -> JointCommands:
-        """What the joints of a compiled scene are asked for."""
+        """Return the commands of the joints of a compiled scene."""
         joints = tuple(int(compiled.joint_of[hinge]) for hinge in self.hinges)
         return JointCommands(joints=joints, **{name: getattr(self, name) for name in _DEMAND})
 
     def start_in(self, compiled: CompiledScene) -> Reals:
-        """The start as coordinates of the joints."""
+        """Return the start as coordinates of the joints."""
         angles = compiled.start.copy()
         angles[compiled.joint_of] = self.start
         return angles
 
     def check(self, linkage: Linkage) -> None:
-        """Refuse drives that are not those of a linkage."""
+        """Refuse drives that do not belong to a linkage."""
         n = linkage.n_hinges
         if len(self.start) != n or not all(0 <= hinge < n for hinge in self.hinges):
             raise SceneError(f"the drive is not one of this design, which has {n} hinges: write it with hcsearch drive")
@@ -72,7 +72,7 @@ class Drives(DriveDemand):
 
 
 def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
-    """The drives that a table of a file holds, for the linkage of some labels; SceneError where it holds none."""
+    """Read drives from a table of a file, for a linkage with these labels; SceneError for an invalid table."""
     wrong = [name for name in _NAMES if name not in table] + [key for key in table if key not in _NAMES]
     if wrong:
         raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(_NAMES)}; see hcsearch drive")
@@ -81,9 +81,9 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
     times = values["times"]
     k, d = times.size, len(hinges)
     shapes = {"times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
-    good = all(values[name].shape == shape for name, shape in shapes.items())
-    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
-    if not good or not all(np.isfinite(value).all() for value in values.values()):
+    valid = all(values[name].shape == shape for name, shape in shapes.items())
+    valid = valid and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MAX_COURSE_TIMES and d > 0
+    if not valid or not all(np.isfinite(value).all() for value in values.values()):
         raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
     if len(set(hinges)) < d:
         raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
@@ -97,12 +97,12 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
         raise SceneError(
             f"[drive] has a period of {period:g} s: give one from {MIN_CONTROL_PERIOD:g} to {MAX_CONTROL_PERIOD:g} s"
         )
-    rest = {name: values[name] for name in _NUMBERS if name != "period"}
-    return Drives(hinges=tuple(hinges), period=period, **rest)
+    arrays = {name: values[name] for name in _NUMBERS if name != "period"}
+    return Drives(hinges=tuple(hinges), period=period, **arrays)
 
 
 def _driven(names: Any, labels: Labels) -> list[int]:
-    """The hinges of names, as `drives_text` writes them."""
+    """Return the numbers of hinges by their names, as `drives_text` writes them."""
     if not isinstance(names, list) or not all(_is_named(name) for name in names):
         raise SceneError("[drive] must name each driven hinge once, as pictures do: write it with hcsearch drive")
     try:
@@ -112,12 +112,12 @@ def _driven(names: Any, labels: Labels) -> list[int]:
 
 
 def _is_named(name: Any) -> bool:
-    """Whether a value of a file names a hinge, by a number or a text."""
+    """Return whether a value of a file is the name of a hinge, a number or a text."""
     return isinstance(name, int | str) and not isinstance(name, bool) and is_label(str(name))
 
 
 def _numbers(value: Any) -> Reals:
-    """A number, or a table of numbers; SceneError for what is none."""
+    """Convert a value to an array of numbers; SceneError for other values."""
     try:
         numbers = np.array(value)
     except ValueError as error:
@@ -128,7 +128,7 @@ def _numbers(value: Any) -> Reals:
 
 
 def drives_text(drives: Drives, labels: Labels) -> str:
-    """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
+    """Write drives as the table that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
     lines = ["[drive]", f"driven = {json.dumps([label_data(labels.hinges[hinge]) for hinge in drives.hinges])}"]
     for name in _NUMBERS:
         value = getattr(drives, name)

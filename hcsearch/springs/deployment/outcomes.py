@@ -1,4 +1,4 @@
-"""The outcome of a deployment: how it ends, the verdict that follows, and the reason in a sentence."""
+"""Outcomes of a deployment: its ending, the verdict that follows, and the reason in a sentence."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
 from hcsearch.system.terminal import short_number
 
 
-def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "give it more seconds") -> str:
-    """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
+def reason_of_motion(compiled: CompiledScene, motion: Motion, time_remedy: str = "give it more seconds") -> str:
+    """Return a sentence on the end of a motion, with a remedy; time_remedy : the remedy where the time is over."""
     end = f"{short_number(motion.times[-1])} s"
-    held = compiled.at_stops(motion.q[-1])
-    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
-    where = f"closed hinges {shut}, open hinges {opened}"
+    stops = compiled.at_stops(motion.q[-1])
+    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (stops.closed, stops.open))
+    hinges_at_stops = f"closed hinges {shut}, open hinges {opened}"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation"
     if compiled.formulation == "penalty":
@@ -28,9 +28,9 @@ def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "giv
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
         "flat": f"flat after {end}",
-        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
-        "rest": f"at rest from {end} on: {where}",
-        "jammed": f"at {end} stops and loops prevent any motion: {where}",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {time_remedy}",
+        "rest": f"at rest from {end} on: {hinges_at_stops}",
+        "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
         "steps": f"stopped at {end} after {motion.steps} steps: {easier}",
         "stuck": f"no step is short enough at {end}: {easier}",
         "open": f"the loops open at {end}: {closer}",
@@ -40,47 +40,47 @@ def reason_of_motion(compiled: CompiledScene, motion: Motion, sooner: str = "giv
 
 
 def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:
-    """A reason, after a collision where there is a certain one, or where panels come too near to tell."""
+    """Prefix a reason with the collision, if there is a certain or possible one."""
     if outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
         return reason
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
-    one, two = (labels.panels[panel] for panel in clearance.panels)
+    first, second = (labels.panels[panel] for panel in clearance.panels)
     when = "" if clearance.time is None else f" at {short_number(clearance.time)} s"
-    return f"panels {one} and {two} come so near{when} that a collision cannot be excluded; {reason}"
+    return f"panels {first} and {second} come so near{when} that a collision cannot be excluded; {reason}"
 
 
 def reason_of_check(
     outcome: Ending, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
 ) -> str:
-    """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
+    """Return the reason for the verdict on a deployment without its motion; end : s. clear : None if undecided."""
     if outcome == "diverged":
         return f"diverged at {short_number(end)} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
-    apart = "clear until then" if clear else "a collision is neither certain nor excluded"
+    contact = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
-        return f"flat after about {short_number(end, 1)} s, {apart}"  # more digits may hang on the tolerance
-    return f"{outcome} at {short_number(end)} s, {apart}"
+        return f"flat after about {short_number(end, 1)} s, {contact}"  # more digits may hang on the tolerance
+    return f"{outcome} at {short_number(end)} s, {contact}"
 
 
 def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
-    """Which panels collide, by their names, and when (s)."""
-    one, two = (labels.panels[panel] for panel in panels)
-    return f"panels {one} and {two} collide" + ("" if time is None else f" at {short_number(time)} s")
+    """Return a sentence with the names of colliding panels, and the time (s)."""
+    first, second = (labels.panels[panel] for panel in panels)
+    return f"panels {first} and {second} collide" + ("" if time is None else f" at {short_number(time)} s")
 
 
 FLAT_FOLD_ANGLE = 0.01
-"""The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
+"""Greatest fold angle of a flat array (rad): 0.6 degrees."""
 REST_ANGLE_TOLERANCE = 1e-4
-"""It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
+"""Greatest turn of a hinge of an array at rest, by speeds and accelerations in the remaining time or in 1 s (rad)."""
 MAX_DEPLOYMENT_STEPS: dict[Formulation, int] = {
     "constrained": 20_000,
     "compliant": 100_000,
     "penalty": 400_000,
     "quasistatic": 20_000,
 }
-"""Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
+"""Steps after which a simulation is stopped; the thesis's springs need 140 for a millisecond."""
 _OUTCOMES: dict[SimulationStop, Ending] = {
     "flat": "flat",
     "time": "moving",
@@ -91,14 +91,14 @@ _OUTCOMES: dict[SimulationStop, Ending] = {
 
 
 def outcome_of(ending: SimulationStop) -> Ending:
-    """What an ending of a simulation means for a deployment."""
+    """Return the ending of a deployment by that of its simulation."""
     return _OUTCOMES.get(ending, "diverged")
 
 
 def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
-    """The verdict on a deployment; clear : None where it is undecided whether panels collide, or nobody asked.
+    """Return the verdict on a deployment; clear : None where collisions are undecided or were not checked.
 
-    What a simulation says that diverges counts for nothing, collisions included.
+    A simulation that diverges has no valid results, collisions included.
     """
     if outcome == "diverged" or clear is None:
         return "undecided"
@@ -108,24 +108,25 @@ def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
 
 
 def method_of(formulation: Formulation) -> Integrator:
-    """The integrator of a formulation, unless one is named."""
+    """Return the default integrator of a formulation."""
     return "implicit" if formulation == "compliant" else "dormand-prince"
 
 
 @dataclass(frozen=True)
 class DeploymentCheck:
-    """What became of one deployment, without its states; `Deployment` keeps those, too.
+    """The result of one deployment without its states, which `Deployment` includes.
 
-    outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
-        nothing move on; `diverged`; `out of steps`.
-    clear : whether it is certified clear as long as it lasts; None where undecided, or nobody asked.
-    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that becomes flat and clear,
-        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
-        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
-        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
-    opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
-        are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not kept
-            in databases.
+    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `jammed`, stops and loops prevent any
+        motion; `diverged`; `out of steps`.
+    clear : whether the motion is certified clear until its end; None where undecided or not checked.
+    collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
+        flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.
+        remaining : mean fold angle over pi then, or at the end if it is clear; end_remaining : at the end. widest :
+        greatest fold angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest
+        energy.
+    opening : greatest closure residual, rad or gap over the pattern's size. loose_share : share of the states at which
+        loops are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not stored
+        in databases.
     """
 
     outcome: Ending
@@ -142,23 +143,23 @@ class DeploymentCheck:
     steps: int
     evaluations: int
     looks: int
-    loose: float = field(default=0.0, compare=False)
+    loose_share: float = field(default=0.0, compare=False)
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it becomes flat, certified clear; collides; or neither is certain."""
+        """The verdict: `deploys` (flat and certified clear), `collides`, or `undecided`."""
         return verdict_of(self.outcome, self.clear)
 
     @property
     def deploys(self) -> bool:
-        """Whether it becomes flat, certified clear."""
+        """Whether the array becomes flat and is certified clear."""
         return self.verdict == "deploys"
 
     @property
     def flat_time(self) -> float | None:
-        """When it was flat, s."""
+        """The time at which the array is flat, s; None if it never is."""
         return self.end_time if self.outcome == "flat" else None
 
     def reason(self, labels: Labels) -> str:
-        """What became of it, in a sentence, with the names of panels."""
+        """Return the reason for the verdict in a sentence, with the names of panels."""
         return reason_of_check(self.outcome, self.end_time, self.clear, self.collision, labels)

@@ -1,6 +1,6 @@
-"""How much play between panels a deployment needs: the least margin at which its motion is certified clear.
+"""The play between panels that a deployment needs: the least margin at which its motion is certified clear.
 
-Beside it stands the least gap of the panels as built, with no margin taken off, below 0 where they overlap.
+It is reported with the least gap of the panels as built, without a margin, which is negative where they overlap.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from hcsearch.springs.dynamics.time_integration import Motion, closed_between
 
 
 class DeploymentCourse(NamedTuple):
-    """The course of the fold angles; slack : what panels may be elsewhere, m, at all times or in each step."""
+    """The course of the fold angles; slack : greatest displacement of panels, m, at all times or in each step."""
 
     course: Course
     slack: float | Reals
 
 
 def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentCourse:
-    """The course of a motion of a compiled scene, with the states that keep its loops closed between two."""
+    """Return the course of a motion of a compiled scene, with states inserted to keep its loops closed."""
     (times, q, v, a), gaps = closed_between(compiled.system, motion)
     angles, rates = compiled.of_hinges(q, v)
     cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
     accelerations = np.zeros_like(angles) if cubic else a[:, compiled.joint_of]
     angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
-    if (compiled.joint_of < 0).any():  # what the springs of cut hinges give way opens the loops
+    if (compiled.joint_of < 0).any():  # the extension of the springs of cut hinges opens the loops
         gaps = np.maximum(gaps, motion.gap)
-    # springs that close loops give way at impacts, for moments; exact loops hardly open at all
+    # springs that close loops yield at impacts, for moments; exact loops hardly open at all
     slack = slack_of(compiled.linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
     return DeploymentCourse(Course(times, angles, rates, accelerations, cubic), slack)
 
@@ -47,47 +47,53 @@ class Play:
 
     needed_margin : m, the least at which it is certified clear, of the multiples of `MIN_PANEL_MARGIN` in proportion
         to the panels, and of the scene's own.
-    least_gap : m, of the panels as built at any time, below 0 where they overlap, but for `TOUCHING_DISTANCE` in
-        proportion to the panels: gaps and overlaps that are less are 0. None where no two panels are compared.
+    least_gap : m, of the panels as built at any time, negative where they overlap; gaps and overlaps below
+        `TOUCHING_DISTANCE` in proportion to the panels are 0. None where no two panels are compared.
     """
 
     needed_margin: float
     least_gap: float | None
 
     def clearance(self, gap: float | None) -> float | None:
-        """The smallest gap to which panels come back (`Clearance.gap`), or the least gap of panels that overlap."""
+        """Return the smallest gap to which panels return (`Clearance.gap`), or the least gap of panels that overlap."""
         return self.least_gap if self.least_gap is not None and self.least_gap < 0.0 else gap
 
 
-def play_of_deployment(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> Play:
-    """The play of a motion that is certified clear; above : as of `needed_margin_of`."""
+def play_of_deployment(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> Play:
+    """Compute the play of a motion that is certified clear; least_margin : as of `needed_margin_of`."""
     path = course_of_deployment(compiled, motion)
     touching = TOUCHING_DISTANCE * scale_of(compiled.linkage)
-    gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.apart)
+    gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.separated_pairs)
     if gap is not None and abs(gap) < touching:
         gap = 0.0
-    return Play(_needed(compiled, path, above), gap)
+    return Play(_needed(compiled, path, least_margin), gap)
 
 
-def needed_margin_of(compiled: CompiledScene, motion: Motion, above: float = 0.0) -> float:
-    """The least margin (m) at which a motion is certified clear that is so at the scene's; above : no less than this.
+def needed_margin_of(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> float:
+    """Compute the least margin (m) at which a motion is certified clear; least_margin : a lower bound of it.
 
-    What is certified with a margin is so with any greater one, so that the least is found by halving.
+    The motion must be certified at the scene's margin. A motion certified with a margin is certified with any greater
+    one, so the least is found by bisection.
     """
-    return _needed(compiled, course_of_deployment(compiled, motion), above)
+    return _needed(compiled, course_of_deployment(compiled, motion), least_margin)
 
 
-def _needed(compiled: CompiledScene, path: DeploymentCourse, above: float) -> float:
+def _needed(compiled: CompiledScene, path: DeploymentCourse, least_margin: float) -> float:
     linkage = compiled.linkage
     step = MIN_PANEL_MARGIN * scale_of(linkage)
     count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
-    margins = [margin for k in range(1, count + 1) if (margin := k * step) >= above * (1.0 - 1e-9)]
+    margins = [margin for k in range(1, count + 1) if (margin := k * step) >= least_margin * (1.0 - 1e-9)]
     margins.append(compiled.margin)
     low, high = 0, len(margins) - 1
-    tried = 0  # the least first: most motions in which panels hardly touch need no more
+    tried = 0  # the least margin first: most motions in which panels hardly touch need no more
     while low < high:
         clearance = certify_clearance(
-            linkage, path.course, margin=margins[tried], slack=path.slack, apart=compiled.apart, measured=False
+            linkage,
+            path.course,
+            margin=margins[tried],
+            slack=path.slack,
+            apart=compiled.separated_pairs,
+            measured=False,
         )
         if clearance.kind == "clear":
             high = tried

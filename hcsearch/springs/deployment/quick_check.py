@@ -1,4 +1,4 @@
-"""The quick check of many foldings at once: all are simulated and certified in one call of compiled code."""
+"""Quick checks of many deployments, simulated and certified together in calls of compiled code."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from hcsearch.springs.dynamics.integration_methods import method_named
 from hcsearch.springs.dynamics.time_integration import SIMULATION_STOPS, plan_for, record_for
 
 MAX_SCENES_PER_CALL = 16
-"""Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
+"""Greatest number of scenes in one call of the kernel, so that threads end together and tables need little memory."""
 MAX_SCENE_TABLE_BYTES, MAX_MOTION_RECORD_BYTES = 2**28, 2**29
-"""Bytes that the tables of the scenes in one call, and the record of one motion, take at most."""
+"""Greatest size in bytes of the tables of the scenes in one call, and of the record of one motion."""
 
 
 class CheckedPanels(NamedTuple):
-    """The panels of a scene as a check takes them.
+    """The panels of a scene as tables of a check.
 
-    reach : what panels may be elsewhere (m) over what the loops are open, see `slack_of`; the check takes the largest
+    reach : greatest displacement of panels (m) over the opening of loops, see `slack_of`; the check uses the largest
         opening of a motion for all of its times.
     """
 
@@ -45,9 +45,9 @@ class CheckedPanels(NamedTuple):
 
 
 def checked_panels_of(compiled: CompiledScene, margin: float | None = None) -> CheckedPanels:
-    """The panels of a scene, less its margin unless another is given (m); the same with any springs."""
+    """Return the panels of a scene, shrunk by its margin or a given one (m); they do not depend on springs."""
     linkage = compiled.linkage
-    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.apart)
+    solids = collision_solids(linkage, compiled.margin if margin is None else margin, compiled.separated_pairs)
     return CheckedPanels(solids, slack_of(linkage, 1.0))
 
 
@@ -56,41 +56,44 @@ def check_deployments(
     *,
     screens: Sequence[CheckedPanels] | None = None,
     tolerance: float = 1e-6,
-    whole: bool = True,
+    past_collisions: bool = True,
     max_steps: int | None = None,
     threads: int = 1,
 ) -> list[DeploymentCheck]:
-    """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
+    """Check compiled scenes; those whose tables have the same shapes are passed to the kernel together.
 
-    screens : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
-        followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
-        `deploy` takes.
+    screens : the panels of each scene, if known; else they are shrunk by its own margin. whole : whether motions that
+        collide are followed to the end, too; not needed to find clear ones. max_steps : of each scene, unless given
+        those of `deploy`.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
     if screens is None:
         screens = [checked_panels_of(compiled) for compiled in scenes]
-    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
-    for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
-        setup, exactness = compiled.setup, (own.solids.margin, resolution_of(compiled.linkage))
+    subjects = [_subject(compiled, panels) for compiled, panels in zip(scenes, screens, strict=True)]
+    for i, (compiled, panels, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
+        setup, exactness = compiled.setup, (panels.solids.margin, resolution_of(compiled.linkage))
         if compiled.formulation not in {"constrained", "compliant"} or setup.free:
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
         groups[(exactness, *key, *_shapes(subject))].append(i)
     calls = []
     for key, members in groups.items():
-        together = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
-        calls += [(key[0], members[k : k + together]) for k in range(0, len(members), together)]
+        batch = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
+        calls += [(key[0], members[k : k + batch]) for k in range(0, len(members), batch)]
 
     def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
         exactness, members = call
-        own = [scenes[i] for i in members]
-        joint = 3 * 8 * own[0].system.n_joints  # an angle, a rate and an acceleration in each state
-        steps = min(max_steps or MAX_DEPLOYMENT_STEPS[own[0].formulation], max(1, MAX_MOTION_RECORD_BYTES // joint))
-        return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
+        batch_scenes = [scenes[i] for i in members]
+        state_bytes = 3 * 8 * batch_scenes[0].system.n_joints  # bytes of the angles, rates and accelerations of a state
+        steps = min(
+            max_steps or MAX_DEPLOYMENT_STEPS[batch_scenes[0].formulation],
+            max(1, MAX_MOTION_RECORD_BYTES // state_bytes),
+        )
+        return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, steps)
 
     checks: dict[int, DeploymentCheck] = {}
-    with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
+    with ThreadPoolExecutor(threads) as pool:  # the kernel releases the global interpreter lock
         for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
             checks.update(zip(members, rows, strict=True))
     return [checks[i] for i in range(len(scenes))]
@@ -117,10 +120,10 @@ def _run(
     subjects: list[SceneTables],
     tolerance: float,
     exactness: tuple[float, float],
-    whole: bool,
+    past_collisions: bool,
     steps: int,
 ) -> list[DeploymentCheck]:
-    """Check scenes of the same shapes; exactness : margin and resolution, m."""
+    """Check scenes whose tables have the same shapes; exactness : margin and resolution, m."""
     first, count = scenes[0], len(scenes)
     system, setup = first.system, first.setup
     plan = plan_for(
@@ -139,7 +142,7 @@ def _run(
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
         *exactness,
-        whole,
+        past_collisions,
     )
     findings = CheckFindings(
         endings=np.zeros(count, np.int64),
@@ -162,8 +165,8 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
     verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
     collision = None
     if verdict == MOTION_COLLIDES:
-        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
-        collision = (float(findings.times[i, 1]), (one, two))
+        first, second = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
+        collision = (float(findings.times[i, 1]), (first, second))
     states, evaluations, _, looks = (int(number) for number in findings.counts[i])
     return DeploymentCheck(
         outcome_of(SIMULATION_STOPS[int(findings.endings[i])]),
@@ -185,19 +188,19 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
 
 
 def _bytes(value: Any) -> int:
-    """Bytes of all tables of nested tuples."""
+    """Return the size in bytes of all tables of nested tuples."""
     return sum(map(_bytes, value)) if isinstance(value, tuple) else int(np.asarray(value).nbytes)
 
 
 def _shapes(value: Any) -> tuple[Any, ...]:
-    """Shapes of all tables of nested tuples."""
+    """Return the shapes of all tables of nested tuples."""
     if isinstance(value, tuple):
         return tuple(shape for part in value for shape in _shapes(part))
     return (np.shape(value),)
 
 
 def _stacked(values: Sequence[Any]) -> Any:
-    """Nested tuples of the same shapes as one, with a leading axis."""
+    """Stack nested tuples of arrays of the same shapes along a new leading axis."""
     first: NamedTuple | Any = values[0]
     if isinstance(first, tuple):
         return type(first)(*(_stacked(parts) for parts in zip(*values, strict=True)))

@@ -1,4 +1,4 @@
-"""The deployment of a linkage in a scene, from its start to flat, and what became of it."""
+"""Simulations of the deployment of a linkage in a scene, by springs or drives, with certified clearance."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_dr
 from hcsearch.springs.dynamics.time_integration import Motion, greatest_opening, loose_states, simulate_system
 
 DRIVEN_STEP_TOLERANCE = 1e-5
-"""Error of a step under control, relative and absolute."""
+"""Error tolerance of a step under control, relative and absolute."""
 MIN_BALANCE_ENERGY = 1e-300
-"""Energy (J) below which an error of the balance is no share of it."""
+"""Lower bound of the energy (J) of which the error of the balance is a share."""
 STEEP_BASE_ANGLE = 1.4
-"""A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
+"""Turn of a floating base about its second axis (rad) beyond which it is near the singularity of its angles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,9 @@ class Deployment(ByValue):
 
     outcome : as of `DeploymentCheck`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
-    clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
+    clearance : whether panels collide, certified for all times of the motion; None if not checked.
     seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
-    driven : what drives did, where there are any.
+    driven : the motion with its drives, if there are any.
     """
 
     compiled: CompiledScene
@@ -65,15 +65,15 @@ class Deployment(ByValue):
 
     @cached_property
     def check(self) -> DeploymentCheck:
-        """The same without the states, as `checking.check` reports it."""
+        """The result without the states, as `check_deployments` reports it."""
         motion, clearance, size = self.motion, self.clearance, math.pi * max(1, self.angles.shape[1])
         end, gap = self.angles[-1], None if clearance is None else clearance.gap
         clear = None if clearance is None else {"clear": True, "collides": False}.get(clearance.kind)
-        collision, met = None, end
+        collision, angles = None, end
         if clearance is not None and clearance.time is not None and clearance.panels is not None:
             collision = (clearance.time, clearance.panels) if clear is False else None
             q = motion.at(np.array([clearance.time]))
-            met = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
+            angles = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
         return DeploymentCheck(
             outcome=self.outcome,
             end_time=float(motion.times[-1]),
@@ -81,7 +81,7 @@ class Deployment(ByValue):
             collision=collision,
             gap=gap,
             speed=0.0 if clearance is None else clearance.speed,
-            remaining=float(np.abs(met).sum()) / size,
+            remaining=float(np.abs(angles).sum()) / size,
             end_remaining=float(np.abs(end).sum()) / size,
             widest=float(np.abs(end).max(initial=0.0)),
             drift=motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
@@ -89,7 +89,7 @@ class Deployment(ByValue):
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
             looks=0 if clearance is None else clearance.looks,
-            loose=loose_states(self.compiled.system, motion),
+            loose_share=loose_states(self.compiled.system, motion),
         )
 
     @property
@@ -104,12 +104,12 @@ class Deployment(ByValue):
 
     @cached_property
     def play(self) -> Play | None:
-        """The play between panels that it needs, and their least gap as built; None unless it deploys."""
+        """The play between panels that the deployment needs, and their least gap as built; None unless it deploys."""
         if not self.deploys:
             return None
         # no stop holds driven hinges, whose panels overlap by as much as they pass them
-        over = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
-        return play_of_deployment(self.compiled, self.motion, over)
+        overlap = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
+        return play_of_deployment(self.compiled, self.motion, overlap)
 
     @property
     def flat_time(self) -> float | None:
@@ -131,8 +131,8 @@ def simulate_deployment(
 ) -> Deployment:
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
-    keep : what is not to be left out. certified : whether collisions are looked for. drives : of hinges, with which the
-    motion starts where they say; its tolerance is that of `simulate_driven_scene`.
+    keep : omissions that are not to be made. certified : whether collisions are checked. drives : of hinges; the motion
+    then starts at their start, with the tolerance of `simulate_driven_scene`.
     """
     if drives is not None:
         return simulate_driven_scene(compile_driven(linkage, scene, drives, formulation), drives, method=method)
@@ -148,7 +148,7 @@ def simulate_compiled(
     certified: bool = True,
     max_steps: int | None = None,
 ) -> Deployment:
-    """Simulate a compiled scene; as `simulate_deployment`."""
+    """Simulate a compiled scene, with the options of `simulate_deployment`."""
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     began = time.perf_counter()
@@ -170,7 +170,7 @@ def simulate_compiled(
 def compile_driven(
     linkage: Linkage, scene: Scene | Setup, drives: Drives | None, formulation: Formulation = "constrained"
 ) -> CompiledScene:
-    """Compile a scene for drives, of which nothing is left out that they may break: its mirror half, folded stops."""
+    """Compile a scene for drives, without the omissions that they may invalidate: mirror half and folded stops."""
     if formulation != "constrained":
         raise HcsearchError(
             f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
@@ -193,10 +193,10 @@ def simulate_driven_scene(
     tolerance: float = DRIVEN_STEP_TOLERANCE,
     certified: bool = True,
 ) -> Deployment:
-    """Simulate a scene that `compile_driven` compiled, under position control, until flat or the scene's time is over.
+    """Simulate a scene compiled by `compile_driven` under position control, until flat or the end of the scene's time.
 
-    tolerance : of a step; what is missed by it control takes back. Stops are left out, as a course along them would
-    hit them again and again: the motion is certified clear only where no hinge passes one by more than the margin.
+    tolerance : of a step; control corrects its errors. Stops are omitted, as a course along them would hit them again
+    and again: the motion is certified clear only where no hinge passes one by more than the margin.
     """
     began = time.perf_counter()
     system, commands = compiled.system, drives.commands(compiled)
@@ -217,9 +217,9 @@ def simulate_driven_scene(
 
     driven = follow(compiled.seconds, FLAT_FOLD_ANGLE)
     if driven.motion.ending == "flat" and driven.motion.times[-1] < drives.times[-1]:
-        # drives go on to the end of their course, where torques may be greatest
-        driven = replace(driven, greatest=follow(float(drives.times[-1]), None).greatest)
-    # states that are put between others move under the drives, too
+        # drives continue to the end of their course, where torques may be greatest
+        driven = replace(driven, greatest_torques=follow(float(drives.times[-1]), None).greatest_torques)
+    # states inserted between others move under the drives, too
     compiled = replace(compiled, system=system.under_control(commands.targets))
     return deployment_of_motion(
         compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven
@@ -234,9 +234,9 @@ def deployment_of_motion(
     certified: bool = True,
     driven: DrivenMotion | None = None,
 ) -> Deployment:
-    """A motion of a compiled scene as a deployment.
+    """Convert a motion of a compiled scene to a deployment.
 
-    seconds : computing time. certified : whether collisions are looked for. driven : what drives did, if there are any.
+    seconds : computing time. certified : whether collisions are checked. driven : the motion with its drives, if any.
     """
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     outcome = outcome_of(motion.ending)
@@ -253,31 +253,31 @@ def deployment_of_motion(
 
 
 def _within_stops(compiled: CompiledScene, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
-    """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
-    beyond = _overlaps(compiled, angles)
-    if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
+    """Change a clear verdict to `undecided` where panels of a hinge without stops overlap by more than the margin."""
+    overlaps = _overlaps(compiled, angles)
+    if clearance.kind != "clear" or overlaps.max(initial=0.0) <= compiled.margin:
         return clearance
-    state, hinge = np.unravel_index(beyond.argmax(), beyond.shape)
-    own = compiled.linkage.pattern.hinges[int(hinge)]
-    panels = (min(own.first, own.second), max(own.first, own.second))
+    state, hinge = np.unravel_index(overlaps.argmax(), overlaps.shape)
+    ends = compiled.linkage.pattern.hinges[int(hinge)]
+    panels = (min(ends.first, ends.second), max(ends.first, ends.second))
     return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
 
 
 def _overlaps(compiled: CompiledScene, angles: Reals) -> Reals:
-    """How deep panels overlap as their hinges pass a stop (m), at most, shape (k, n_hinges)."""
+    """Return bounds of the overlap of panels whose hinges pass a stop (m), shape (k, n_hinges)."""
     beyond: Reals = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
     return beyond
 
 
 def _steep(compiled: CompiledScene, motion: Motion) -> bool:
-    """Whether the base has come near a state that its angles do not describe."""
+    """Return whether the floating base comes near the singularity of its angles."""
     base = np.flatnonzero(~compiled.hinged)
     turns = [k for k in base if not compiled.system.joints[k].slides]
     return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP_BASE_ANGLE)
 
 
 def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
-    """The certified verdict on the motion."""
+    """Certify the clearance of a motion."""
     linkage, path = compiled.linkage, course_of_deployment(compiled, motion)
     return certify_clearance(
         linkage,
@@ -285,29 +285,29 @@ def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
         margin=compiled.margin,
         resolution=resolution_of(linkage),
         slack=path.slack,
-        apart=compiled.apart,
+        apart=compiled.separated_pairs,
         measured=motion.ending == "flat",
     )
 
 
 def omission_savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
-    """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
+    """Compare the scene with and without each omission, in joints, closure equations, evaluations and time."""
     rows = []
     for omission in deployment.compiled.omissions:
         if omission.name not in OMISSIONS:
             continue
         compiled = deployment.compiled
         full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
-        other = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
-        again = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
+        kept = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
+        omitted = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
         rows.append(
             {
                 "name": omission.name,
                 "joints": [full.system.n_joints, compiled.system.n_joints],
                 "closure_equations": [_closure_equations(full), _closure_equations(compiled)],
-                "evaluations": [other.motion.evaluations, again.motion.evaluations],
-                "milliseconds": [1e3 * other.seconds, 1e3 * again.seconds],
-                "outcomes": [other.outcome, again.outcome],
+                "evaluations": [kept.motion.evaluations, omitted.motion.evaluations],
+                "milliseconds": [1e3 * kept.seconds, 1e3 * omitted.seconds],
+                "outcomes": [kept.outcome, omitted.outcome],
             }
         )
     return rows

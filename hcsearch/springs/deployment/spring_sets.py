@@ -1,4 +1,4 @@
-"""Springs of single hinges, and the spring sets that the stage `deployment` tries."""
+"""Stiffnesses of single hinges, and the spring sets that the stage `deployment` tries."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from hcsearch.springs.dynamics.mirror import mirror_of
 
 
 def tied_hinges(linkage: Linkage, held: int) -> tuple[tuple[int, ...], ...]:
-    """Hinges that get the same spring, so that the deployment can be symmetric (thesis 4.5.4): mirror images.
+    """Group mirror images of hinges, which get equal springs for a symmetric deployment (thesis 4.5.4).
 
-    By the mirror that maps the held panel onto itself; without one every hinge stands alone. In the order of the first.
+    The mirror maps the held panel onto itself; without one every hinge is a group. Groups are ordered by their first
+    hinge.
     """
     mirror = mirror_of(linkage, held)
     images = range(linkage.n_hinges) if mirror is None else mirror.hinges
@@ -42,9 +43,9 @@ def _stiffness(law: Law) -> float:
 
 
 def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
-    """The scene with linear springs of some stiffnesses (N m/rad), shape (n_joints,), one for all hinges of a joint.
+    """Return a scene with linear springs, of stiffnesses (N m/rad) by joint, shape (n_joints,).
 
-    Damping stays proportional (thesis 4.4). The scene must have been compiled with its stops kept.
+    Damping stays proportional (thesis 4.4). The scene must have been compiled without omitting its stops.
     """
     setup = compiled.setup
     drives = list(compiled.system.drives)
@@ -52,16 +53,17 @@ def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
     for joint in compiled.joint_of.tolist():
         law = linear_law(float(stiffnesses[joint]))
         share = float(compiled.shares[joint])
-        own = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
-        drives[joint] = replace(drives[joint], law=own, damping=share * setup.damping_of(law))
+        share_law = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
+        drives[joint] = replace(drives[joint], law=share_law, damping=share * setup.damping_of(law))
         laws.append(law)
     return replace(compiled, setup=replace(setup, laws=tuple(laws)), system=compiled.system.driven(tuple(drives)))
 
 
 def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name: str) -> Reals:
-    """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,), within the scene's range.
+    """Return the stiffnesses (N m/rad) of the joints of a folding in a spring set, shape (n_joints,).
 
-    Graded ones are geometric from the stiffest to a fortieth of it, those of `SPREAD_SPRING_SETS` between the bounds.
+    Graded sets are geometric from the stiffest spring of the scene's range to a fortieth of it, or to the softest;
+    those of `SPREAD_SPRING_SETS` are spread over the whole range.
     """
     softest, stiffest = compiled.setup.spring_range
     if name in SPREAD_SPRING_SETS:
@@ -73,24 +75,28 @@ def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name
         softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
     else:
         weights = np.array(SPRING_SET_GRADES[name])
-        towards = np.where(weights < 0.0, 1.0 - places, places)
-        softness = towards @ np.abs(weights) / np.abs(weights).sum()
+        directed = np.where(weights < 0.0, 1.0 - places, places)
+        softness = directed @ np.abs(weights) / np.abs(weights).sum()
     softer = max(softest, stiffest / GRADED_STIFFNESS_RATIO)
     springs: Reals = stiffest * (softer / stiffest) ** softness
     return springs
 
 
 def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Reals:
-    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
+    """Return layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
 
-    As the folding has them that stands for all congruent ones: which stack is the first depends on how a circuit is
-    written.
+    They are those of the congruent folding, if there is one, as the order of the stacks depends on the notation of the
+    circuit.
     """
-    linkage, joint_of, twin = compiled.linkage, compiled.joint_of, compiled.linkage.twin
-    if twin is not None:
-        like = folding.likeness(panel)
-        assert like is not None
-        folding, linkage, joint_of = like.folding, twin.linkage, joint_of[np.argsort(twin.hinges)]
+    linkage, joint_of, congruent = compiled.linkage, compiled.joint_of, compiled.linkage.twin
+    if congruent is not None:
+        congruent_folding = folding.likeness(panel)
+        assert congruent_folding is not None
+        folding, linkage, joint_of = (
+            congruent_folding.folding,
+            congruent.linkage,
+            joint_of[np.argsort(congruent.hinges)],
+        )
     pattern, half = linkage.pattern, folding.circuit.n // 2
     first = set(folding.stacks[0])
     places = np.zeros((compiled.system.n_joints, 3))
@@ -106,9 +112,9 @@ def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Real
 
 @cache
 def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> Reals:
-    """Stiffnesses (N m/rad) spread evenly over the logarithms between two bounds, shape (count, n_joints).
+    """Return stiffnesses (N m/rad) spread evenly over the logarithms between two bounds, shape (count, n_joints).
 
-    A scrambled Sobol sequence (scipy.stats.qmc), always the same: one array for all who ask, read-only.
+    A scrambled Sobol sequence (scipy.stats.qmc) with a fixed seed; the cached array is read-only.
     """
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
 

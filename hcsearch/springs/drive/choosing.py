@@ -49,9 +49,9 @@ class DrivenHinges:
     hinges: tuple[int, ...]
     monotone: tuple[int, ...]
     freedoms: int
-    least: float
-    place: float
-    closure: float
+    least_value: float
+    least_place: float
+    closure_value: float
     closure_place: float
     tried: int
 
@@ -80,7 +80,7 @@ def monotone_hinges(angles: Reals) -> NDArray[np.bool_]:
     return monotone
 
 
-def choose_driven_hinges(linkage: Linkage, angles: Reals, firm: float = FIRM_SINGULAR_VALUE) -> DrivenHinges:
+def choose_driven_hinges(linkage: Linkage, angles: Reals, min_value: float = FIRM_SINGULAR_VALUE) -> DrivenHinges:
     """Choose the hinges to drive along a path, from evenly spaced closed states, (k, n_hinges).
 
     First the set with the greatest least singular value is chosen; then monotone hinges replace others, as long as half
@@ -88,38 +88,44 @@ def choose_driven_hinges(linkage: Linkage, angles: Reals, firm: float = FIRM_SIN
     """
     frames, values = frames_at(linkage, angles)
     freedoms = linkage.n_hinges - values.shape[1]
-    steady = monotone_hinges(angles)
-    looked, tried = np.unique(np.linspace(0, len(angles) - 1, CHOICE_STATE_COUNT).astype(int)), 0
+    monotone = monotone_hinges(angles)
+    state_numbers, tried = np.unique(np.linspace(0, len(angles) - 1, CHOICE_STATE_COUNT).astype(int)), 0
     for _ in range(MAX_CHOICE_REPEATS):
-        search = _Search(frames[looked], freedoms, steady)
-        driven = search.made_firm(search.run(), firm)
+        search = _Search(frames[state_numbers], freedoms, monotone)
+        driven = search.with_more_hinges(search.run(), min_value)
         tried += search.tried
-        least = least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
-        if least.min() >= min(firm, 0.5 * least[looked].min()):
+        least_values = (
+            least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
+        )
+        if least_values.min() >= min(min_value, 0.5 * least_values[state_numbers].min()):
             break
-        looked = np.union1d(looked, np.argsort(least)[:5])  # states that were left out, at which the set does worst
+        state_numbers = np.union1d(
+            state_numbers, np.argsort(least_values)[:5]
+        )  # states that were left out, at which the set does worst
     return judge_driven_hinges(linkage, angles, driven, tried)
 
 
 def judge_driven_hinges(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> DrivenHinges:
     """Evaluate given driven hinges along a path."""
     frames, values = frames_at(linkage, angles)
-    freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
+    freedoms, monotone = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
     if len(driven) < freedoms:
         raise HcsearchError(f"{len(driven)} hinges cannot drive {freedoms} freedoms: name {freedoms} at least")
     if not all(0 <= hinge < linkage.n_hinges for hinge in driven):
         raise HcsearchError(f"there is no hinge {max(driven)}: name hinges from 0 to {linkage.n_hinges - 1}")
-    least = least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
-    closure = values[:, -1] if values.shape[1] else np.ones(len(angles))
+    least_values = (
+        least_singular_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
+    )
+    closure_values = values[:, -1] if values.shape[1] else np.ones(len(angles))
     last = max(len(angles) - 1, 1)
     return DrivenHinges(
         driven,
-        tuple(hinge for hinge in driven if steady[hinge]),
+        tuple(hinge for hinge in driven if monotone[hinge]),
         freedoms,
-        float(least.min()),
-        float(least.argmin() / last),
-        float(closure.min()),
-        float(closure.argmin() / last),
+        float(least_values.min()),
+        float(least_values.argmin() / last),
+        float(closure_values.min()),
+        float(closure_values.argmin() / last),
         tried,
     )
 
@@ -131,12 +137,12 @@ def least_singular_values(frames: Reals, freedoms: int, sets: NDArray[np.int64])
     closure. Where few hinges are not driven, the rows of the latter at these have the same least singular value.
     """
     n = frames.shape[1]
-    others = n - sets.shape[1]
-    if not others:
+    n_passive = n - sets.shape[1]
+    if not n_passive:
         return np.ones((len(sets), len(frames)))
-    if others < freedoms:
-        rest = np.array([np.setdiff1d(np.arange(n), own) for own in sets])
-        rows = frames[:, rest, : n - freedoms]
+    if n_passive < freedoms:
+        passive = np.array([np.setdiff1d(np.arange(n), hinges) for hinges in sets])
+        rows = frames[:, passive, : n - freedoms]
     else:
         rows = frames[:, sets, n - freedoms :]
     values = np.linalg.svd(rows, compute_uv=False)[..., -1]
@@ -146,8 +152,8 @@ def least_singular_values(frames: Reals, freedoms: int, sets: NDArray[np.int64])
 class _Search:
     """The search for a set of driven hinges at some states."""
 
-    def __init__(self, frames: Reals, freedoms: int, steady: NDArray[np.bool_]) -> None:
-        self.frames, self.freedoms, self.steady = frames, freedoms, steady
+    def __init__(self, frames: Reals, freedoms: int, monotone: NDArray[np.bool_]) -> None:
+        self.frames, self.freedoms, self.monotone = frames, freedoms, monotone
         self.n = frames.shape[1]
         self.tried = 0
 
@@ -158,63 +164,65 @@ class _Search:
         if not self.freedoms:
             return ()
         if math.comb(self.n, self.freedoms) <= MAX_ENUMERATED_HINGE_SETS:
-            return self._all()
-        return self._exchanged()
+            return self._enumerate()
+        return self._exchange()
 
-    def made_firm(self, driven: tuple[int, ...], firm: float) -> tuple[int, ...]:
+    def with_more_hinges(self, driven: tuple[int, ...], min_value: float) -> tuple[int, ...]:
         """Add hinges to a set until its least singular value reaches `min_value`, or all hinges are driven."""
-        value = float(self._judged([driven])[0]) if driven else firm
-        while value < firm and len(driven) < self.n:
-            sets = [tuple(sorted((*driven, new))) for new in range(self.n) if new not in driven]
-            values = self._judged(sets)
-            good = np.flatnonzero(values >= min(firm, values.max()))
-            driven = sets[min(good, key=lambda k: (self._turning(sets[k]), -values[k]))]
-            value = float(self._judged([driven])[0])
+        value = float(self._least_values([driven])[0]) if driven else min_value
+        while value < min_value and len(driven) < self.n:
+            sets = [tuple(sorted((*driven, hinge))) for hinge in range(self.n) if hinge not in driven]
+            values = self._least_values(sets)
+            sufficient = np.flatnonzero(values >= min(min_value, values.max()))
+            driven = sets[min(sufficient, key=lambda k: (self._non_monotone(sets[k]), -values[k]))]
+            value = float(self._least_values([driven])[0])
         return driven
 
-    def _judged(self, sets: list[tuple[int, ...]]) -> Reals:
+    def _least_values(self, sets: list[tuple[int, ...]]) -> Reals:
         """Return the least singular value of each set along the path."""
         self.tried += len(sets)
-        least = [
+        values = [
             least_singular_values(self.frames, self.freedoms, np.array(sets[k : k + 200], int)).min(axis=1)
             for k in range(0, len(sets), 200)
         ]
-        return np.concatenate(least)
+        return np.concatenate(values)
 
-    def _turning(self, driven: tuple[int, ...]) -> int:
+    def _non_monotone(self, driven: tuple[int, ...]) -> int:
         """Return the number of driven hinges that are not monotone."""
-        return sum(not self.steady[hinge] for hinge in driven)
+        return sum(not self.monotone[hinge] for hinge in driven)
 
-    def _all(self) -> tuple[int, ...]:
+    def _enumerate(self) -> tuple[int, ...]:
         sets = list(combinations(range(self.n), self.freedoms))
-        values = self._judged(sets)
-        kept = np.flatnonzero(values >= MONOTONE_VALUE_SHARE * values.max())
-        return sets[min(kept, key=lambda k: (self._turning(sets[k]), -values[k]))]
+        values = self._least_values(sets)
+        candidates = np.flatnonzero(values >= MONOTONE_VALUE_SHARE * values.max())
+        return sets[min(candidates, key=lambda k: (self._non_monotone(sets[k]), -values[k]))]
 
-    def _exchanged(self) -> tuple[int, ...]:
+    def _exchange(self) -> tuple[int, ...]:
         """Start from pivots of all bases together, then exchange one hinge at a time: for the value, then monotony."""
         from scipy.linalg import qr  # noqa: PLC0415 - loads slowly
 
-        together = np.concatenate(list(self.frames[:, :, -self.freedoms :].transpose(0, 2, 1)))
-        pivots = qr(together, mode="r", pivoting=True)[1]
+        stacked = np.concatenate(list(self.frames[:, :, -self.freedoms :].transpose(0, 2, 1)))
+        pivots = qr(stacked, mode="r", pivoting=True)[1]
         driven = tuple(sorted(int(h) for h in pivots[: self.freedoms]))
-        value = float(self._judged([driven])[0])
+        value = float(self._least_values([driven])[0])
         for _ in range(MAX_EXCHANGE_SWEEPS):
-            sets = self._exchanges(driven)
-            values = self._judged(sets)
+            sets = self._neighbours(driven)
+            values = self._least_values(sets)
             best = int(values.argmax())
             if values[best] <= value * (1.0 + 1e-9):
                 break
             driven, value = sets[best], float(values[best])
         floor = MONOTONE_VALUE_SHARE * value
         for _ in range(self.freedoms):
-            sets = [own for own in self._exchanges(driven) if self._turning(own) < self._turning(driven)]
-            values = self._judged(sets) if sets else np.zeros(1)
+            sets = [
+                hinges for hinges in self._neighbours(driven) if self._non_monotone(hinges) < self._non_monotone(driven)
+            ]
+            values = self._least_values(sets) if sets else np.zeros(1)
             if values.max() < floor:
                 break
             driven = sets[int(values.argmax())]
         return driven
 
-    def _exchanges(self, driven: tuple[int, ...]) -> list[tuple[int, ...]]:
-        others = [h for h in range(self.n) if h not in driven]
-        return [tuple(sorted({*driven, new} - {old})) for old in driven for new in others]
+    def _neighbours(self, driven: tuple[int, ...]) -> list[tuple[int, ...]]:
+        passive = [h for h in range(self.n) if h not in driven]
+        return [tuple(sorted({*driven, new} - {old})) for old in driven for new in passive]

@@ -34,12 +34,12 @@ def _facts(drive: Drive) -> dict[str, Any]:
     choice, deployment = drive.choice, drive.deployment
     labels = labels_of(drive.linkage)
     clearance = deployment.clearance
-    followed = judge_following(drive)
+    following = judge_following(drive)
     span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
     return {
         "verdict": deployment.verdict,
         "motor_torque_N_m": max(_greatest(drive.torques.torques), default=0.0),
-        "control": followed.sentence,
+        "control": following.sentence,
         "reason": deployment.reason,
         "clearance": None if clearance is None else clearance.kind,
         "margin_mm": 1e3 * deployment.compiled.margin,
@@ -52,21 +52,21 @@ def _facts(drive: Drive) -> dict[str, Any]:
         "merged_panels": list(labels.merged),
         "driven": [label_data(labels.hinges[hinge]) for hinge in choice.hinges],
         "driven_monotone": [label_data(labels.hinges[hinge]) for hinge in choice.monotone],
-        "least_singular_value": choice.least,
-        "least_at": choice.place,
-        "closure_least_singular_value": choice.closure,
+        "least_singular_value": choice.least_value,
+        "least_at": choice.least_place,
+        "closure_least_singular_value": choice.closure_value,
         "closure_least_at": choice.closure_place,
         "sets_tried": choice.tried,
-        "from_packed_rad": drive.timed.path.near[0],
-        "to_flat_rad": drive.timed.path.near[1],
-        "beyond_stops_rad": drive.timed.path.beyond,
+        "from_packed_rad": drive.timed.path.end_angles[0],
+        "to_flat_rad": drive.timed.path.end_angles[1],
+        "beyond_stops_rad": drive.timed.path.stop_overshoot,
         "seconds": drive.timed.seconds,
         "flat_time_s": deployment.flat_time,
         "greatest_rate_rad_s": float(np.abs(drive.torques.rates).max()),
         "greatest_acceleration_rad_s2": float(np.abs(drive.torques.accelerations).max()),
         "missed_rad": drive.missed,
-        "follows": followed.follows,
-        "torque_from_plan": followed.share,
+        "follows": following.follows,
+        "torque_from_plan": following.share,
         "planned_torque_N_m": _greatest(drive.torques.torques),
         "torque_rms_N_m": np.sqrt((drive.torques.torques**2).mean(axis=0)).tolist(),
         "torque_N_m": drive.greatest.tolist(),
@@ -83,7 +83,8 @@ def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str,
     names = [label_data(name) for name in labels_of(deployment.compiled.linkage).hinges]
     return {
         "latches": [
-            {"hinge": names[one.hinge], "waits_for": names[one.waits_for], "angle_rad": one.angle} for one in latches
+            {"hinge": names[latch.hinge], "waits_for": names[latch.waits_for], "angle_rad": latch.angle}
+            for latch in latches
         ],
         "latched_verdict": deployment.verdict,
         "latched_reason": deployment.reason,
@@ -100,12 +101,12 @@ def drive_table(drive: Drive) -> pd.DataFrame:
     """Return the planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
-    own = drive.torques
+    torques = drive.torques
     names = labels_of(drive.linkage).hinges
-    columns = {"time_s": own.times}
-    columns |= {f"angle_{name}_rad": own.angles[:, k] for k, name in enumerate(names)}
-    columns |= {f"rate_{name}_rad_s": own.rates[:, k] for k, name in enumerate(names)}
-    columns |= {f"torque_{names[k]}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
+    columns = {"time_s": torques.times}
+    columns |= {f"angle_{name}_rad": torques.angles[:, k] for k, name in enumerate(names)}
+    columns |= {f"rate_{name}_rad_s": torques.rates[:, k] for k, name in enumerate(names)}
+    columns |= {f"torque_{names[k]}_N_m": torques.torques[:, i] for i, k in enumerate(torques.driven)}
     return pd.DataFrame(columns)
 
 
@@ -126,27 +127,27 @@ def save_drive(drive: Drive, path: str) -> None:
 
 
 ENVELOPE_PART_COUNT = 60
-"""Number of time intervals; simulated torques are drawn as the mean, least and greatest value of each."""
+"""Number of time intervals, for each of which mean, least and greatest simulated torque are drawn."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
 
 
 def draw_drive(drive: Drive, path: str) -> None:
     """Draw fold angles and torques over time: planned torques as lines, simulated ones as a mean in a faint band."""
-    own, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
+    torques, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
     with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
-        for number, k in enumerate(own.driven):
-            above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(number))
-        for number, column in enumerate(np.delete(own.angles, own.driven, axis=1).T):
+        for number, k in enumerate(torques.driven):
+            above.plot(torques.times, torques.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(number))
+        for number, column in enumerate(np.delete(torques.angles, torques.driven, axis=1).T):
             label = "_others" if number else "others"
-            above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
+            above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
         above.set(ylabel="fold angle, rad")
         reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
         set_title(above, f"{drive.folding.notation}: {reason}")
         mark_collision(above, deployment)
-        for number, column in enumerate(own.torques.T):
-            below.plot(own.times, column, label=labels.hinges[own.driven[number]], **line_style(number))
+        for number, column in enumerate(torques.torques.T):
+            below.plot(torques.times, column, label=labels.hinges[torques.driven[number]], **line_style(number))
         _draw_simulated(below, drive)
         below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
         for axes in (above, below):
@@ -158,11 +159,11 @@ def _draw_simulated(axes: Axes, drive: Drive) -> None:
     driven = drive.deployment.driven
     if driven is None:
         return
-    middles, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
+    centres, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
     for number in range(mean.shape[1]):
         colour = curve_look(number).colour
-        axes.fill_between(middles, least[:, number], greatest[:, number], color=colour, alpha=0.2, linewidth=0.0)
-        axes.plot(middles, mean[:, number], color=colour, alpha=0.6, linewidth=0.4)
+        axes.fill_between(centres, least[:, number], greatest[:, number], color=colour, alpha=0.2, linewidth=0.0)
+        axes.plot(centres, mean[:, number], color=colour, alpha=0.6, linewidth=0.4)
 
 
 def envelope(times: Reals, values: Reals, parts: int = ENVELOPE_PART_COUNT) -> tuple[Reals, Reals, Reals, Reals]:

@@ -45,9 +45,9 @@ TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
 class DriveOptions:
     """Options of a drive.
 
-    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. end_angles : distances (rad) from the packed and the flat
+    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : distances (rad) from the packed and the flat
     state at which the driven motion begins and ends. hinges : the driven hinges, by their names; chosen where empty.
-    min_value : hinges are added until the least singular value of the reduced Jacobian reaches this; 0 for as many
+    firm : hinges are added until the least singular value of the reduced Jacobian reaches this; 0 for as many
     hinges as there are freedoms. period : of the controller, s.
     """
 
@@ -84,7 +84,7 @@ class Drive:
     def greatest(self) -> Reals:
         """Greatest torque of each driven hinge under control, until the end of the course, (n_driven,), N m."""
         assert self.deployment.driven is not None
-        return self.deployment.driven.greatest
+        return self.deployment.driven.greatest_torques
 
     @property
     def missed(self) -> float:
@@ -98,10 +98,10 @@ class NoPathError(HcsearchError):
 
 def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
     """Plan a motion of a folding with the panels, flat-pair joints and margin of a scene; HcsearchError without one."""
-    own = [way for way in scene.flat_pairs if folding.can_join(way)]
-    if not own:
+    ways = [way for way in scene.flat_pairs if folding.can_join(way)]
+    if not ways:
         raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
-    return plan_motion(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
+    return plan_motion(folding, panel_of(scene, folding.circuit.grid.name), ways, scene.margin)
 
 
 def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
@@ -136,7 +136,7 @@ def drive_along(
     """
     options = options or DriveOptions()
 
-    def say(done: int) -> None:
+    def report_progress(done: int) -> None:
         if progress is not None:
             progress(done, len(DRIVE_STAGES), DRIVE_STAGES[done])
 
@@ -147,7 +147,7 @@ def drive_along(
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = folding.linkage(panel, flat_pairs=motion.way)
     scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
-    say(1)
+    report_progress(1)
     path = smooth_path(linkage, motion.proof.motion, options.near)
     angles = path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0]
     labels = labels_of(linkage)
@@ -156,13 +156,13 @@ def drive_along(
         if options.hinges
         else choose_driven_hinges(linkage, angles, options.firm)
     )
-    say(2)
+    report_progress(2)
     course = time_path(path, options.rate, options.acceleration)
     setup = replace(setup_of_scene(scene, linkage), seconds=float(f"{course.seconds + SETTLING_TIME:.4g}"))
     compiled = compile_driven(linkage, setup, None)
     torques = torques_along(compiled, course, choice, TORQUE_TIME_COUNT)
     drives = position_control(compiled, torques, options.period)
-    say(3)
+    report_progress(3)
     deployment = simulate_driven_scene(start_at_drives(compiled, drives), drives)
     return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
 
@@ -208,19 +208,19 @@ class Following:
 
 def judge_following(drive: Drive) -> Following:
     """Compare a drive with its plan."""
-    planned, own = np.abs(drive.torques.torques).max(axis=0), drive.greatest
-    shares = np.abs(own - planned) / np.maximum(
+    planned, greatest = np.abs(drive.torques.torques).max(axis=0), drive.greatest
+    shares = np.abs(greatest - planned) / np.maximum(
         np.maximum(planned, MIN_COMPARED_TORQUE_SHARE * planned.max(initial=0.0)), 1e-12
     )
     worst = int(shares.argmax())
     share = float(shares[worst])
     if share <= DRIVE_TORQUE_TOLERANCE and drive.missed <= DRIVE_ANGLE_TOLERANCE:
         return Following(True, share, f"follows: greatest torques are within {_percent(share)} of those planned")
-    what = f"hinges miss their planned angles by up to {drive.missed:.2g} rad"
+    cause = f"hinges miss their planned angles by up to {drive.missed:.2g} rad"
     if share > DRIVE_TORQUE_TOLERANCE:
         hinge = labels_of(drive.linkage).hinges[drive.drives.hinges[worst]]
-        what = f"hinge {hinge} takes {own[worst]:.3g} N m where {planned[worst]:.3g} are planned"
-    return Following(False, share, f"does not follow: {what}; {_remedy(drive)}")
+        cause = f"hinge {hinge} takes {greatest[worst]:.3g} N m where {planned[worst]:.3g} are planned"
+    return Following(False, share, f"does not follow: {cause}; {_remedy(drive)}")
 
 
 def _remedy(drive: Drive) -> str:
@@ -230,17 +230,22 @@ def _remedy(drive: Drive) -> str:
     there depend on rounding.
     """
     assert drive.deployment.driven is not None
-    own, driven = drive.drives, drive.deployment.driven
+    drives, driven = drive.drives, drive.deployment.driven
     times = np.linspace(0.0, drive.timed.seconds, 5000)
-    asked, plan = own.asked(times), own.at(times)
-    apart = _most(asked[2] - plan[2] + own.stiffness * (asked[0] - plan[0]) + own.damping * (asked[1] - plan[1]))
-    if apart > 0.5 * _most(driven.torques - driven.planned):
+    interpolated, plan = drives.interpolated(times), drives.at(times)
+    interpolation_torque = _most(
+        interpolated[2]
+        - plan[2]
+        + drives.stiffness * (interpolated[0] - plan[0])
+        + drives.damping * (interpolated[1] - plan[1])
+    )
+    if interpolation_torque > 0.5 * _most(driven.torques - driven.planned):
         return "give a shorter --period, or a smaller --rate"
-    if drive.choice.least < DEAD_POINT_SINGULAR_VALUE:
+    if drive.choice.least_value < DEAD_POINT_SINGULAR_VALUE:
         return "a dead point is near: drive more hinges (a greater --firm)"
-    if drive.choice.closure < SINGULAR_CLOSURE_VALUE:
-        place = f"{drive.choice.closure_place:.2g} of the path"
-        return f"its loops are nearly singular at {place}: size motors by simulated torques, or try other panels"
+    if drive.choice.closure_value < SINGULAR_CLOSURE_VALUE:
+        location = f"{drive.choice.closure_place:.2g} of the path"
+        return f"its loops are nearly singular at {location}: size motors by simulated torques, or try other panels"
     return "give a smaller --rate and --acceleration, or drive more hinges (a greater --firm)"
 
 

@@ -42,16 +42,16 @@ def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
     Hinges that are flat in both states are not latched.
     """
     closing = np.flatnonzero(linkage.folded > 0.0)
-    turned = linkage.folded - angles
-    left = np.array([int((np.abs(turned[:, hinge]) > DEPARTURE_ANGLE).argmax()) for hinge in closing])
-    first = int(left.min(initial=len(angles)))
+    turns = linkage.folded - angles
+    departures = np.array([int((np.abs(turns[:, hinge]) > DEPARTURE_ANGLE).argmax()) for hinge in closing])
+    first = int(departures.min(initial=len(angles)))
     latches = []
-    for place, hinge in sorted(zip(left.tolist(), closing.tolist(), strict=True)):
-        if place - first <= LATCH_DELAY_SHARE * len(angles):
+    for departure, hinge in sorted(zip(departures.tolist(), closing.tolist(), strict=True)):
+        if departure - first <= LATCH_DELAY_SHARE * len(angles):
             continue
-        ahead = closing[left < place]
-        other = int(ahead[turned[place, ahead].argmax()])
-        latches.append(Latch(hinge, other, float(angles[place, other])))
+        ahead = closing[departures < departure]
+        releasing = int(ahead[turns[departure, ahead].argmax()])
+        latches.append(Latch(hinge, releasing, float(angles[departure, releasing])))
     return tuple(latches)
 
 

@@ -72,11 +72,11 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
     """Compute torques at `count` times of a motion in a scene that is compiled without omitting a mirror half."""
     times = np.linspace(0.0, timed.seconds, count)
     angles, rates, accelerations = timed.at(times)
-    system, own = compiled.system, compiled.joint_of
-    hinge_of = np.argsort(own)
+    system, joint_of = compiled.system, compiled.joint_of
+    hinge_of = np.argsort(joint_of)
     forces = joint_forces(system, angles[:, hinge_of], rates[:, hinge_of], accelerations[:, hinge_of])
-    asked = forces.joints[:, own]
-    drives = [system.drives[joint] for joint in own]
+    asked = forces.joints[:, joint_of]
+    drives = [system.drives[joint] for joint in joint_of]
     stored, damping = np.zeros(count), np.array([drive.damping for drive in drives])
     for k, drive in enumerate(drives):
         branches = [
@@ -88,8 +88,8 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
     frames, _ = frames_at(compiled.linkage, angles)
     bases = frames[:, :, -choice.freedoms :]
     driven = list(choice.hinges)
-    pulled = np.einsum("knf,kn->kf", bases, asked)
-    torques = np.einsum("kdf,kf->kd", np.linalg.pinv(bases[:, driven].transpose(0, 2, 1)), pulled)
+    generalized = np.einsum("knf,kn->kf", bases, asked)
+    torques = np.einsum("kdf,kf->kd", np.linalg.pinv(bases[:, driven].transpose(0, 2, 1)), generalized)
     return Torques(
         times,
         angles,
@@ -108,17 +108,19 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
 
 def _inertias(compiled: CompiledScene, angles: Reals, bases: Reals, driven: list[int]) -> Reals:
     """Return the inertia felt by each driven hinge while the other driven ones stand still, median over some states."""
-    some = np.unique(np.linspace(0, len(angles) - 1, 20).astype(int))
-    own = compiled.joint_of
-    hinge_of = np.argsort(own)
-    still = np.zeros((len(some), len(own)))
-    weight = joint_forces(compiled.system, angles[some][:, hinge_of], still, still).joints
-    turns = bases[some] @ np.linalg.pinv(bases[some][:, driven])  # (k, n, d)
-    inertias = np.empty((len(some), len(driven)))
+    rows = np.unique(np.linspace(0, len(angles) - 1, 20).astype(int))
+    joint_of = compiled.joint_of
+    hinge_of = np.argsort(joint_of)
+    still = np.zeros((len(rows), len(joint_of)))
+    gravity_moments = joint_forces(compiled.system, angles[rows][:, hinge_of], still, still).joints
+    turns = bases[rows] @ np.linalg.pinv(bases[rows][:, driven])  # (k, n, d)
+    inertias = np.empty((len(rows), len(driven)))
     for d in range(len(driven)):
-        push = turns[:, :, d]
-        moved = joint_forces(compiled.system, angles[some][:, hinge_of], still, push[:, hinge_of]).joints - weight
-        inertias[:, d] = (moved[:, own] * push).sum(axis=1)
+        rates = turns[:, :, d]
+        moments = (
+            joint_forces(compiled.system, angles[rows][:, hinge_of], still, rates[:, hinge_of]).joints - gravity_moments
+        )
+        inertias[:, d] = (moments[:, joint_of] * rates).sum(axis=1)
     median: Reals = np.median(inertias, axis=0)
     return median
 
@@ -143,22 +145,24 @@ class Stability:
 
 def static_stability(compiled: CompiledScene, torques: Torques) -> Stability:
     """Compute the stiffness of all driven hinges for a statically stable motion, neglecting the slopes of gravity."""
-    some = np.unique(np.linspace(0, len(torques.times) - 1, STABILITY_STATE_COUNT).astype(int))
+    rows = np.unique(np.linspace(0, len(torques.times) - 1, STABILITY_STATE_COUNT).astype(int))
     linkage, driven = compiled.linkage, list(torques.driven)
-    angles = torques.angles[some]
+    angles = torques.angles[rows]
     frames, values = frames_at(linkage, angles)
     rank = values.shape[1]
-    needed = np.zeros(len(some))
+    needed = np.zeros(len(rows))
     for row, state in enumerate(angles):
         basis = frames[row, :, rank:]
-        left = torques.asked[some[row]].copy()
-        left[driven] -= torques.torques[some[row]]
-        bent = basis.T @ (_slopes(compiled, state)[:, None] * basis) + _bent(linkage, state, left, basis)
-        _, sizes, turned = np.linalg.svd(basis[driven])
-        held = turned / np.maximum(sizes, 1e-9)[:, None]  # in these directions control has the stiffness 1
-        needed[row] = max(0.0, -float(np.linalg.eigvalsh(held @ bent @ held.T)[0]))
+        borne = torques.asked[rows[row]].copy()
+        borne[driven] -= torques.torques[rows[row]]
+        stiffness = basis.T @ (_slopes(compiled, state)[:, None] * basis) + _bent(linkage, state, borne, basis)
+        _, singular_values, right = np.linalg.svd(basis[driven])
+        directions = (
+            right / np.maximum(singular_values, 1e-9)[:, None]
+        )  # in these directions control has the stiffness 1
+        needed[row] = max(0.0, -float(np.linalg.eigvalsh(directions @ stiffness @ directions.T)[0]))
     worst = int(needed.argmax())
-    return Stability(float(needed[worst]), float(torques.times[some[worst]]))
+    return Stability(float(needed[worst]), float(torques.times[rows[worst]]))
 
 
 def position_control(compiled: CompiledScene, torques: Torques, period: float = DEFAULT_CONTROL_PERIOD) -> Drives:
@@ -167,10 +171,12 @@ def position_control(compiled: CompiledScene, torques: Torques, period: float = 
     The damping is critical for the inertia felt by each driven hinge.
     """
     driven = list(torques.driven)
-    most = float(np.abs(torques.torques).max(initial=0.0))
+    greatest = float(np.abs(torques.torques).max(initial=0.0))
     stiffness = np.full(
         len(driven),
-        max(most / MAX_CONTROL_YIELD, STABILITY_SAFETY_FACTOR * static_stability(compiled, torques).stiffness, 1e-9),
+        max(
+            greatest / MAX_CONTROL_YIELD, STABILITY_SAFETY_FACTOR * static_stability(compiled, torques).stiffness, 1e-9
+        ),
     )
     return Drives(
         hinges=torques.driven,
@@ -199,10 +205,10 @@ def _bent(linkage: Linkage, angles: Reals, forces: Reals, basis: Reals) -> Reals
     _, jacobian = linkage.closure(angles)
     borne = np.linalg.lstsq(jacobian.T, forces, rcond=1e-10)[0]
     count = basis.shape[1]
-    bent = np.zeros((count, count))
+    curvature = np.zeros((count, count))
     for i in range(count):
         for j in range(i + 1):
             total, difference = basis[:, i] + basis[:, j], basis[:, i] - basis[:, j]
-            both = linkage.bend(jacobian, total) - linkage.bend(jacobian, difference)
-            bent[i, j] = bent[j, i] = -0.25 * float(borne @ both)
-    return bent
+            difference_of_bends = linkage.bend(jacobian, total) - linkage.bend(jacobian, difference)
+            curvature[i, j] = curvature[j, i] = -0.25 * float(borne @ difference_of_bends)
+    return curvature

@@ -56,17 +56,17 @@ class SmoothPath:
 
     spline: Any
     length: float
-    near: tuple[float, float]
+    end_angles: tuple[float, float]
     opening: float
     width: float
-    beyond: float
+    stop_overshoot: float
 
     def at(self, places: Reals) -> tuple[Reals, Reals, Reals]:
         """Return fold angles and their first and second derivatives by the length, each (k, n_hinges)."""
         return tuple(np.asarray(self.spline(places, order), float) for order in range(3))  # type: ignore[return-value]
 
 
-def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = DRIVE_END_ANGLES) -> SmoothPath:
+def smooth_path(linkage: Linkage, course: Course, end_angles: tuple[float, float] = DRIVE_END_ANGLES) -> SmoothPath:
     """Smooth the part of a path between its ends by the widest window that keeps hinges within their stops.
 
     end_angles : approximate distances (rad) of the farthest hinge from the packed state at the start, and from flat at
@@ -74,18 +74,18 @@ def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = DR
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
 
-    length, states = _between_ends(linkage, course, near)
+    length, states = _between_ends(linkage, course, end_angles)
     for width in SMOOTHING_WIDTHS:
-        own = _closed(linkage, _smoothed(states, width * (len(states) - 1) / length))
-        beyond = max(-float(own.min()), float(own.max()) - np.pi, 0.0)
-        if beyond <= MAX_STOP_OVERSHOOT:
+        closed = _closed(linkage, _smoothed(states, width * (len(states) - 1) / length))
+        stop_overshoot = max(-float(closed.min()), float(closed.max()) - np.pi, 0.0)
+        if stop_overshoot <= MAX_STOP_OVERSHOOT:
             break
-    places = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))]
-    spline = make_interp_spline(places, own, k=5)
+    places = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))]
+    spline = make_interp_spline(places, closed, k=5)
     middle = np.asarray(spline(0.5 * (places[1:] + places[:-1])), float)
     opening = max(float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) for state in middle)
-    ends = float(np.abs(own[0] - linkage.folded).max()), float(np.abs(own[-1]).max())
-    return SmoothPath(spline, float(places[-1]), ends, opening, width, beyond)
+    ends = float(np.abs(closed[0] - linkage.folded).max()), float(np.abs(closed[-1]).max())
+    return SmoothPath(spline, float(places[-1]), ends, opening, width, stop_overshoot)
 
 
 def _closed(linkage: Linkage, states: Reals) -> Reals:
@@ -102,27 +102,27 @@ def _closed(linkage: Linkage, states: Reals) -> Reals:
 
 def _off_stops(states: Reals) -> Reals:
     """Push states off the stops by a smooth function: by `STOP_OFFSET_ANGLE` at a stop, hardly far from it."""
-    up = 0.5 * (states + np.hypot(states, 2.0 * STOP_OFFSET_ANGLE))
-    left = np.pi - up
-    pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * STOP_OFFSET_ANGLE))
+    above = 0.5 * (states + np.hypot(states, 2.0 * STOP_OFFSET_ANGLE))
+    rest = np.pi - above
+    pushed: Reals = np.pi - 0.5 * (rest + np.hypot(rest, 2.0 * STOP_OFFSET_ANGLE))
     return pushed
 
 
-def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:
+def _between_ends(linkage: Linkage, course: Course, end_angles: tuple[float, float]) -> tuple[float, Reals]:
     """Return the length of a path between its ends (in its own times), and evenly spaced states along it."""
-    fine = np.linspace(course.times[0], course.times[-1], 20 * MIN_SPLINE_STATES)
-    angles = interpolate_motion(course.times, course.angles, course.rates, None, fine)
-    left = np.abs(angles - linkage.folded).max(axis=1) >= near[0]
-    away = np.abs(angles).max(axis=1) >= near[1]
-    first, last = int(left.argmax()), len(fine) - 1 - int(away[::-1].argmax())
-    if not (left.any() and away.any() and last > first + 10):
+    times = np.linspace(course.times[0], course.times[-1], 20 * MIN_SPLINE_STATES)
+    angles = interpolate_motion(course.times, course.angles, course.rates, None, times)
+    departed = np.abs(angles - linkage.folded).max(axis=1) >= end_angles[0]
+    away = np.abs(angles).max(axis=1) >= end_angles[1]
+    first, last = int(departed.argmax()), len(times) - 1 - int(away[::-1].argmax())
+    if not (departed.any() and away.any() and last > first + 10):
         raise HcsearchError(
-            f"nothing of the path is further than {max(near):g} rad from its ends: give a smaller --near"
+            f"nothing of the path is further than {max(end_angles):g} rad from its ends: give a smaller --near"
         )
-    length = float(fine[last] - fine[first])
+    length = float(times[last] - times[first])
     count = int(np.clip(length / SPLINE_STATE_SPACING, MIN_SPLINE_STATES, MAX_SPLINE_STATES))
     return length, interpolate_motion(
-        course.times, course.angles, course.rates, None, np.linspace(fine[first], fine[last], count + 1)
+        course.times, course.angles, course.rates, None, np.linspace(times[first], times[last], count + 1)
     )
 
 
@@ -132,11 +132,11 @@ def _smoothed(states: Reals, width: float) -> Reals:
 
     if width < 0.1:
         return states.copy()
-    more = min(len(states) - 1, int(4.0 * width) + 1)
-    before = 2.0 * states[0] - states[more:0:-1]
-    after = 2.0 * states[-1] - states[-2 : -more - 2 : -1]
-    wide = gaussian_filter1d(np.concatenate([before, states, after]), width, axis=0, mode="nearest")
-    return np.asarray(wide[more : more + len(states)], float)
+    margin = min(len(states) - 1, int(4.0 * width) + 1)
+    before = 2.0 * states[0] - states[margin:0:-1]
+    after = 2.0 * states[-1] - states[-2 : -margin - 2 : -1]
+    smoothed = gaussian_filter1d(np.concatenate([before, states, after]), width, axis=0, mode="nearest")
+    return np.asarray(smoothed[margin : margin + len(states)], float)
 
 
 MAX_HINGE_RATE, MAX_HINGE_ACCELERATION = 1.0, 5.0
@@ -184,8 +184,8 @@ def time_path(
             raise HcsearchError(
                 f"a greatest {name} of {bound:g} is out of range: give {MIN_MOTION_LIMIT:g} to {MAX_MOTION_LIMIT:g}"
             )
-    at = np.linspace(0.0, path.length, TIMING_SAMPLE_COUNT)
-    _, slopes, bends = path.at(at)
+    samples = np.linspace(0.0, path.length, TIMING_SAMPLE_COUNT)
+    _, slopes, bends = path.at(samples)
     turning = np.abs(slopes).max(axis=1)
     # no faster than an even pace from rest to rest, if only the acceleration is bounded
     fastest = min(rate, math.sqrt(acceleration * path.length * float(turning.mean())))
@@ -194,11 +194,11 @@ def time_path(
     slowness = gaussian_filter1d(maximum_filter1d(slowness, int(2.0 * width)), width, mode="nearest")
     steps = 0.5 * (slowness[1:] + slowness[:-1]) * path.length / (TIMING_SAMPLE_COUNT - 1)
     clock = np.r_[0.0, np.cumsum(steps)]
-    by_clock = make_interp_spline(clock / clock[-1], at, k=5)
+    by_clock = make_interp_spline(clock / clock[-1], samples, k=5)
     share = np.linspace(0.0, 1.0, TIMING_SAMPLE_COUNT)
     places = make_interp_spline(share, by_clock(_ramped(share)), k=5)
-    own = TimedPath(path, 1.0, places)
-    _, rates, accelerations = own.at(share)
+    unit_time = TimedPath(path, 1.0, places)
+    _, rates, accelerations = unit_time.at(share)
     seconds = max(float(np.abs(rates).max()) / rate, math.sqrt(float(np.abs(accelerations).max()) / acceleration))
     return TimedPath(path, seconds, places)
 
@@ -214,6 +214,6 @@ def _ramped(share: Reals) -> Reals:
         np.minimum(share, RAMP_TIME_SHARE) / RAMP_TIME_SHARE,
         np.minimum(1.0 - share, RAMP_TIME_SHARE) / RAMP_TIME_SHARE,
     )
-    even = np.clip(share, RAMP_TIME_SHARE, 1.0 - RAMP_TIME_SHARE) - RAMP_TIME_SHARE
-    ramped: Reals = (RAMP_TIME_SHARE * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP_TIME_SHARE)
+    steady = np.clip(share, RAMP_TIME_SHARE, 1.0 - RAMP_TIME_SHARE) - RAMP_TIME_SHARE
+    ramped: Reals = (RAMP_TIME_SHARE * (ramp(early) + 0.5 - ramp(late)) + steady) / (1.0 - RAMP_TIME_SHARE)
     return ramped

@@ -1,4 +1,4 @@
-"""Rigid bodies and trees of them as the compiled recursions read them: turning and sliding joints, and welds."""
+"""Rigid bodies, and trees of bodies with revolute and prismatic joints and welds, as tables of the kernels."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ class Body(ByValue):
     inertia: Reals
 
     def share(self, part: float) -> Body:
-        """The same body with a part of its mass."""
+        """Return the body with a part of its mass and inertia."""
         return Body(part * self.mass, self.centre, part * self.inertia)
 
     def about(self, point: Reals) -> Reals:
-        """Inertia about another point, shape (3, 3)."""
-        way = self.centre - point
-        return self.inertia + self.mass * (way @ way * np.eye(3) - np.outer(way, way))
+        """Return the inertia about another point, shape (3, 3)."""
+        offset = self.centre - point
+        return self.inertia + self.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
 def joined_body(bodies: Iterable[Body]) -> Body:
-    """Bodies that are one."""
+    """Join rigid bodies into one."""
     parts = list(bodies)
     mass = sum(part.mass for part in parts)
     if not mass:
@@ -41,12 +41,12 @@ def joined_body(bodies: Iterable[Body]) -> Body:
 
 
 def prism_body(corners: Sequence[tuple[float, float]], thickness: float, density: float) -> Body:
-    """A prism between z = 0 and its thickness over a polygon whose corners run counterclockwise; lengths in m.
+    """Return a prism from z = 0 to its thickness over a polygon with counterclockwise corners; lengths in m.
 
-    Source: second moments of a polygon by Green's theorem.
+    Second moments of the polygon by Green's theorem.
     """
     x, y = np.array(corners, float).T
-    x0, y0 = x.mean(), y.mean()  # near the polygon, so that nothing cancels far from the origin
+    x0, y0 = x.mean(), y.mean()  # near the polygon, to avoid cancellation far from the origin
     x, y = x - x0, y - y0
     x2, y2 = np.append(x[1:], x[0]), np.append(y[1:], y[0])
     cross = x * y2 - x2 * y
@@ -66,9 +66,10 @@ GROUND = -1
 
 @dataclass(frozen=True, eq=False)
 class TreeJoint(ByValue):
-    """A joint by which one body hangs on another of a lower number, or on the ground.
+    """A joint that connects a body to one of a lower number, or to the ground.
 
-    axis : unit vector; point : on the joint's line, m; both in the reference state. slides : along it, else about it.
+    axis : unit vector; point : on the joint's line, m; both in the reference state. slides : whether the joint slides
+    along its axis; else it turns about it.
     """
 
     parent: int
@@ -79,11 +80,11 @@ class TreeJoint(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class Weld(ByValue):
-    """Two bodies that move as one, or along and about some directions only.
+    """A weld of two bodies, in all or some directions.
 
     first, second : bodies; the first may be the ground. point : in the reference state, m.
-    kinds : what is closed: 0 to 2 turns about, 3 to 5 gaps along the rows of `frame`, which moves with the first. One
-        turn alone closes only where the bodies move in the plane across it anyway.
+    kinds : the closed directions: 0 to 2 turns about, 3 to 5 gaps along the rows of `frame`, which moves with the first
+        body. A single turn is closed only where the bodies move in the plane normal to it anyway.
     """
 
     first: int
@@ -98,9 +99,9 @@ class Weld(ByValue):
 
     @property
     def free_turn(self) -> int:
-        """The direction of the frame about which the second body may turn, where it may about one only; else -1."""
-        left = [kind for kind in range(3) if kind not in self.kinds]
-        return left[0] if len(left) == 1 else -1
+        """The only direction of the frame about which the second body may turn; -1 unless there is exactly one."""
+        free = [kind for kind in range(3) if kind not in self.kinds]
+        return free[0] if len(free) == 1 else -1
 
 
 def tree_of(
@@ -111,7 +112,7 @@ def tree_of(
     gravity: Sequence[float] = (0.0, 0.0, 0.0),
     size: float = 1.0,
 ) -> BodyTree:
-    """The tables of a tree; body i hangs on joint i. Gravity in m/s^2; gaps count divided by `size` (m)."""
+    """Return the tables of a tree whose body i is moved by joint i; gravity in m/s^2, gaps divided by `size` (m)."""
     n = len(joints)
     origin = np.zeros(3)
 
@@ -120,12 +121,12 @@ def tree_of(
 
     table, links = np.zeros((n, 16)), np.zeros((n, 4), np.int64)
     for i, (joint, own) in enumerate(zip(joints, bodies, strict=True)):
-        x = own.inertia
+        inertia = own.inertia
         table[i] = [
             *joint.axis,
             *(place(i) - place(joint.parent)),
             *(own.centre - place(i)),
-            *(x[0, 0], x[1, 1], x[2, 2], x[0, 1], x[0, 2], x[1, 2]),
+            *(inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]),
             own.mass,
         ]
         links[i, :2] = joint.parent, joint.slides
@@ -158,7 +159,7 @@ def tree_of(
 
 
 def _slots(joints: Sequence[TreeJoint], ends: Sequence[tuple[int, int]]) -> dict[tuple[int, int], int]:
-    """Number of each pair of a body and a row that passes through it, by body and then by row."""
+    """Number the pairs of a body and a closure row that depends on its joint, by body and then by row."""
     through: list[set[int]] = [set() for _ in joints]
     for row, pair in enumerate(ends):
         for end in pair:

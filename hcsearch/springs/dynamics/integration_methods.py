@@ -1,4 +1,4 @@
-"""Integrators by name, and the polynomials between the states that they give."""
+"""Coefficients of integrators by name, and polynomial interpolation between their states."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _DORMAND_PRINCE_ERRORS = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 3392
 
 @cache
 def method_named(name: str) -> IntegrationMethod:
-    """Coefficients of a method.
+    """Return the coefficients of a method.
 
-    SciPy holds them, but takes longer to load than many deployments to compute: those of Dormand and Prince (1980),
-    which nearly all motions take, stand here.
+    They are SciPy's, but as SciPy takes longer to load than many deployments to compute, those of Dormand and Prince
+    (1980), which nearly all motions use, are given here.
     """
     if name == IMPLICIT_METHOD:
         return IntegrationMethod(
@@ -73,10 +73,10 @@ def _dormand_prince() -> IntegrationMethod:
 
 
 def interpolate_motion(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:
-    """Coordinates at given times, shape (len(times), n), of a motion with states at `nodes`, (k,), s.
+    """Interpolate the coordinates of a motion with states at `nodes`, (k,), s, at times; shape (len(times), n).
 
-    q, v, a : (k, n), coordinates, velocities, accelerations. Quintics, with an error of O(h^6) of a step of length h;
-    cubics, O(h^4), where accelerations are None.
+    q, v, a : (k, n), coordinates, velocities, accelerations. Quintic Hermite interpolation, with an error of O(h^6) for
+    a step h; cubic, O(h^4), where accelerations are None.
     """
     times = np.asarray(times, float)
     k = np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2)

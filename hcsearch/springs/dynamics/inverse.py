@@ -1,8 +1,8 @@
-"""Inverse dynamics of a tree of turning bodies: the joint forces that a given motion asks for, at many times at once.
+"""Inverse dynamics of a tree of bodies on revolute joints: the joint forces of a given motion, at many times at once.
 
-The recursive Newton-Euler algorithm in world axes (Featherstone 2008, chapter 5). It shares nothing with the compiled
-recursions, so that each can be checked by the other. Loops are not closed here: `joint_forces` gives those of the tree,
-and what works along closed motions is for the caller to project.
+The recursive Newton-Euler algorithm in world axes (Featherstone 2008, chapter 5). It shares no code with the compiled
+recursions, so that each can be checked by the other. Loops are not closed here: `joint_forces` returns the forces of
+the tree, and the caller projects them onto closed motions.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from hcsearch.springs.dynamics.system import System
 
 @dataclass(frozen=True, eq=False)
 class Forces(ByValue):
-    """What a motion asks for at k times.
+    """Joint forces and energies of a motion at k times.
 
-    joints : (k, n_joints), moments along the joints that inertia and gravity ask for, N m.
-    kinetic, height : (k,), energies of motion and of gravity, J.
+    joints : (k, n_joints), moments about the joints that balance inertia and gravity, N m.
+    kinetic, height : (k,), kinetic energy and potential energy of gravity, J.
     """
 
     joints: Reals
@@ -32,7 +32,7 @@ class Forces(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class _Placed(ByValue):
-    """A body at k times: its rotation, joint, velocity and acceleration there, and its own turning."""
+    """A body at k times: its rotation, angular velocity and acceleration, and the motion of its joint's point."""
 
     turn: Reals
     place: Reals
@@ -43,7 +43,7 @@ class _Placed(ByValue):
 
 
 def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
-    """Moments of inertia and gravity along the joints for coordinates, velocities and accelerations, (k, n_joints)."""
+    """Return the joint moments that balance inertia and gravity for coordinates, rates, accelerations (k, n_joints)."""
     if any(joint.slides for joint in system.joints):
         raise HcsearchError("inverse dynamics is for a base that is held: hold a panel, such as held = 'bottom'")
     count, n = q.shape
@@ -53,28 +53,32 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
     kinetic, height = np.zeros(count), np.zeros(count)
     forces = np.empty((count, n))
     for i in range(n - 1, -1, -1):
-        body, own = system.bodies[i], placed[i]
-        arm = own.turn @ (body.centre - system.joints[i].point)
-        inertia = own.turn @ body.inertia @ own.turn.transpose(0, 2, 1)
-        momentum = _times(inertia, own.spin)
-        speed = own.speed + np.cross(own.spin, arm)
-        speed_up = own.speed_up + np.cross(own.spin_up, arm) + np.cross(own.spin, np.cross(own.spin, arm))
+        body, placed_body = system.bodies[i], placed[i]
+        arm = placed_body.turn @ (body.centre - system.joints[i].point)
+        inertia = placed_body.turn @ body.inertia @ placed_body.turn.transpose(0, 2, 1)
+        momentum = _times(inertia, placed_body.spin)
+        speed = placed_body.speed + np.cross(placed_body.spin, arm)
+        speed_up = (
+            placed_body.speed_up
+            + np.cross(placed_body.spin_up, arm)
+            + np.cross(placed_body.spin, np.cross(placed_body.spin, arm))
+        )
         force = body.mass * (speed_up - gravity)
-        couple = _times(inertia, own.spin_up) + np.cross(own.spin, momentum)
+        couple = _times(inertia, placed_body.spin_up) + np.cross(placed_body.spin, momentum)
         pulls[i] += force
         couples[i] += couple + np.cross(arm, force)
-        kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (own.spin * momentum).sum(axis=1)
-        height -= body.mass * (own.place + arm) @ gravity
+        kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (placed_body.spin * momentum).sum(axis=1)
+        height -= body.mass * (placed_body.place + arm) @ gravity
         forces[:, i] = (lines[i] * couples[i]).sum(axis=1)
         parent = system.joints[i].parent
         if parent != GROUND:
             pulls[parent] += pulls[i]
-            couples[parent] += couples[i] + np.cross(own.place - placed[parent].place, pulls[i])
+            couples[parent] += couples[i] + np.cross(placed_body.place - placed[parent].place, pulls[i])
     return Forces(forces, kinetic, height)
 
 
 def _outward(system: System, q: Reals, v: Reals, a: Reals) -> tuple[list[Reals], list[_Placed]]:
-    """Lines of the joints, (k, 3) each, and the motion of the bodies."""
+    """Return the axes of the joints, (k, 3) each, and the motion of the bodies, from the root outwards."""
     count = len(q)
     still = np.zeros((count, 3))
     ground = _Placed(np.broadcast_to(np.eye(3), (count, 3, 3)), still, still, still, still, still)
@@ -101,7 +105,7 @@ def _outward(system: System, q: Reals, v: Reals, a: Reals) -> tuple[list[Reals],
 
 
 def _rotations(axis: Reals, angles: Reals) -> Reals:
-    """Rotations about an axis by angles (rad), shape (k, 3, 3): Rodrigues' formula."""
+    """Return rotations about an axis by angles (rad), shape (k, 3, 3), by Rodrigues' formula."""
     across = np.cross(axis, np.eye(3)).T
     sine, cosine = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
     rotations: Reals = np.eye(3) + sine * across + (1.0 - cosine) * (across @ across)
@@ -109,6 +113,6 @@ def _rotations(axis: Reals, angles: Reals) -> Reals:
 
 
 def _times(matrices: Reals, vectors: Reals) -> Reals:
-    """Products of matrices (k, 3, 3) and vectors (k, 3)."""
+    """Return the products of matrices (k, 3, 3) and vectors (k, 3)."""
     products: Reals = np.einsum("kij,kj->ki", matrices, vectors)
     return products

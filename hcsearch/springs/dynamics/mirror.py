@@ -1,7 +1,7 @@
-"""Mirror symmetry of a pattern about a line through its held panel: half of a symmetric motion gives the other.
+"""Mirror symmetry of a pattern about a line through its held panel: one half of a symmetric motion gives the other.
 
-A reflection of the drawing that maps facets, creases and faces onto themselves keeps tops on top, so it is a reflection
-of space in an upright plane. A motion that begins symmetric, with equal springs at mirror hinges, stays so.
+A reflection of the drawing that maps facets, creases and faces onto themselves maps top faces to top faces, so it is a
+reflection of space in a vertical plane. A motion that begins symmetric, with equal springs at mirror hinges, stays so.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from hcsearch.shape.linkage import Linkage
 
 @dataclass(frozen=True, eq=False)
 class Mirror(ByValue):
-    """A mirror plane: normal (unit, in the plane of the drawing) and a point on it (m), and what it maps.
+    """A vertical mirror plane of a pattern.
 
-    panels, hinges : the image of each. beyond : panels on the side away from the normal.
+    normal : unit vector in the plane of the drawing. point : on the mirror plane, m. panels, hinges : the image of
+    each. beyond : whether each panel lies on the side opposite to the normal.
     """
 
     normal: Reals
@@ -32,21 +33,21 @@ class Mirror(ByValue):
 
 
 def mirror_of(linkage: Linkage, held: int) -> Mirror | None:
-    """A mirror plane of the pattern that maps the held panel onto itself; None where there is none.
+    """Find a mirror plane of the pattern that maps the held panel onto itself; None where there is none.
 
-    Patterns with a hinge between a panel and its image are left out: that hinge lies in the plane.
+    Mirrors of patterns with a hinge between a panel and its image are rejected, as that hinge lies in the plane.
     """
     centres = _centres(linkage)
     middle = centres.mean(axis=0)
     spread = np.linalg.norm(centres - middle, axis=1)
     farthest = int(spread.argmax())
     for k in np.flatnonzero(np.abs(spread - spread[farthest]) < 1e-6 * linkage.pattern.size):
-        way = centres[k] - centres[farthest]
+        normal = centres[k] - centres[farthest]
         if k == farthest:  # the farthest facet maps onto itself: the line runs through it
-            way = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
-        if np.linalg.norm(way) < 1e-9 * linkage.pattern.size:
+            normal = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
+        if np.linalg.norm(normal) < 1e-9 * linkage.pattern.size:
             continue
-        mirror = _checked(linkage, held, way / np.linalg.norm(way), middle)
+        mirror = _checked(linkage, held, normal / np.linalg.norm(normal), middle)
         if mirror is not None:
             return mirror
     return None
@@ -57,7 +58,7 @@ def _centres(linkage: Linkage) -> Reals:
 
 
 def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirror | None:
-    """The mirror with this normal, if it maps the pattern and the held panel onto themselves."""
+    """Return the mirror with this normal if it maps the pattern and the held panel onto themselves, else None."""
     pattern = linkage.pattern
     step = 1e-4 * math.sqrt(pattern.area / len(pattern.facets))
 
@@ -91,7 +92,7 @@ def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirro
 
 
 def _matched(points: Reals, images: Reals, step: float) -> Sequence[int] | None:
-    """The point at which each image lies; None where one lies nowhere."""
+    """Match each image to the nearest point; None unless the match is one-to-one and within `step`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - takes longer to load than a deployment to compute
 
     distances, nearest = cKDTree(points).query(images)

@@ -1,7 +1,7 @@
-"""Panels and hinges of a linkage as a tree: loops are cut through panels, so that every hinge is a joint of the tree.
+"""Panels and hinges of a linkage as a tree of bodies: loops are cut through panels, so every hinge is a tree joint.
 
 The panel at which a breadth-first tree from the held panel closes a loop is cut into two bodies of half its mass that
-are welded; of a panel where k loops close there are k + 1. Springs, dampers and stops then act in joints only.
+are welded; a panel at which k loops close is cut into k + 1 bodies. Springs, dampers and stops then act in joints only.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class PanelTree(ByValue):
 
     joint_of : (n_hinges,), the joint of each hinge, whose coordinate is the fold angle; -1 where the hinge is cut.
     body_of : (n_panels,), a body of each panel, GROUND for the held one.
-    cuts : hinges that are cut (in the place of panels), with the bodies of their first and second panels.
-    shares : (n_joints,), 1/2 where the joint lies across a mirror plane and half of it is left, else 1.
+    cuts : hinges that are cut (instead of panels), with the bodies of their first and second panels.
+    shares : (n_joints,), 1/2 where the mirror plane halves the joint, else 1.
     """
 
     joints: tuple[TreeJoint, ...]
@@ -38,7 +38,7 @@ class PanelTree(ByValue):
 
 
 def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
-    """Mass properties of each panel; density in kg/m^3."""
+    """Return the mass properties of each panel; density in kg/m^3."""
     pattern = linkage.pattern
     return [
         joined_body(prism_body(pattern.facets[facet], pattern.thickness, density) for facet in facets)
@@ -49,10 +49,11 @@ def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
 def panel_tree(
     linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False, mirror: Mirror | None = None
 ) -> PanelTree:
-    """The tree of a linkage with one panel held.
+    """Build the tree of a linkage with one panel held.
 
-    cut_hinges : whether loops are cut at hinges, as the thesis does (4.1.2), and not through panels.
-    mirror : of which one half is left: panels across it are halved and stay in it, and mirror hinges share a joint.
+    cut_hinges : whether loops are cut at hinges, as in the thesis (4.1.2), and not through panels.
+    mirror : if given, only one half is modelled: panels across the mirror are halved and stay in its plane, and mirror
+    hinges share a joint.
     """
     panels = panel_bodies(linkage, density)
     hinges = linkage.pattern.hinges
@@ -85,14 +86,14 @@ def panel_tree(
 
 
 def _kept_in(mirror: Mirror, body: int) -> Weld:
-    """What keeps a body in the mirror plane: no gap along its normal, no turn about directions in it."""
+    """Return a weld that keeps a body in the mirror plane: no gap along its normal, no turn about directions in it."""
     upright = np.array([0.0, 0.0, 1.0])
     frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
     return Weld(GROUND, body, mirror.point, (1, 2, 3), frame)
 
 
 class _Step(NamedTuple):
-    """A hinge as the tree comes to it, from one panel to another, which it has seen before where a loop closes."""
+    """A hinge visited from one panel to another in a traversal; the step closes a loop where the latter is visited."""
 
     before: int
     after: int
@@ -101,25 +102,25 @@ class _Step(NamedTuple):
 
 
 def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
-    """All hinges in the order of a breadth-first tree; with a mirror, one of each pair."""
-    around: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
+    """Return all hinges in the order of a breadth-first traversal; with a mirror, one of each pair."""
+    neighbours: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
     for k, hinge in enumerate(linkage.pattern.hinges):
-        around[hinge.first].append((hinge.second, k))
-        around[hinge.second].append((hinge.first, k))
+        neighbours[hinge.first].append((hinge.second, k))
+        neighbours[hinge.second].append((hinge.first, k))
     steps: list[_Step] = []
-    seen, used = {held}, set()
-    waiting = deque([held])
-    while waiting:
-        panel = waiting.popleft()
-        for neighbour, between in around[panel]:
+    visited, used_hinges = {held}, set()
+    queue = deque([held])
+    while queue:
+        panel = queue.popleft()
+        for neighbour, between in neighbours[panel]:
             to, k = neighbour, between
             if mirror is not None and mirror.beyond[to]:
                 to, k = mirror.panels[to], mirror.hinges[k]
-            if k in used:
+            if k in used_hinges:
                 continue
-            used.add(k)
-            steps.append(_Step(panel, to, k, to in seen))
-            if to not in seen:
-                seen.add(to)
-                waiting.append(to)
+            used_hinges.add(k)
+            steps.append(_Step(panel, to, k, to in visited))
+            if to not in visited:
+                visited.add(to)
+                queue.append(to)
     return steps

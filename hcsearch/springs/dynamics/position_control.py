@@ -1,8 +1,8 @@
-"""Motions under position control: a known torque in driven joints, and one that pulls towards a course.
+"""Motions under position control: feedforward torques in driven joints, and feedback towards a course.
 
-The controller is sampled, as those of machines are: it computes angle, rate and torque every period. Drives interpolate
-between two of them, as motor drives in interpolated position mode do, so that no torque depends on the step of a course
-in a period.
+The controller is sampled, as those of machines are: it computes targets of angle, rate and torque every period. Drives
+interpolate between two targets, as motor drives in interpolated position mode do, so that torques do not jump with the
+targets.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from hcsearch.springs.dynamics.system import System
 from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
 
 FIRST_STEP_SHARE, LONGEST_STEP_SHARE = 1e-5, 0.001
-"""First and longest step, as shares of the course."""
+"""First and longest step, as shares of the duration of the course."""
 
 
 @dataclass(frozen=True, eq=False)
 class DriveDemand(ByValue):
-    """What drives are asked for.
+    """Targets and gains of drives.
 
-    times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles,
-    at rest at both ends, straight lines between the torques; the last ones hold from then on.
-    stiffness, damping : (n_driven,), torque for an angle (N m/rad) and for a rate (N m s/rad) that is missed.
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles, at rest at both
+    ends, linear interpolation of the torques; constant after the end.
+    stiffness, damping : (n_driven,), feedback torque by the error of the angle (N m/rad) and of the rate (N m s/rad).
     period : of the controller, s.
     """
 
@@ -47,20 +47,20 @@ class DriveDemand(ByValue):
         return CubicSpline(self.times, self.angles, bc_type="clamped")
 
     def at(self, times: Reals) -> tuple[Reals, Reals, Reals]:
-        """Angles, rates and torques that are planned at times, each (len(times), n_driven)."""
-        over = times >= self.times[-1]
-        own = np.clip(times, self.times[0], self.times[-1])
-        angles, rates = np.asarray(self._course(own), float), np.asarray(self._course(own, 1), float)
-        rates[over] = 0.0
-        torques = np.array([np.interp(own, self.times, column) for column in self.torques.T]).T
+        """Return the planned angles, rates and torques at times, each (len(times), n_driven)."""
+        ended = times >= self.times[-1]
+        clipped = np.clip(times, self.times[0], self.times[-1])
+        angles, rates = np.asarray(self._course(clipped), float), np.asarray(self._course(clipped, 1), float)
+        rates[ended] = 0.0
+        torques = np.array([np.interp(clipped, self.times, column) for column in self.torques.T]).T
         return angles, rates, torques.reshape(angles.shape)
 
-    def asked(self, times: Reals) -> tuple[Reals, Reals, Reals]:
-        """As `at`, as drives interpolate it: between the ends of a period, cubics for angles, lines for torques."""
+    def interpolated(self, times: Reals) -> tuple[Reals, Reals, Reals]:
+        """Return the targets as drives interpolate them within a period: cubics for angles, lines for torques."""
         period = self.period
-        begun = period * np.floor(times / period)
-        x = ((times - begun) / period)[:, None]
-        (q0, v0, t0), (q1, v1, t1) = self.at(begun), self.at(begun + period)
+        begin = period * np.floor(times / period)
+        x = ((times - begin) / period)[:, None]
+        (q0, v0, t0), (q1, v1, t1) = self.at(begin), self.at(begin + period)
         rise = q1 - q0
         b, c = 3.0 * rise - period * (2.0 * v0 + v1), period * (v0 + v1) - 2.0 * rise
         angles = q0 + x * (period * v0 + x * (b + x * c))
@@ -70,13 +70,13 @@ class DriveDemand(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class JointCommands(DriveDemand):
-    """What driven joints are asked for; joints : their numbers."""
+    """Targets and gains of driven joints; joints : their numbers."""
 
     joints: tuple[int, ...]
 
     @property
     def targets(self) -> Targets:
-        """The tables that the kernels read."""
+        """The targets as tables for the kernels."""
         return Targets(
             joints=np.array(self.joints, np.int64),
             stiffness=np.array(self.stiffness, float),
@@ -92,24 +92,26 @@ class JointCommands(DriveDemand):
 class DrivenMotion(ByValue):
     """A motion under control.
 
-    motion : its energies are those of the system without its drives, and `work` (k,) is what these have done (J).
-    planned, torques : (k, n_driven), of the drives at its states, those known beforehand and those under control, N m.
-    missed : (k, n_driven), angles less those planned. greatest : (n_driven,), of the torques until the course is over,
-    though the motion ends where it is flat, N m.
+    motion : its energies are those of the system without its drives, and `work` (k,) is the work of the drives (J).
+    planned, torques : (k, n_driven), feedforward torques and total torques of the drives at the states, N m.
+    angle_errors : (k, n_driven), angles less those planned. greatest_torques : (n_driven,), until the end of the
+    course, even if the motion ends before, where it is flat, N m.
     """
 
     motion: Motion
     work: Reals
     planned: Reals
     torques: Reals
-    missed: Reals
-    greatest: Reals
+    angle_errors: Reals
+    greatest_torques: Reals
 
     @property
     def drift(self) -> float:
         """Greatest error of the energy balance, J."""
-        own = self.motion
-        total = own.kinetic + own.stored + own.height + own.in_stops + own.damped + own.lost - self.work
+        motion = self.motion
+        total = (
+            motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost - self.work
+        )
         return float(np.abs(total - total[0]).max())
 
 
@@ -126,7 +128,7 @@ def simulate_driven(
     watched: NDArray[np.bool_] | None = None,
     max_steps: int = 200_000,
 ) -> DrivenMotion:
-    """Follow a system under control from a closed state at rest to a time (s); as `simulation.simulate`."""
+    """Simulate a system under control from a closed state at rest up to a time (s); options as of `simulate_system`."""
     motion = simulate_system(
         system.under_control(commands.targets),
         q,
@@ -143,10 +145,10 @@ def simulate_driven(
     damped = _damped(system, motion)
     joints = list(commands.joints)
     angles, rates = motion.q[:, joints], motion.v[:, joints]
-    wanted, speeds, known = commands.asked(motion.times)
-    torques = known + commands.stiffness * (wanted - angles) + commands.damping * (speeds - rates)
+    target_angles, target_rates, feedforward = commands.interpolated(motion.times)
+    torques = feedforward + commands.stiffness * (target_angles - angles) + commands.damping * (target_rates - rates)
     plan = commands.at(motion.times)
-    # the kernel books what dampers take less what drives give
+    # in the kernel's books, dissipation is the energy taken by dampers less the work of drives
     return DrivenMotion(
         replace(motion, damped=damped),
         damped - motion.damped,
@@ -158,7 +160,7 @@ def simulate_driven(
 
 
 def _damped(system: System, motion: Motion) -> Reals:
-    """What the dampers of the joints have taken, (k,), J: Simpson's rule, with cubics between rates."""
+    """Return the energy dissipated by the dampers of the joints, (k,), J: Simpson's rule, cubics between rates."""
     damping = np.array([drive.damping for drive in system.drives])
     step, v, a = np.diff(motion.times)[:, None], motion.v, motion.a
     middle = 0.5 * (v[1:] + v[:-1]) + step * (a[:-1] - a[1:]) / 8.0

@@ -1,4 +1,4 @@
-"""A system of bodies, joints, laws, stops and struts, as the compiled kernels read it."""
+"""Systems of bodies, joints, laws, stops and struts, and their tables for the kernels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, 
 class Strut(ByValue):
     """A spring with a damper between points of two bodies (m, in the reference state); the ground is -1.
 
-    stiffness : N/m. damping : Ns/m. rest : length without force, m.
+    stiffness : N/m. damping : Ns/m. rest : free length, m.
     """
 
     first: int
@@ -36,7 +36,7 @@ class Strut(ByValue):
 
 @dataclass(frozen=True)
 class JointDrive:
-    """What acts in one joint: a moment-angle law (N m by rad; a sliding joint: N by m), damping, and stops.
+    """Law, damping and stops of one joint; the law gives N m for rad, of a sliding joint N for m.
 
     damping : N m s/rad. lower, upper : rad, infinite where there is no stop.
     """
@@ -52,7 +52,7 @@ class CutHinge(ByValue):
     """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
 
     first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
-        turns by the fold angle, as seen from the first; in the reference state. drive : what acts about it.
+        turns by the fold angle relative to the first; in the reference state. drive : its law, damping and stops.
     """
 
     first: int
@@ -64,14 +64,14 @@ class CutHinge(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class System(ByValue):
-    """Bodies that hang on joints, the welds that close their loops, and what acts on them.
+    """A tree of bodies and joints, the welds that close its loops, and the forces on it.
 
-    gravity : m/s^2. size : length that gaps of welds are divided by, m.
+    gravity : m/s^2. size : length by which gaps of welds are divided, m.
     stop_stiffness, stop_damping : of compliant stops (N m/rad, N m s/rad); 0 for hard ones.
     cuts : hinges held together by springs; cut_stiffness, cut_damping : of each spring (N/m, Ns/m).
     closure_stiffness, closure_damping : of springs that close the loops across the welds (N/m, Ns/m; turns are held as
         by springs at the distance `size`); 0 for exact closure.
-    overdamped : whether inertia is left out, so that dampers alone resist: every joint needs one.
+    overdamped : whether inertia is neglected, so that dampers alone resist: every joint needs one.
     targets : of drives; None without drives.
     """
 
@@ -99,7 +99,7 @@ class System(ByValue):
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """The tables that the kernels read."""
+        """The system as tables for the kernels."""
         tree = tree_of(self.joints, self.bodies, self.welds, gravity=self.gravity, size=self.size)
         loads = np.zeros((0, 3))
         if self.overdamped:
@@ -113,13 +113,13 @@ class System(ByValue):
         return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped, targets)
 
     def driven(self, drives: tuple[JointDrive, ...]) -> System:
-        """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
+        """Return the system with other laws, dampers and stops in the joints; the tables of the tree are reused."""
         system = replace(self, drives=drives)
         system.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
         return system
 
     def under_control(self, targets: Targets) -> System:
-        """The same bodies and laws with drives that follow targets; the tables are kept."""
+        """Return the system with drives that follow targets; the other tables are reused."""
         system = replace(self, targets=targets)
         system.__dict__["mechanism"] = self.mechanism._replace(targets=targets)
         return system

@@ -1,4 +1,4 @@
-"""The motion of a system from one state on: steps with error control, events at stops and snaps, and how it ended."""
+"""Time integration of a system: steps with error control, events at stops and snaps, and the cause of the end."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from hcsearch.springs.dynamics.integration_methods import interpolate_motion, me
 from hcsearch.springs.dynamics.system import System
 
 SimulationStop = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
-"""`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
-numbers `diverged`; the `energy` balance does not hold; stops `jammed`, event after event without going on."""
+"""The end of a simulation: `time` over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough;
+loops `open`; numbers `diverged`; `energy` balance violated; stops `jammed`, events repeat without progress in time."""
 
 SIMULATION_STOPS: dict[int, SimulationStop] = {
     kernel.ENDING_TIME_OUT: "time",
@@ -43,9 +43,9 @@ SIMULATION_STOPS: dict[int, SimulationStop] = {
     kernel.ENDING_UNBALANCED: "energy",
     kernel.ENDING_JAMMED: "jammed",
 }
-"""Endings by the numbers that the kernel gives them."""
+"""Ends of simulations by their codes in the kernel."""
 OPENING_BATCH_STEPS = 100
-"""Steps whose openings of loops are computed together."""
+"""Number of steps over which the opening of loops is computed together."""
 _KINDS = {
     recording.RECORDED_HIT: "hit",
     recording.RECORDED_RELEASE: "released",
@@ -56,9 +56,9 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Event:
-    """What happened in a joint: `hit` a stop (with its speed, rad/s), `released` by it, or a `snap`; time in s.
+    """An event in a joint: a `hit` of a stop (with its speed, rad/s), a release (`released`), or a `snap`; time in s.
 
-    joint : its number; cut hinges are counted after the joints.
+    joint : its number; cut hinges are numbered after the joints.
     """
 
     time: float
@@ -69,15 +69,16 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Motion(ByValue):
-    """States of a motion and its books.
+    """States of a motion with its energy balance.
 
     times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two
         states, before it and after it.
-    cubic : whether accelerations say nothing of the motion between states: it is overdamped, and they are 0, or stiff
-        springs close its loops.
-    kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
+    cubic : whether accelerations are no use for interpolation between states: the motion is overdamped, and they are 0,
+        or stiff springs close its loops.
+    kinetic, stored, height, in_stops : (k,), kinetic energy, energy of laws and struts, of gravity, of compliant
+        stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
-        projection, rad or gap over size; of cut hinges, what their springs give way.
+        projection, rad or gap over size; of cut hinges, the extension of their springs.
     """
 
     ending: SimulationStop
@@ -106,20 +107,20 @@ class Motion(ByValue):
 
     @property
     def largest_energy(self) -> float:
-        """The largest of all entries of the energy balance, J."""
+        """Greatest magnitude of all terms of the energy balance, J."""
         books = (self.kinetic, self.stored, self.height, self.in_stops, self.damped, self.lost)
         return max(float(np.abs(book).max()) for book in books)
 
     def at(self, times: Reals) -> Reals:
-        """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
+        """Interpolate the coordinates at times, shape (len(times), n_joints), by quintics over each step.
 
-        The error of a step of length h is O(h^6), with cubics O(h^4).
+        The error over a step h is O(h^6), with cubics O(h^4).
         """
         return interpolate_motion(self.times, self.q, self.v, None if self.cubic else self.a, times)
 
 
 class SimulationOptions(TypedDict, total=False):
-    """What a simulation is asked for; `plan_for` has the defaults.
+    """Options of a simulation; `plan_for` has the defaults.
 
     end : s. tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
     restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
@@ -149,18 +150,18 @@ def simulate_system(
     *,
     method: str = "dormand-prince",
     max_steps: int = 20_000,
-    **wanted: Unpack[SimulationOptions],
+    **options: Unpack[SimulationOptions],
 ) -> Motion:
-    """Follow a system from a closed state, velocities 0 unless given, to a time (s)."""
+    """Simulate a system from a closed state, with velocities 0 unless given, up to a time (s)."""
     n = system.n_joints
     record = record_for(n, max_steps)
-    plan = plan_for(system, **wanted)
+    plan = plan_for(system, **options)
     mechanism = system.mechanism
     coordinates = np.array(q, float)
-    hold = discrete_state_for(mechanism, coordinates)
+    discrete_state = discrete_state_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate_motion(
-        mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
+        mechanism, discrete_state, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
     )
     return motion_of_record(record, system)
 
@@ -180,7 +181,7 @@ def plan_for(
     first_step: float = 0.0,
     longest_step: float = math.inf,
 ) -> StepPlan:
-    """What the kernel is asked for; see `SimulationOptions`."""
+    """Return the plan of a simulation for the kernel; see `SimulationOptions`."""
     return StepPlan(
         end=float(end),
         relative_tolerance=float(tolerance),
@@ -197,27 +198,27 @@ def plan_for(
 
 
 def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
-    """Motions one after the other as one; starts : s, when each begins. Energies taken add up, others follow on."""
+    """Concatenate successive motions; starts : s, of each. Dissipated energies are accumulated."""
 
-    def together(name: str) -> Reals:
+    def concatenated(name: str) -> Reals:
         return np.concatenate([getattr(motion, name) for motion in motions])
 
-    def added(name: str) -> Reals:
+    def accumulated(name: str) -> Reals:
         ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
         return np.concatenate([getattr(motion, name) + end for motion, end in zip(motions, ends, strict=False)])
 
     return replace(
         motions[-1],
         times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
-        q=together("q"),
-        v=together("v"),
-        a=together("a"),
-        kinetic=together("kinetic"),
-        stored=together("stored"),
-        height=together("height"),
-        in_stops=together("in_stops"),
-        damped=added("damped"),
-        lost=added("lost"),
+        q=concatenated("q"),
+        v=concatenated("v"),
+        a=concatenated("a"),
+        kinetic=concatenated("kinetic"),
+        stored=concatenated("stored"),
+        height=concatenated("height"),
+        in_stops=concatenated("in_stops"),
+        damped=accumulated("damped"),
+        lost=accumulated("lost"),
         gap=max(motion.gap for motion in motions),
         events=tuple(
             replace(event, time=event.time + start)
@@ -231,10 +232,10 @@ def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
 
 
 def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
-    """States of a motion, refined where loops open by more than `INTERPOLATED_STATE_RESIDUAL`, and the residual left.
+    """Insert states where loops open by more than `INTERPOLATED_STATE_RESIDUAL`; return states and residuals.
 
-    States are times (k,), coordinates, velocities and accelerations (k, n_joints); openings are of each step (k - 1,),
-    the largest of `OPENING_BATCH_STEPS` steps. Loops that springs close, or that are cut open, stay as they are.
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints); residuals are of each step (k - 1,),
+    the greatest of `OPENING_BATCH_STEPS` steps. Nothing is inserted where springs close the loops, or hinges are cut.
     """
     mechanism = system.mechanism
     states, work = _refined(system, motion), work_for(mechanism.tree)
@@ -246,7 +247,7 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
 
 
 def greatest_opening(system: System, motion: Motion) -> float:
-    """Greatest closure residual at the states of `closed_between`, and between them; rad, or gap over size."""
+    """Return the greatest closure residual at and between the states of `closed_between`; rad, or gap over size."""
     tree = system.mechanism.tree
     return float(largest_opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
 
@@ -260,7 +261,7 @@ def _refined(system: System, motion: Motion) -> StateSeries:
 
 
 def loose_states(system: System, motion: Motion) -> float:
-    """Share of a motion's states that leave loops open though they are projected; 0 where springs close the loops."""
+    """Return the share of states whose loops stay open despite projection; 0 where springs close the loops."""
     mechanism = system.mechanism
     if system.closure_stiffness or not len(mechanism.tree.rows):
         return 0.0
@@ -268,7 +269,7 @@ def loose_states(system: System, motion: Motion) -> float:
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
-    """Fold angles of cut hinges and their rates, shape (k, n_cuts), at states (k, n_joints)."""
+    """Return fold angles and rates of cut hinges, shape (k, n_cuts), at states (k, n_joints)."""
     mechanism = system.mechanism
     work = work_for(mechanism.tree)
     angles, rates = np.empty((len(q), len(system.cuts))), np.empty((len(q), len(system.cuts)))
@@ -280,7 +281,7 @@ def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
 
 
 def record_for(n: int, steps: int) -> recording.SimulationRecord:
-    """An empty record with room for so many steps of n joints."""
+    """Allocate a record for a number of steps of n joints."""
     return recording.SimulationRecord(
         times=np.empty(steps + 1),
         q=np.empty((steps + 1, n)),
@@ -297,12 +298,12 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
 
 
 def motion_of_record(record: recording.SimulationRecord, system: System) -> Motion:
-    """What a record holds."""
+    """Convert a record of the kernel to a motion."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.energies[:states].T.copy()
     v, a = record.v[:states].copy(), record.a[:states].copy()
-    if system.overdamped:  # the kernel writes velocities where accelerations are else
+    if system.overdamped:  # the kernel then writes velocities in the place of accelerations
         v, a = a, v
     return Motion(
         SIMULATION_STOPS[ending],

@@ -1,4 +1,4 @@
-"""Moment-angle laws of springs fitted to measured pairs (thesis 4.5.2)."""
+"""Fits of moment-angle laws of springs to measured pairs (thesis 4.5.2)."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from hcsearch.scenes.spring_files import MAX_FOLD_ANGLE
 
 MIN_FIT_ANGLES = 5
 MAX_CURVE_COEFFICIENTS = 8
-"""Coefficients of the curve that laws are measured against: a cubic spline of five pieces."""
+"""Coefficients of the curve with which laws are compared: a cubic spline of five pieces."""
 LAW_TABLE_POINTS = 9
 LAW_REFUSAL_CONFIDENCE = 0.99
-"""How surely a curve must fit better than a law before the law is refused."""
+"""Probability that a curve fits better than a law from which on the law is rejected."""
 LAW_MISFIT_SHARE = 0.005
-"""Systematic error of a law that no measurement of a spring shows: share of the greatest moment, rms."""
+"""Systematic error of a law that measurements of springs cannot show: share of the greatest moment, rms."""
 UNLOADING_ANGLE_SHARE = 0.05
-"""By how much of its range the angle must go back to be unloading: less is noise."""
+"""Share of its range by which the angle must decrease to count as unloading: less is noise."""
 DOUBTED_FALL_SHARE = 0.05
-"""Share of the greatest moment by which a law falls over the measured angles before that is doubted."""
+"""Share of the greatest moment by which a law may fall over the measured angles before a doubt is reported."""
 ESTIMATE_CONFIDENCE = 0.95
 
 _TERMS: dict[str, tuple[str, ...]] = {
@@ -54,10 +54,10 @@ class SpringEstimate:
 class SpringFit:
     """A law fitted to all pairs by least squares.
 
-    law : its numbers have six digits, as has its text. size : fitted coefficients. estimates : `stiffness` (N m/rad),
-    `growth` (N m/rad^2), `preload` and `hysteresis` (N m) as far as there are; of a table only the hysteresis.
-    hysteresis : how much more moment a growing angle takes than one that goes back returns, the mean.
-    residual : rms of what is left, N m. misfit : systematic error, rms, as a share of the greatest moment.
+    law : its numbers have six digits, as has its text. size : number of fitted coefficients. estimates : `stiffness`
+    (N m/rad), `growth` (N m/rad^2), `preload` and `hysteresis` (N m) as far as fitted; of a table only the hysteresis,
+    the mean difference of the moments of growing and of decreasing angles.
+    residual : rms residual, N m. misfit : systematic error, rms, as a share of the greatest moment.
     sureness : probability that a curve fits better, and not by chance.
     """
 
@@ -71,16 +71,16 @@ class SpringFit:
 
     @property
     def sufficient(self) -> bool:
-        """Whether the data ask for no other law."""
+        """Whether the data do not require another law."""
         return self.sureness < LAW_REFUSAL_CONFIDENCE or self.misfit < LAW_MISFIT_SHARE
 
 
 @dataclass(frozen=True)
 class IdentifiedSpring:
-    """What moment-angle data say of a spring.
+    """The laws of a spring fitted to moment-angle data.
 
-    fits : simplest first, the table last. loading, unloading : pairs with growing angles, and with angles that go back.
-    span : least and greatest angle, rad.
+    fits : simplest first, the table last. loading, unloading : numbers of pairs with growing and with decreasing
+    angles. span : least and greatest angle, rad.
     """
 
     fits: tuple[SpringFit, ...]
@@ -90,22 +90,22 @@ class IdentifiedSpring:
 
     @property
     def chosen(self) -> SpringFit:
-        """The sufficient law with the fewest coefficients; of two with as many, the one that leaves less."""
+        """The sufficient law with the fewest coefficients; of two with as many, the one with the smaller residual."""
         return min((fit for fit in self.fits if fit.sufficient), key=lambda fit: (fit.size, fit.residual))
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What no spring of a hinge shows, in sentences that say what may be wrong with the measurement."""
+        """Sentences on implausible results for the spring of a hinge, and on possible errors of the measurement."""
         doubts, (low, high) = [], self.span
         if max(-low, high) > MAX_FOLD_ANGLE:
             doubts.append(
                 f"angles go from {low:.4g} to {high:.4g} rad, and hinges turn from 0 (flat) to pi: leave out what is "
                 "beyond, or change the unit in the name of the column"
             )
-        begin, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
-        if begin - end > DOUBTED_FALL_SHARE * max(abs(begin), abs(end)):
+        start, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
+        if start - end > DOUBTED_FALL_SHARE * max(abs(start), abs(end)):
             doubts.append(
-                f"the moment falls from {begin:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
+                f"the moment falls from {start:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
                 "rad; a hinge turns from 0 (flat) to pi (folded): write pi or 180 degrees minus an angle that counts "
                 "from the folded state"
             )
@@ -123,32 +123,33 @@ class IdentifiedSpring:
 
 
 def fit_spring(angles: Reals, moments: Reals) -> IdentifiedSpring:
-    """The law of a spring from fold angles (rad) and the moments (N m) that hold them, in the order measured.
+    """Fit laws of a spring to fold angles (rad) and the moments (N m) that hold them, in the order measured.
 
     Linear and quadratic laws, each through the origin or preloaded, are compared with a cubic spline of five pieces
-    fitted to the same pairs: a law is sufficient unless the spline fits better, surely (F test) and by more than such
-    measurements show. If no law is, a table of nine points on the spline is. Where the angle also goes back, a constant
-    gap between loading and unloading is fitted along with each law, which then lies midway. The thesis fits one line
-    to all (4.5.2) and says that its springs stiffen at large angles: that is a quadratic law.
+    fitted to the same pairs: a law is sufficient unless the spline fits better, significantly (F test) and by more than
+    such measurements show. If no law is sufficient, a table of nine points on the spline is chosen. Where the angle
+    also decreases, a constant hysteresis between loading and unloading is fitted along with each law, which then lies
+    midway. The thesis fits one line to all pairs (4.5.2) and says that its springs stiffen at large angles: that is a
+    quadratic law.
 
-    Standard errors take residuals for independent; where they are not (densely read gauges), they come out too small.
+    Standard errors assume independent residuals; where they are not (densely read gauges), the errors are too small.
     Errors: HcsearchError for fewer than five angles, numbers that are not finite, moments that are all the same.
     """
     angles, moments = _checked(angles, moments)
     unloading = _unloading(angles)
-    both = unloading.any() and not unloading.all()
-    gap = np.where(unloading, -0.5, 0.5)[:, None][:, : int(both)]
+    has_hysteresis = unloading.any() and not unloading.all()
+    hysteresis = np.where(unloading, -0.5, 0.5)[:, None][:, : int(has_hysteresis)]
     knots, degree = _knots(angles)
-    spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), gap]), moments)
+    spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), hysteresis]), moments)
     fits = []
     for kind, terms in _TERMS.items():
-        solution = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), gap]), moments)
+        solution = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), hysteresis]), moments)
         names = (*terms, "hysteresis")[: len(solution.values)]
         fits.append(_described(kind, names, _law(dict(zip(terms, solution.values, strict=False))), solution, spline))
     curve = BSpline(knots, spline.values[: len(knots) - degree - 1], degree)
     nodes = np.linspace(angles.min(), angles.max(), LAW_TABLE_POINTS)
     law = tabulated_law(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
-    fits.append(_described("table", ("hysteresis",)[: int(both)], law, spline, spline))
+    fits.append(_described("table", ("hysteresis",)[: int(has_hysteresis)], law, spline, spline))
     span = (float(angles.min()), float(angles.max()))
     return IdentifiedSpring(tuple(fits), int((~unloading).sum()), int(unloading.sum()), span)
 
@@ -166,25 +167,25 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
 
 
 def _unloading(angles: Reals) -> NDArray[np.bool_]:
-    """Which angles lie on the way back: after a peak and before a trough, unless the turn is mere noise."""
-    turn = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
-    back = np.zeros(len(angles), bool)
-    way = top = bottom = 0
+    """Mark the angles of unloading: after a peak and before a trough, where the decrease exceeds the noise."""
+    threshold = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
+    unloading = np.zeros(len(angles), bool)
+    direction = top = bottom = 0
     for k, angle in enumerate(angles):
         top = k if angle > angles[top] else top
         bottom = k if angle < angles[bottom] else bottom
-        if way <= 0 and angle - angles[bottom] > turn:
-            back[bottom + 1 : k] = False
-            way, top = 1, k
-        elif way >= 0 and angles[top] - angle > turn:
-            back[top + (top > 0) : k] = True
-            way, bottom = -1, k
-        back[k] = way < 0
-    return back
+        if direction <= 0 and angle - angles[bottom] > threshold:
+            unloading[bottom + 1 : k] = False
+            direction, top = 1, k
+        elif direction >= 0 and angles[top] - angle > threshold:
+            unloading[top + (top > 0) : k] = True
+            direction, bottom = -1, k
+        unloading[k] = direction < 0
+    return unloading
 
 
 def _knots(angles: Reals) -> tuple[Reals, int]:
-    """Knots and degree of the spline: at most five pieces, each with as many of the different angles."""
+    """Return knots and degree of the spline: at most five pieces, with equal numbers of distinct angles."""
     distinct = np.unique(angles)
     size = min(MAX_CURVE_COEFFICIENTS, len(distinct) // 2)
     degree = min(3, size - 1)
@@ -194,7 +195,7 @@ def _knots(angles: Reals) -> tuple[Reals, int]:
 
 @dataclass(frozen=True, eq=False)
 class _Solution(ByValue):
-    """Least squares: values with standard errors, sum of squared residuals, degrees of freedom, unknowns' number."""
+    """A least-squares solution: values, standard errors, sum of squared residuals, degrees of freedom, moments."""
 
     values: Reals
     errors: Reals
@@ -212,7 +213,7 @@ def _least_squares(columns: Reals, moments: Reals) -> _Solution:
 
 
 def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution, spline: _Solution) -> SpringFit:
-    """A fit with the last of its values by name, and how it compares with the spline."""
+    """Return a fit with the last of its values by name, compared with the spline."""
     rows = len(solution.moments)
     half = t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, solution.freedom)
     estimates = {
@@ -243,5 +244,5 @@ def _law(values: dict[str, float]) -> Law:
 
 
 def _six_digits(value: float) -> float:
-    """What a notation can be read with; no gauge has more."""
+    """Round a number to the six digits of a notation; no gauge has more."""
     return float(f"{value:.6g}")

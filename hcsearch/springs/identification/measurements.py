@@ -1,4 +1,4 @@
-"""Measurements: CSV files whose columns are named by quantity and unit, and the sampling rate of rounded times."""
+"""Measurements in CSV files whose columns are named by quantity and unit, and the sampling rate of rounded times."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from hcsearch.system.csv_columns import (
 from hcsearch.system.terminal import short_number
 
 MIN_VIBRATION_SAMPLES = 64
-"""Fewer do not show a vibration."""
+"""Least number of samples of a vibration."""
 MAX_JITTER_SHARE = 0.1
-"""How far a time may be from even sampling, as a share of a step."""
+"""Greatest deviation of a time from even sampling, as a share of a step."""
 MAX_ROUNDING_UNIT_SHARE = 0.98
-"""Rounding explains uneven steps only where its unit is below this share of a step: times in whole steps are exact."""
+"""Share of a step below which the unit of rounding may explain uneven steps: times in whole steps are exact."""
 MAX_TIME_DECIMALS = 12
 TIME_ROUNDING_SLACK = 1e-4
-"""Share of its unit by which rounding seems to move a time further, as the narrowest strip is searched for."""
+"""Tolerance of the error of rounding, as a share of its unit, as the narrowest strip is found numerically."""
 
 
 def sampling_rate(times: Reals, path: str) -> float:
-    """The sampling rate (Hz) of even times (s), which may be rounded to decimals or to significant digits.
+    """Return the sampling rate (Hz) of even times (s), which may be rounded to decimals or to significant digits.
 
-    Errors: HcsearchError for times that do not grow, or are uneven by more than rounding, with the place.
+    Errors: HcsearchError for times that do not increase, or are uneven by more than rounding, with the place.
     """
     if len(times) < 2:
         raise HcsearchError(f"{path} has {len(times)} rows: a vibration needs many")
@@ -62,7 +62,7 @@ def sampling_rate(times: Reals, path: str) -> float:
 
 
 def _unit(times: Reals) -> float:
-    """What the last digit of the largest times counts, s; 0 where times have all the digits of a computer."""
+    """Return the unit of the last digit of the largest times, s; 0 for times that are not rounded."""
     decimals = np.full(len(times), -1)
     for k in range(MAX_TIME_DECIMALS + 1):
         scaled = times * 10.0**k
@@ -73,34 +73,32 @@ def _unit(times: Reals) -> float:
     if (decimals < 0).any():
         return 0.0
     sizes = np.floor(np.log10(np.maximum(abs(times), 1e-300)))
-    # as many decimals everywhere, or as many significant digits, which are fewer decimals of larger times
+    # equal numbers of decimals, or of significant digits, which are fewer decimals of larger times
     digits = (sizes + 1 + decimals)[times != 0.0].max(initial=1.0)
     return float(max(10.0 ** -decimals.max(), 10.0 ** (sizes.max() + 1 - digits)))
 
 
 def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
-    """The width (s) of the narrowest strip between parallel lines over the numbers of samples that holds all times."""
+    """Return the width (s) of the narrowest strip between parallel lines over sample numbers that holds all times."""
     level = times - step * numbers
 
     def width(tilt: float) -> float:
         return float(np.ptp(level - tilt * numbers))
 
     reach = max(2.0 * unit, width(0.0)) / max(1.0, float(numbers[-1]))
-    found = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
-    return min(width(0.0), float(found.fun))
+    result = minimize_scalar(width, bounds=(-reach, reach), method="bounded", options={"xatol": 1e-9 * reach})
+    return min(width(0.0), float(result.fun))
 
 
 def _place(times: Reals, steps: Reals, unit: float) -> str:
-    """Where times are uneven, and what to do."""
+    """Return words on where times are uneven, with a remedy."""
     usual, gaps = _gaps(times, steps, unit)
-    digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # that tell a sample from the next
+    digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # to distinguish adjacent samples
     if len(gaps):
-        named = ", ".join(
-            f"{short_number(times[k], digits)} to {short_number(times[k + 1], digits)} s" for k in gaps[:3]
-        )
-        more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+        named = ", ".join(f"{short_number(times[k], digits)} to {short_number(times[k + 1], digits)} s" for k in gaps[:3])
+        rest = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
         return (
-            f": samples are missing from {named}{more}, where a step is {short_number(steps[gaps[0]], 3)} s and not "
+            f": samples are missing from {named}{rest}, where a step is {short_number(steps[gaps[0]], 3)} s and not "
             f"{short_number(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
         )
     k = int(np.argmax(abs(steps - usual)))
@@ -112,27 +110,27 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
 
 
 def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
-    """How to keep a stretch without gaps: the last that is long enough for a vibration, or else the longest."""
+    """Return advice on keeping a stretch without gaps: the last if long enough for a vibration, else the longest."""
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
     k = -1 if lengths[-1] >= MIN_VIBRATION_SAMPLES else int(lengths.argmax())
-    begin, end = short_number(times[begins[k]], digits), short_number(times[ends[k]], digits)
+    start, end = short_number(times[begins[k]], digits), short_number(times[ends[k]], digits)
     if lengths[k] < MIN_VIBRATION_SAMPLES:
         return (
             f"measure anew: at most {lengths.max()} samples follow each other, and {MIN_VIBRATION_SAMPLES} are needed"
         )
     if k == -1:
-        return f"begin after it by --from {begin}"
-    return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
+        return f"begin after it by --from {start}"
+    return f"leave out what follows {end} s" + (f" and begin by --from {start}" if k else "")
 
 
 def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
-    """The usual step (s), which no single one of rounded steps is, and the numbers of steps with samples missing.
+    """Return the usual step (s), the mean of rounded steps, and the numbers of steps with samples missing.
 
-    Steps of one unit and of two are rounded ones if with them all times fit a line; else the longer ones are gaps.
+    Steps of one unit and of two are due to rounding if with them all times fit a line; else the longer ones are gaps.
     """
-    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
-        usual = float(steps[steps < most].mean())
+    for limit in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < limit].mean())
         rounding = unit if unit < MAX_ROUNDING_UNIT_SHARE * usual else 0.0
         gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
         counted = np.ones(len(steps))
@@ -149,16 +147,16 @@ def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.in
 
 TIME_COLUMN = "time_s"
 MAX_MEASUREMENT_BYTES = 32 * 2**20
-"""Size of a file: two million samples of one channel, which take a gigabyte of memory to read."""
+"""Greatest size of a file: two million samples of one channel, which take a gigabyte of memory to read."""
 DOUBTED_SAMPLING_RATE = 5.0
-"""Sampling rate (Hz) up to which times are doubted: no accelerometer is read so seldom, and 5 kHz in ms look so."""
+"""Sampling rate (Hz) up to which a doubt is reported: accelerometers are faster, and 5 kHz in ms looks like this."""
 MIN_COUNTER_ROWS = 3
-"""Rows from which on a column that always rises is a counter and no channel."""
+"""Least number of rows for which a column that always rises is taken for a counter and not for a channel."""
 
 
 def read_measured_moments(path: str) -> tuple[Reals, Reals]:
-    """Fold angles (rad) and moments (N m) of a file, as a law `table:FILE.csv` reads them, up to a whole turn."""
-    return spring_files.read_law_points(path, most=MAX_MEASUREMENT_BYTES, turn=2.0 * math.pi)
+    """Read fold angles (rad) and moments (N m) from a file, as a law `table:FILE.csv` does, up to a whole turn."""
+    return spring_files.read_law_points(path, max_bytes=MAX_MEASUREMENT_BYTES, max_angle=2.0 * math.pi)
 
 
 def read_accelerations(
@@ -167,13 +165,12 @@ def read_accelerations(
     start: float | None = None,
     note: Callable[[str], None] = lambda _: None,
 ) -> tuple[Reals, float]:
-    """Accelerations, shape (channels, samples), and their sampling rate (Hz), of a file.
+    """Read accelerations, shape (channels, samples), and their sampling rate (Hz) from a file.
 
-    Every column with a name but `time_s` is a channel, except for columns of text, and for counters beside a channel,
-    which rise in every row; `note` is called with a sentence for each that is left out, and for times that may be no
-    seconds. rate : Hz; takes the place of `time_s`. start : time (s) from which rows are taken; at a given rate, after
-    the first row.
-    Errors: HcsearchError for times that do not grow or are not even, for a missing rate, for cells without a number.
+    Every named column other than `time_s` is a channel, except columns of text, and counters beside a channel, which
+    rise in every row; `note` is called with a sentence for each of these, and for times that may not be in seconds.
+    rate : Hz; replaces `time_s`. start : time (s) from which rows are read; at a given rate, after the first row.
+    Errors: HcsearchError for times that do not increase or are uneven, for a missing rate, for cells without a number.
     """
     columns = rename_columns(
         read_columns(path, TIME_COLUMN, most=MAX_MEASUREMENT_BYTES), {TIME_COLUMN: TIME_COLUMN}, TIME_COLUMN
@@ -188,22 +185,22 @@ def read_accelerations(
         times = columns.numbers(TIME_COLUMN)
     if start is not None and not math.isfinite(start):
         raise HcsearchError(f"a start at {start:g} s: give a finite time")
-    kept = np.flatnonzero(~(times < start)) if start is not None else np.arange(len(times))
+    rows = np.flatnonzero(~(times < start)) if start is not None else np.arange(len(times))
     repair = "write what was measured there, leave the column out, or begin after that line by --from SECONDS"
-    wanted = {TIME_COLUMN: times} | channels if rate is None else channels
-    for name, values in wanted.items():
-        for k in kept[np.isnan(values[kept])]:
+    required = {TIME_COLUMN: times} | channels if rate is None else channels
+    for name, values in required.items():
+        for k in rows[np.isnan(values[rows])]:
             raise columns.fault(int(k), name, repair)
     if rate is None:
-        # gaps before the start do not count; of too few rows the vibration is refused later
-        rate = sampling_rate(times[kept] if len(kept) > 1 else times, path)
+        # gaps before the start do not count; records of too few rows are refused later
+        rate = sampling_rate(times[rows] if len(rows) > 1 else times, path)
         _check_rate(rate)
         if rate <= DOUBTED_SAMPLING_RATE:
             note(
                 f"{path} has one sample in {short_number(1.0 / rate, 3)} s: "
                 f"write seconds in {TIME_COLUMN} if these are milliseconds"
             )
-    channels = _without_counters({name: values[kept] for name, values in channels.items()}, path, note)
+    channels = _without_counters({name: values[rows] for name, values in channels.items()}, path, note)
     for name, record in channels.items():
         if len(record) and np.ptp(record) == 0.0:
             raise HcsearchError(f"column {name!r} of {path} is {record[0]:g} all the time: leave it out")
@@ -211,7 +208,7 @@ def read_accelerations(
 
 
 def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Reals]:
-    """The columns that hold numbers, by name; NaN in cells that hold none."""
+    """Return the columns of numbers by name, with NaN in cells without a number."""
     names = [name for name in columns.names if name and name != TIME_COLUMN]
     for name in names:
         if names.count(name) > 1:
@@ -229,7 +226,7 @@ def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Rea
 
 
 def _without_counters(channels: dict[str, Reals], path: str, note: Callable[[str], None]) -> dict[str, Reals]:
-    """The channels without those that rise in every row, such as row numbers, unless all do."""
+    """Remove channels that rise in every row, such as row numbers, unless all do."""
     counters = [
         name for name, values in channels.items() if len(values) >= MIN_COUNTER_ROWS and (np.diff(values) > 0.0).all()
     ]

@@ -1,4 +1,4 @@
-"""Natural frequencies and damping ratios from free vibration, and the damping coefficient of one hinge from them."""
+"""Identification of natural frequencies and damping ratios from free vibration, and of the damping of a hinge."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from hcsearch.springs.identification.measurements import MIN_VIBRATION_SAMPLES
 ComplexNumbers = NDArray[np.complex128]
 
 MAX_DECOMPOSED_SAMPLES = 2000
-"""Longer records are cut and thinned to at most so many: the decomposition takes the cube of their number."""
+"""Samples to which longer records are cut and decimated: the time of the decomposition grows with their cube."""
 DECAY_VARIANCE_SHARE = 0.8
-"""What decays has less than this share of its variance in the quarter after."""
+"""A record still decays where the variance of its last quarter is below this share of that of the quarter before."""
 MAX_MODEL_ORDER = 20
 MIN_STABLE_ORDERS = 10
-"""A pole is physical if it occurs in so many orders in a row; those of noise seldom last for seven."""
+"""Successive orders in which a physical pole must occur; poles of noise seldom occur in seven."""
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.05
-"""How much both may change from one order to the next, as shares."""
+"""Relative changes of both allowed from one order to the next."""
 MIN_MODE_ASSURANCE = 0.95
-"""How alike its shapes over the channels must be (modal assurance criterion)."""
+"""Least modal assurance criterion of the shapes of a pole over the channels in successive orders."""
 MIN_MODE_ENERGY_SHARE = 1e-6
-"""Of the energy, that a mode must have; what thinning lets through of higher modes is less."""
+"""Least share of the energy of a mode; aliases of higher modes after decimation have less."""
 MIN_DAMPING_SIGNIFICANCE = 3.0
-"""How many times its standard error a mode's damping ratio must be; most poles of noise that got so far are less."""
+"""Least ratio of a mode's damping ratio to its standard error; most remaining poles of noise have less."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A damped sinusoid exp(-decay t) cos(2 pi frequency sqrt(1 - damping^2) t) that all channels share.
+    """A damped sinusoid exp(-decay t) cos(2 pi frequency sqrt(1 - damping^2) t) common to all channels.
 
     frequency : natural (undamped) frequency, Hz. damping : damping ratio. decay : damping times angular frequency, 1/s.
     The three `_error`s are standard errors. share : of the energy of all channels about their means.
@@ -52,26 +52,27 @@ class Mode:
 
 @dataclass(frozen=True)
 class FreeVibration:
-    """The modes of a record, lowest frequency first, and its noise: what they leave, rms, in the unit of the record."""
+    """The modes of a record, lowest frequency first, and its noise: the rms residual, in the unit of the record."""
 
     modes: tuple[Mode, ...]
     noise: float
 
 
 def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
-    """Modes of a free vibration: eigensystem realisation (Juang and Pappa 1985), with poles that stay over orders.
+    """Identify the modes of a free vibration by eigensystem realisation (Juang and Pappa 1985) with stable poles.
 
     accelerations : shape (channels, samples), in one unit, sampled evenly at `rate` Hz after the excitation has ended.
-    Damped sinusoids make a block Hankel matrix whose rank is the number of their poles. Its left singular vectors,
-    one time step on, are the same times the state matrix, whose eigenvalues exp(s / rate) hold frequency abs(s) / 2 pi
-    and damping ratio -Re s / abs(s) (Reynders 2012). One decomposition serves all orders up to 20.
+    The block Hankel matrix of damped sinusoids has the rank of the number of their poles. Its left singular vectors,
+    shifted by one time step, equal the unshifted ones times the state matrix, whose eigenvalues exp(s / rate) give the
+    frequency abs(s) / 2 pi and the damping ratio -Re s / abs(s) (Reynders 2012). One decomposition serves all orders
+    up to 20.
 
     Departures from the thesis (4.5.3): it takes the frame's acceleration as the input of N4SID and filters below
-    0.5 Hz. In free vibration the frame is but one more channel of the same poles; offset and drift are poles of their
-    own, without a whole cycle in the record, so no filter is needed that would change the decay. What pulls on the
-    sensor (weight, its place on the block) changes amplitudes, not poles.
+    0.5 Hz. In free vibration the frame is only one more channel of the same poles; offset and drift have poles of their
+    own, without a whole cycle in the record, so no filter is needed that would change the decay. Influences on the
+    sensor (weight, its place on the block) change amplitudes, not poles.
 
-    Standard errors are the least that white noise of the size of the residuals allows (Cramer and Rao).
+    Standard errors are the Cramer-Rao bounds for white noise of the size of the residuals.
     Errors: HcsearchError for too few samples, numbers that are not finite, channels that are constant.
     """
     records = _lively(_checked(accelerations, rate))
@@ -80,7 +81,7 @@ def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
         records, rate = _thinned(records, thinning), rate / thinning
     poles = _physical_poles(records, rate)
     poles = poles[np.argsort(abs(poles))]
-    # what has no whole cycle in the record cannot be distinguished from drift
+    # poles without a whole cycle in the record cannot be distinguished from drift
     poles = poles[abs(poles) * records.shape[1] > 2.0 * math.pi * rate]
     vibration = _described(records, rate, poles)
     sure = [
@@ -105,7 +106,7 @@ def _checked(accelerations: Reals, rate: float) -> Reals:
 
 
 def _lively(records: Reals) -> Reals:
-    """A long record without the halves at its end in which nothing decays any more: there is only noise."""
+    """Halve a long record as long as its last quarter does not decay any more and thus holds only noise."""
     while (samples := records.shape[1]) > MAX_DECOMPOSED_SAMPLES:
         third, fourth = np.array_split(records[:, samples // 2 :], 2, axis=1)
         if float(fourth.var(axis=1).sum()) < DECAY_VARIANCE_SHARE * float(third.var(axis=1).sum()):
@@ -115,63 +116,63 @@ def _lively(records: Reals) -> Reals:
 
 
 def _thinned(records: Reals, factor: int) -> Reals:
-    """One sample in so many, after a low pass that keeps damped sinusoids what they are: its ends are left out."""
+    """Decimate records by a factor after a low-pass filter, whose transients at both ends are cut off."""
     low_pass = firwin(20 * factor + 1, 0.75 / factor, window=("kaiser", 8.0))
     return np.asarray(oaconvolve(records, low_pass[None, :], mode="valid", axes=1)[:, ::factor])
 
 
 def _physical_poles(records: Reals, rate: float) -> ComplexNumbers:
-    """Poles s (1/s, positive imaginary part) that decay and stay where they are over many orders."""
+    """Return decaying poles s (1/s, positive imaginary part) that are stable over many orders."""
     channels, samples = records.shape
     block_rows = samples // 2
     windows = np.lib.stride_tricks.sliding_window_view(records, samples - block_rows + 1, axis=1)
     hankel = windows.transpose(1, 0, 2).reshape(block_rows * channels, -1)
-    left, values, _ = np.linalg.svd(hankel, full_matrices=False)
-    # beyond its rank a record holds nothing: there higher orders repeat the last one
+    singular_vectors, values, _ = np.linalg.svd(hankel, full_matrices=False)
+    # orders beyond the rank of the matrix repeat the last one
     rank = int((values > values[0] * max(hankel.shape) * np.finfo(float).eps).sum())
     chains: list[_Chain] = []
     ended: list[_Chain] = []
     for order in range(1, MAX_MODEL_ORDER + 1):
-        grown = []
-        poles, shapes = _poles(left[:, : min(order, rank)], channels, rate)
+        extended = []
+        poles, shapes = _poles(singular_vectors[:, : min(order, rank)], channels, rate)
         for pole, shape in zip(poles, shapes, strict=True):
-            alike = [
+            matching = [
                 chain
                 for chain in chains
                 if _near(chain.pole, pole) and _likeness(chain.shape, shape) > MIN_MODE_ASSURANCE
             ]
-            before = min(alike, key=lambda chain: abs(chain.pole - pole), default=None)
-            if before is not None:
-                chains.remove(before)
-            grown.append(_Chain(pole, shape, 1 + (before.length if before else 0)))
+            previous = min(matching, key=lambda chain: abs(chain.pole - pole), default=None)
+            if previous is not None:
+                chains.remove(previous)
+            extended.append(_Chain(pole, shape, 1 + (previous.length if previous else 0)))
         ended += chains
-        chains = grown
+        chains = extended
     return np.array([chain.pole for chain in ended + chains if chain.length >= MIN_STABLE_ORDERS], complex)
 
 
 @dataclass(frozen=True, eq=False)
 class _Chain:
-    """A pole, its shape over the channels, and in how many orders in a row it has occurred."""
+    """A pole, its shape over the channels, and the number of successive orders in which it has occurred."""
 
     pole: complex
     shape: ComplexNumbers
     length: int
 
 
-def _poles(left: Reals, channels: int, rate: float) -> tuple[ComplexNumbers, ComplexNumbers]:
-    """Decaying poles of one order with positive imaginary part, and their shapes over the channels, one a row."""
-    state = lstsq(left[:-channels], left[channels:])[0]
+def _poles(singular_vectors: Reals, channels: int, rate: float) -> tuple[ComplexNumbers, ComplexNumbers]:
+    """Return decaying poles of one order with positive imaginary part, and their shapes over the channels, by rows."""
+    state = lstsq(singular_vectors[:-channels], singular_vectors[channels:])[0]
     eigenvalues, vectors = np.linalg.eig(state)
-    kept = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
-    poles = rate * np.log(eigenvalues[kept].astype(complex))
+    decaying = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
+    poles = rate * np.log(eigenvalues[decaying].astype(complex))
     ascending = np.argsort(abs(poles))
-    return poles[ascending], (left[:channels] @ vectors[:, kept]).T[ascending]
+    return poles[ascending], (singular_vectors[:channels] @ vectors[:, decaying]).T[ascending]
 
 
 def _near(one: complex, two: complex) -> bool:
     dampings = -one.real / abs(one), -two.real / abs(two)
-    same = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
-    return same and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
+    same_frequency = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
+    return same_frequency and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
 
 
 def _likeness(one: ComplexNumbers, two: ComplexNumbers) -> float:
@@ -179,7 +180,7 @@ def _likeness(one: ComplexNumbers, two: ComplexNumbers) -> float:
 
 
 def _described(records: Reals, rate: float, poles: ComplexNumbers) -> FreeVibration:
-    """Modes with their shares and standard errors, from amplitudes fitted to the whole record."""
+    """Return the modes of poles with their shares and standard errors, from amplitudes fitted to the whole record."""
     time = np.arange(records.shape[1]) / rate
     waves = np.exp(np.outer(time, poles))
     columns = np.column_stack([np.ones(len(time)), waves.real, waves.imag])
@@ -191,26 +192,26 @@ def _described(records: Reals, rate: float, poles: ComplexNumbers) -> FreeVibrat
     energy = float(((records - records.mean(axis=1, keepdims=True)) ** 2).sum())
     modes = []
     for k, pole in enumerate(poles):
-        own = columns[:, [1 + k, 1 + len(poles) + k]] @ amplitudes[[1 + k, 1 + len(poles) + k]]
-        modes.append(_mode(complex(pole), errors[2 * k : 2 * k + 2], float((own**2).sum()) / energy))
+        signal = columns[:, [1 + k, 1 + len(poles) + k]] @ amplitudes[[1 + k, 1 + len(poles) + k]]
+        modes.append(_mode(complex(pole), errors[2 * k : 2 * k + 2], float((signal**2).sum()) / energy))
     return FreeVibration(tuple(modes), noise)
 
 
 def _pole_errors(time: Reals, waves: ComplexNumbers, amplitudes: Reals, columns: Reals) -> Reals:
-    """Root E of the covariance E E^T of (decay, angular frequency) of all modes for noise 1, amplitudes unknown."""
+    """Return a root E of the covariance E E^T of decay and angular frequency of all modes, for unit noise."""
     count = waves.shape[1]
     basis = qr(columns, mode="economic")[0]
     slopes = []
-    for own in amplitudes.T:
-        moved = time[:, None] * waves * (own[1 : 1 + count] - 1j * own[1 + count :])
-        slope = np.stack([-moved.real, -moved.imag], axis=2).reshape(len(time), -1)
+    for amplitude in amplitudes.T:
+        derivative = time[:, None] * waves * (amplitude[1 : 1 + count] - 1j * amplitude[1 + count :])
+        slope = np.stack([-derivative.real, -derivative.imag], axis=2).reshape(len(time), -1)
         slopes.append(slope - basis @ (basis.T @ slope))
     triangle = qr(np.concatenate(slopes), mode="economic")[1]
     return np.asarray(np.linalg.inv(triangle))
 
 
 def _mode(pole: complex, roots: Reals, share: float) -> Mode:
-    """A pole's mode; `roots`: its two rows of the root of the covariance."""
+    """Return the mode of a pole; roots : its two rows of the root of the covariance."""
     size, decay, turning = abs(pole), -pole.real, pole.imag
     changes = np.array([[decay, turning], [turning**2 / size, -decay * turning / size]]) / size
     frequency_error, damping_error = np.linalg.norm(changes @ roots, axis=1)
@@ -230,11 +231,11 @@ MAX_TESTED_HINGES = 1000
 
 @dataclass(frozen=True)
 class HingeTest:
-    """What one free vibration gives: a row of thesis table 4.2.
+    """The result of one free vibration test: a row of thesis table 4.2.
 
     frequency : natural frequency, Hz. damping : damping ratio of the block. coefficient : of one hinge, N m s/rad.
     The three `_error`s are standard errors; that of the coefficient leaves the inertia's out.
-    stiffness : what drives the block back for each radian, N m/rad: springs, and its weight where it hangs.
+    stiffness : restoring moment on the block by angle, N m/rad: of springs, and of its weight where it hangs.
     """
 
     frequency: float
@@ -247,7 +248,7 @@ class HingeTest:
 
 
 def hinge_test(mode: Mode, inertia: float, hinges: int) -> HingeTest:
-    """The damping of each of so many hinges (`hinge_damping`) from the mode in which the block swings on them."""
+    """Return the damping of each of equal hinges (`hinge_damping`) from the mode of a block that swings on them."""
     coefficient = hinge_damping(mode.frequency, mode.damping, inertia, hinges)
     return HingeTest(
         frequency=mode.frequency,
@@ -261,12 +262,13 @@ def hinge_test(mode: Mode, inertia: float, hinges: int) -> HingeTest:
 
 
 def hinge_damping(frequency: float, damping: float, inertia: float, hinges: int) -> float:
-    """Damping coefficient of each of so many equal hinges in parallel, N m s/rad (thesis eq. 4.27).
+    """Return the damping coefficient of each of a number of equal parallel hinges, N m s/rad (thesis eq. 4.27).
 
     frequency : natural frequency, Hz. damping : damping ratio. inertia : of the block about the hinges, kg m^2.
-    The ratio times the critical damping 2 I omega is what all hinges give together; the thesis's 4 is `hinges`.
-    Damping is critical for all that drives the block back, weight included, so that inertia is needed and the springs'
-    stiffness is not: 2 k / omega in place of 2 I omega holds where springs alone drive, and gives a third of table 4.2.
+    The ratio times the critical damping 2 I omega is the damping of all hinges together; the thesis's 4 is `hinges`.
+    The critical damping depends on the whole restoring moment, weight included, so that the inertia is needed and the
+    springs' stiffness is not: 2 k / omega in place of 2 I omega holds where springs alone act, and gives a third of
+    table 4.2.
     """
     if not 0.0 < inertia < math.inf:
         raise HcsearchError(f"a moment of inertia of {inertia:g} kg m^2: give a positive number")

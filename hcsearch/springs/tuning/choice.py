@@ -82,8 +82,8 @@ class EvaluationShares(NamedTuple):
     """The total number of evaluations, and the numbers reserved for robust sets and for catalogue springs."""
 
     total: int
-    hardened: int
-    rounded: int
+    robust: int
+    catalogue: int
 
 
 def evaluation_shares(evaluations: int, samples: int, catalogue: bool) -> EvaluationShares:
@@ -102,21 +102,25 @@ class SpringSetFinder:
         self.evaluator = search.evaluator
         self.best: SpringSet | None = None
 
-    def choose(self, sets: Sequence[Reals], begin: SpringSet) -> None:
+    def choose(self, sets: Sequence[Reals], start: SpringSet) -> None:
         """Set `best` to a confirmed set that is least likely to fail, among these sets and more robust ones nearby.
 
         It is never worse than the set that the search began with, if that one is confirmed.
         """
-        best = self._chosen([*self._hardened(sets), *sets])
-        self.best = min(best, self.sampled(begin) if begin.confirmed else best, key=_risk)
+        best = self._chosen([*self._more_robust(sets), *sets])
+        self.best = min(best, self.with_samples(start) if start.confirmed else best, key=_risk)
 
-    def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
+    def _more_robust(self, sets: Sequence[Reals]) -> list[Reals]:
         """Search sets near the most robust one of these for a better mean over samples; return the best ones in order.
 
         Among sets that become flat and clear the objective hardly depends on their distance from sets that do not; its
         mean over samples of the tolerances does.
         """
-        clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
+        clear = [
+            stiffnesses
+            for stiffnesses, check in zip(sets, self.evaluator.of_springs(sets), strict=True)
+            if check.deploys
+        ]
         if not self.samples or not clear:
             return []
         chances = most_robust(self.evaluator, clear, self.spread, SAMPLING_STAGES, self.search.seed)
@@ -124,61 +128,68 @@ class SpringSetFinder:
         if not chance.failures:
             return []
         tied, seed = self.search.tied, self.search.seed
-        begin = np.log([clear[first][hinges[0]] for hinges in tied])
+        start = np.log([clear[first][hinges[0]] for hinges in tied])
         rng = np.random.default_rng([seed, 1_000_000])
-        strategy = strategy_from(begin, 0.04, self.search.bounds, ROBUST_SEARCH_SIZES[0], rng)
+        strategy = strategy_from(start, 0.04, self.search.bounds, ROBUST_SEARCH_SIZES[0], rng)
         trials: list[tuple[float, int, Reals]] = []
-        least, idle = math.inf, 0
+        least_mean, idle = math.inf, 0
         generations = max(1, self.shares.total // (2 * ROBUST_SEARCH_SIZES[0] * ROBUST_SEARCH_SIZES[1]))
         for k in range(generations):
             points = np.array(strategy.ask())
-            near = [stiffnesses_of_groups(np.exp(point), tied) for point in points]
-            means = self._means(near)
+            neighbours = [stiffnesses_of_groups(np.exp(point), tied) for point in points]
+            means = self._means(neighbours)
             strategy.tell(list(points), means)
-            trials += [(mean, len(trials) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
+            trials += [
+                (mean, len(trials) + n, stiffnesses)
+                for n, (mean, stiffnesses) in enumerate(zip(means, neighbours, strict=True))
+            ]
             self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
-            least, idle = (min(means), 0) if min(means) < least - MIN_OBJECTIVE_GAIN else (least, idle + 1)
+            least_mean, idle = (
+                (min(means), 0) if min(means) < least_mean - MIN_OBJECTIVE_GAIN else (least_mean, idle + 1)
+            )
             if strategy.stop() or idle == 2:
                 break
-        middle = stiffnesses_of_groups(np.exp(strategy.result.xfavorite), tied)
-        left = self.shares.total - self.evaluator.done - self.shares.rounded
-        return [middle, *(one for _, _, one in sorted(trials)[: ROBUST_SET_COUNT - 1])][: max(0, left)]
+        mean_set = stiffnesses_of_groups(np.exp(strategy.result.xfavorite), tied)
+        remaining = self.shares.total - self.evaluator.evaluation_count - self.shares.catalogue
+        return [mean_set, *(stiffnesses for _, _, stiffnesses in sorted(trials)[: ROBUST_SET_COUNT - 1])][
+            : max(0, remaining)
+        ]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
         """Return the mean objective of each set over the same few samples."""
         count = ROBUST_SEARCH_SIZES[1]
         setups = [
             setup
-            for one in sets
-            for setup in sampled_setups(self.evaluator.setup, one, self.spread, count, self.search.seed + 1)
+            for stiffnesses in sets
+            for setup in sampled_setups(self.evaluator.setup, stiffnesses, self.spread, count, self.search.seed + 1)
         ]
         values = [self.evaluator.value(check) for check in self.evaluator.of_setups(setups)]
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
-    def round(self, levels: Sequence[float]) -> SpringSet | None:
+    def round_to_catalogue(self, levels: Sequence[float]) -> SpringSet | None:
         """Round the best set to catalogue springs by local search; None where no evaluation is left."""
         assert self.best is not None
-        left = self.shares.total - self.evaluator.done
-        if left < 1:
+        remaining = self.shares.total - self.evaluator.evaluation_count
+        if remaining < 1:
             return None
         tied = self.search.tied
         # sets further from the best one may round to better ones
-        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:CATALOGUE_START_COUNT]]
-        starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
+        nearby = [np.array(self.best.stiffnesses), *self.search.candidates()[:CATALOGUE_START_COUNT]]
+        starts = [nearest_levels([stiffnesses[hinges[0]] for hinges in tied], levels) for stiffnesses in nearby]
 
         def sets(chosen: Sequence[CatalogueLevels]) -> list[Reals]:
-            return [stiffnesses_of_groups([levels[level] for level in one], tied) for one in chosen]
+            return [stiffnesses_of_groups([levels[level] for level in stiffnesses], tied) for stiffnesses in chosen]
 
         def costs(chosen: list[CatalogueLevels]) -> list[float]:
             values = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return values
 
-        seen = descend_levels(
-            starts, len(levels), costs, budget=min(left, max(self.shares.rounded, CATALOGUE_START_COUNT + 1))
+        visited = descend_levels(
+            starts, len(levels), costs, budget=min(remaining, max(self.shares.catalogue, CATALOGUE_START_COUNT + 1))
         )
-        ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
-        clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
+        ranked = sorted(visited, key=lambda chosen: (visited[chosen], chosen))
+        clear = [chosen for chosen in ranked if visited[chosen] < 1.0]
         return self._chosen(sets(clear or ranked[:1]))
 
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
@@ -186,39 +197,46 @@ class SpringSetFinder:
         total = self.search.budget
         checks = self.evaluator.of_springs(sets)
         scales = self.evaluator.scales
-        places = [SpringSet(tuple(one.tolist()), check, scales=scales) for one, check in zip(sets, checks, strict=True)]
-        clear = [place for place in places if place.check.deploys]
+        spring_sets = [
+            SpringSet(tuple(stiffnesses.tolist()), check, scales=scales)
+            for stiffnesses, check in zip(sets, checks, strict=True)
+        ]
+        clear = [spring_set for spring_set in spring_sets if spring_set.check.deploys]
         # packed neighbours have two margins between them: where loops open by more, nothing is certain
-        clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear
+        clear = [
+            spring_set for spring_set in clear if self.evaluator.slack(spring_set.check) < 2.0 * self.evaluator.margin
+        ] or clear
         if self.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
-            springs = [place.stiffnesses for place in clear]
+            springs = [spring_set.stiffnesses for spring_set in clear]
             order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, SAMPLING_STAGES, self.search.seed)]
-            clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+            clear = [clear[k] for k in order] + [spring_set for k, spring_set in enumerate(clear) if k not in order]
         tried: list[SpringSet] = []
-        for place in clear[:MAX_CONFIRMATIONS]:
+        for spring_set in clear[:MAX_CONFIRMATIONS]:
             self.search.progress(total, total, "confirming")
-            tried.append(self.precise(place))
+            tried.append(self.with_deployment(spring_set))
             if tried[-1].confirmed:
-                return self.sampled(tried[-1])
-        return (tried or places)[0]
+                return self.with_samples(tried[-1])
+        return (tried or spring_sets)[0]
 
-    def precise(self, place: SpringSet) -> SpringSet:
+    def with_deployment(self, spring_set: SpringSet) -> SpringSet:
         """Add the precise simulation in the scene itself, as `hcsearch deploy` runs it."""
-        setup = with_stiffnesses(self.setup, place.stiffnesses)
+        setup = with_stiffnesses(self.setup, spring_set.stiffnesses)
         deployment = simulate_deployment(self.evaluator.linkage, setup, self.evaluator.formulation)
-        return replace(place, deployment=deployment, agreement=confirm_deployment(deployment))
+        return replace(spring_set, deployment=deployment, agreement=confirm_deployment(deployment))
 
-    def sampled(self, place: SpringSet) -> SpringSet:
+    def with_samples(self, spring_set: SpringSet) -> SpringSet:
         """Add the robustness from samples of the tolerances, if samples are to be drawn."""
         if not self.samples:
-            return place
+            return spring_set
         total = self.search.budget
         self.search.progress(total, total, "drawing samples")
-        (chance,) = robustness_of_sets(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
-        return replace(place, robustness=chance)
+        (chance,) = robustness_of_sets(
+            self.evaluator, [spring_set.stiffnesses], self.spread, self.samples, self.search.seed
+        )
+        return replace(spring_set, robustness=chance)
 
 
-def _risk(one: SpringSet) -> tuple[bool, int]:
+def _risk(spring_set: SpringSet) -> tuple[bool, int]:
     """Return the sort key of a set: confirmed sets first, then by the number of failing samples."""
-    return not one.confirmed, 0 if one.robustness is None else one.robustness.failures
+    return not spring_set.confirmed, 0 if spring_set.robustness is None else spring_set.robustness.failures

@@ -124,10 +124,10 @@ class Evaluator:
         self.linkage, self.formulation = linkage, formulation
         setup = setup_of_scene(scene, linkage)
         self.setup = softened_setup(setup) if formulation == "compliant" else setup
-        self.strict = TUNING_MARGIN_SHARE * setup.margin
+        self.margin = TUNING_MARGIN_SHARE * setup.margin
         self.scales = SceneScales(scale_of(linkage), setup.seconds)
-        self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
-        self.recalled = self.samples_recalled = self.before = 0
+        self.slack_per_opening = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
+        self.recalled = self.samples_recalled = self.earlier_evaluations = 0
         self._memory = RunMemory() if memory is None else memory
         self._sets: set[EvaluationKey] = set()
         self._samples: set[EvaluationKey] = set()
@@ -135,16 +135,18 @@ class Evaluator:
         self._screens: dict[frozenset[tuple[int, int]], CheckedPanels] = {}
 
     @property
-    def done(self) -> int:
+    def evaluation_count(self) -> int:
         """Number of distinct spring sets evaluated."""
-        return self.before + len(self._sets)
+        return self.earlier_evaluations + len(self._sets)
 
     @property
-    def samples(self) -> int:
+    def sample_count(self) -> int:
         """Number of distinct setups evaluated that are not spring sets."""
         return len(self._samples)
 
-    def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[DeploymentCheck]:
+    def of_springs(
+        self, sets: Iterable[Sequence[float] | Reals], past_collisions: bool = False
+    ) -> list[DeploymentCheck]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
         whole : whether motions that collide are followed to their end, too. A set that has been checked so is not
@@ -156,13 +158,13 @@ class Evaluator:
         setups = [with_stiffnesses(self.setup, stiffnesses) for stiffnesses in sets]
         keys = [self._key(setup, True) for setup in setups]
         keys = [
-            key if whole or key in self._sets else self._key(setup, False)
+            key if past_collisions or key in self._sets else self._key(setup, False)
             for key, setup in zip(keys, setups, strict=True)
         ]
         known = dict(self._memory.recall(keys))
         self.recalled += len((set(keys) - self._sets) & set(known))
         self._sets |= set(keys)
-        return self._checked(keys, setups, known, self._sprung, whole)
+        return self._checked(keys, setups, known, self._sprung, past_collisions)
 
     def of_setups(self, setups: Sequence[Setup]) -> list[DeploymentCheck]:
         """Check setups that may differ in anything, all with linear springs."""
@@ -171,11 +173,11 @@ class Evaluator:
         fresh = set(keys) - self._samples - self._sets
         self.samples_recalled += len(fresh & set(known))
         self._samples |= fresh
-        return self._checked(keys, setups, known, self._compiled, whole=False)
+        return self._checked(keys, setups, known, self._compiled, past_collisions=False)
 
     def slack(self, check: DeploymentCheck) -> float:
         """Return the greatest displacement of panels as springs that close loops yield, m, which checks neglect."""
-        return self.reach * check.opening
+        return self.slack_per_opening * check.opening
 
     def value(self, check: DeploymentCheck) -> float:
         """Return the objective of a check."""
@@ -197,36 +199,40 @@ class Evaluator:
         setups: Sequence[Setup],
         known: dict[EvaluationKey, DeploymentCheck],
         compiled: Any,
-        whole: bool,
+        past_collisions: bool,
     ) -> list[DeploymentCheck]:
         """Return the checks of setups; those that are not known are run and cached."""
         missing = {key: setup for key, setup in zip(keys, setups, strict=True) if key not in known}
         if missing:
-            fresh = self._run([compiled(setup) for setup in missing.values()], whole)
+            fresh = self._run([compiled(setup) for setup in missing.values()], past_collisions)
             checks = dict(zip(missing, fresh, strict=True))
             self._memory.record(checks)
             known |= checks
         return [known[key] for key in keys]
 
-    def _run(self, scenes: Sequence[CompiledScene], whole: bool) -> list[DeploymentCheck]:
+    def _run(self, scenes: Sequence[CompiledScene], past_collisions: bool) -> list[DeploymentCheck]:
         """Check scenes in as many threads as there are cores; the kernels release the global interpreter lock."""
         for scene in scenes:
-            if scene.apart not in self._screens:
-                own = checked_panels_of(scene, self.strict)
+            if scene.separated_pairs not in self._screens:
+                panels = checked_panels_of(scene, self.margin)
                 # springs yield at impacts, for moments: with that as the slack at all times nothing would be certain
-                self._screens[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
-        screens = [self._screens[scene.apart] for scene in scenes]
+                self._screens[scene.separated_pairs] = (
+                    panels._replace(reach=0.0) if self.formulation == "compliant" else panels
+                )
+        screens = [self._screens[scene.separated_pairs] for scene in scenes]
         threads = max(1, min(usable_cores(), len(scenes)))
         tolerance = TUNING_STEP_TOLERANCES[self.formulation]
-        return check_deployments(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
+        return check_deployments(
+            scenes, screens=screens, tolerance=tolerance, past_collisions=past_collisions, threads=threads
+        )
 
-    def _key(self, setup: Setup, whole: bool) -> EvaluationKey:
-        values = {own.name: getattr(setup, own.name) for own in fields(setup)}
+    def _key(self, setup: Setup, past_collisions: bool) -> EvaluationKey:
+        values = {value_field.name: getattr(setup, value_field.name) for value_field in fields(setup)}
         for name in ("name", "laws", "spring_range"):
             del values[name]
         springs = stiffnesses_of(setup)
         values |= {"formulation": self.formulation, "tolerance": TUNING_STEP_TOLERANCES[self.formulation]}
-        values |= {"margin": self.strict, "whole": whole, "version": DEPLOYMENT_VERSION}
+        values |= {"margin": self.margin, "whole": past_collisions, "version": DEPLOYMENT_VERSION}
         return EvaluationKey(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 

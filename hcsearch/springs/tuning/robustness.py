@@ -98,7 +98,9 @@ def robustness_of_sets(
     evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
 ) -> list[Robustness]:
     """Return the robustness of spring sets in the evaluator's scene, from random samples evaluated together."""
-    setups = [setup for one in sets for setup in sampled_setups(evaluator.setup, one, spread, samples, seed)]
+    setups = [
+        setup for stiffnesses in sets for setup in sampled_setups(evaluator.setup, stiffnesses, spread, samples, seed)
+    ]
     checks = evaluator.of_setups(setups)
     return [robustness_of_checks(checks[k : k + samples]) for k in range(0, len(checks), samples)]
 
@@ -114,15 +116,19 @@ def most_robust(
 
     stages : numbers of sets and of samples of each, fewer sets and more samples each time: a few samples exclude most.
     """
-    left = list(range(len(sets)))
-    chances: dict[int, Robustness] = {}
-    for kept, samples in stages:
-        left = left[:kept]
-        chances = dict(
-            zip(left, robustness_of_sets(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True)
+    remaining = list(range(len(sets)))
+    robustness: dict[int, Robustness] = {}
+    for count, samples in stages:
+        remaining = remaining[:count]
+        robustness = dict(
+            zip(
+                remaining,
+                robustness_of_sets(evaluator, [sets[k] for k in remaining], spread, samples, seed),
+                strict=True,
+            )
         )
-        left = sorted(left, key=lambda k, of=chances: (of[k].failures, k))  # type: ignore[misc]
-    return [(k, chances[k]) for k in left]
+        remaining = sorted(remaining, key=lambda k, of=robustness: (of[k].failures, k))  # type: ignore[misc]
+    return [(k, robustness[k]) for k in remaining]
 
 
 def robustness_of_checks(checks: Sequence[DeploymentCheck]) -> Robustness:

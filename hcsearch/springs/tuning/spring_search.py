@@ -37,7 +37,7 @@ AMPLE_GAP_OBJECTIVE = -0.999
 
 
 def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
-    """Return the stiffnesses of all hinges from those of the tied groups, to four digits, as springs are made."""
+    """Return the stiffnesses of all hinges from those of the tied groups, rounded to four digits."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
         stiffnesses[list(hinges)] = float(f"{value:.4g}")
@@ -45,7 +45,7 @@ def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[
 
 
 def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
-    """Return logarithms of stiffnesses, (GENERATION_SIZE, len(tied)): the start, then a Latin hypercube."""
+    """Return log stiffnesses, (GENERATION_SIZE, len(tied)): the start, and a Latin hypercube within the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)
@@ -78,9 +78,9 @@ class SpringSearch:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
         self.spent = 0
         self.best: SeenSpringSet | None = None
-        self.clear: list[SeenSpringSet] = []
+        self.clear_sets: list[SeenSpringSet] = []
         self.success = False
-        self._own: SeenSpringSet | None = None
+        self._best_of_start: SeenSpringSet | None = None
         low, high = evaluator.setup.spring_range
         self.bounds = self.low, self.high = math.log(low), math.log(high)
 
@@ -90,18 +90,18 @@ class SpringSearch:
             self.values(first)
             number = 0
             while not self.success:
-                self._round(number, first[0])
+                self._run_start(number, first[0])
                 number += 1
         except EvaluationsSpentError:
             pass
 
     def candidates(self) -> list[Reals]:
         """Return the distinct flat and clear sets, best first; if there are none, the best set of all."""
-        kept: list[Reals] = []
-        for place in sorted(self.clear, key=lambda place: place.value):
-            if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in kept):
-                kept.append(place.stiffnesses)
-        return kept or ([self.best.stiffnesses] if self.best else [])
+        distinct: list[Reals] = []
+        for place in sorted(self.clear_sets, key=lambda place: place.value):
+            if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in distinct):
+                distinct.append(place.stiffnesses)
+        return distinct or ([self.best.stiffnesses] if self.best else [])
 
     def values(self, points: Reals) -> Reals:
         """Return the objectives of points, (k, len(tied)), evaluated together; points are clipped to the bounds."""
@@ -110,51 +110,51 @@ class SpringSearch:
             raise EvaluationsSpentError
         sets = [stiffnesses_of_groups(np.exp(point), self.tied) for point in inside]
         self.spent += len(sets)
-        places = [
+        seen = [
             SeenSpringSet(point, stiffnesses, check, self.evaluator.value(check))
             for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
         ]
-        self.clear += [place for place in places if place.check.deploys]
-        least = min(places, key=lambda place: place.value)
-        if self.best is None or least.value < self.best.value:
-            self.best = least
-        if self._own is None or least.value < self._own.value:
-            self._own = least
+        self.clear_sets += [place for place in seen if place.check.deploys]
+        best = min(seen, key=lambda place: place.value)
+        if self.best is None or best.value < self.best.value:
+            self.best = best
+        if self._best_of_start is None or best.value < self._best_of_start.value:
+            self._best_of_start = best
         self.progress(self.spent, self.budget, check_summary(self.best.check))
         if len(inside) < len(points):
             raise EvaluationsSpentError
-        return np.array([place.value for place in places])
+        return np.array([place.value for place in seen])
 
-    def _round(self, number: int, start: Reals) -> None:
+    def _run_start(self, number: int, start: Reals) -> None:
         """Run CMA-ES from one start, and from its best set, if flat and clear, descend to the largest gap."""
         rng = np.random.default_rng([self.seed, number])
-        self._own = None
-        known = len(self.clear)
-        begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
-        own = self._evolve(begin, rng)
-        if own.check.deploys:
+        self._best_of_start = None
+        n_clear = len(self.clear_sets)
+        begin_point = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
+        best = self._evolve(begin_point, rng)
+        if best.check.deploys:
             self.success = True
-            self._descend(own.point)
+            self._descend(best.point)
             # the mean of the clear sets is further from those that are not
-            self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
+            self.values(np.mean([place.point for place in self.clear_sets[n_clear:]], axis=0)[None])
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> SeenSpringSet:
         """Run CMA-ES from one start, and return its best set."""
         strategy = strategy_from(start, 0.2, self.bounds, GENERATION_SIZE, rng)
-        idle, least = 0, math.inf
+        idle, least_value = 0, math.inf
         while not strategy.stop() and idle < MAX_IDLE_GENERATIONS:
             points = np.array(strategy.ask())
             values = self.values(points)
             strategy.tell(list(points), values.tolist())
-            assert self._own is not None
-            own = self._own
-            if own.value <= AMPLE_GAP_OBJECTIVE:
+            assert self._best_of_start is not None
+            best = self._best_of_start
+            if best.value <= AMPLE_GAP_OBJECTIVE:
                 break
-            if own.check.deploys:
-                idle = 0 if own.value < least - MIN_OBJECTIVE_GAIN else idle + 1
-                least = min(least, own.value)
-        assert self._own is not None
-        return self._own
+            if best.check.deploys:
+                idle = 0 if best.value < least_value - MIN_OBJECTIVE_GAIN else idle + 1
+                least_value = min(least_value, best.value)
+        assert self._best_of_start is not None
+        return self._best_of_start
 
     def _descend(self, point: Reals) -> None:
         """Take one step of L-BFGS-B with central differences, whose points are evaluated together."""
@@ -163,8 +163,8 @@ class SpringSearch:
         step = 0.02
 
         def value_and_slope(x: Reals) -> tuple[float, Reals]:
-            ways = step * np.eye(len(x))
-            values = self.values(np.vstack([x, x + ways, x - ways]))
+            steps = step * np.eye(len(x))
+            values = self.values(np.vstack([x, x + steps, x - steps]))
             up, down = values[1 : len(x) + 1], values[len(x) + 1 :]
             return float(values[0]), (up - down) / (2.0 * step)
 
@@ -227,18 +227,20 @@ def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.
 def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ...]:
     """Return the fewest springs of a catalogue that give a level of `catalogue_levels` in parallel."""
     return next(
-        made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= STIFFNESS_TOLERANCE * stiffness
+        springs
+        for level, springs in _made_of(catalogue).items()
+        if abs(level - stiffness) <= STIFFNESS_TOLERANCE * stiffness
     )
 
 
 def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
     """Return the fewest springs, up to two in parallel, for each stiffness that a catalogue gives."""
     each = sorted(set(catalogue))
-    made: dict[float, tuple[float, ...]] = {0.0: ()}
+    springs_of: dict[float, tuple[float, ...]] = {0.0: ()}
     for springs in [*((one,) for one in each), *combinations_with_replacement(each, 2)]:
         level = springs[0] if len(springs) == 1 else round(sum(springs), 12)
-        made.setdefault(level, springs)
-    return made
+        springs_of.setdefault(level, springs)
+    return springs_of
 
 
 def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> CatalogueLevels:
@@ -269,16 +271,18 @@ def descend_levels(
     are expanded, or when the budget of sets, 1 or more, is spent.
     costs : function that returns the costs of some sets, evaluated together.
     """
-    first = list(dict.fromkeys(starts))[:budget]
-    seen = dict(zip(first, map(float, costs(first)), strict=True))
-    opened: set[CatalogueLevels] = set()
-    while len(seen) < budget:
-        waiting = [chosen for chosen in seen if chosen not in opened]
-        if not waiting:
+    start_sets = list(dict.fromkeys(starts))[:budget]
+    visited = dict(zip(start_sets, map(float, costs(start_sets)), strict=True))
+    expanded: set[CatalogueLevels] = set()
+    while len(visited) < budget:
+        open_sets = [chosen for chosen in visited if chosen not in expanded]
+        if not open_sets:
             break
-        best = min(waiting, key=lambda chosen: (seen[chosen], chosen))
-        opened.add(best)
-        fresh = [chosen for chosen in neighbouring_levels(best, levels) if chosen not in seen][: budget - len(seen)]
-        if fresh:
-            seen.update(zip(fresh, map(float, costs(fresh)), strict=True))
-    return seen
+        best = min(open_sets, key=lambda chosen: (visited[chosen], chosen))
+        expanded.add(best)
+        neighbours = [chosen for chosen in neighbouring_levels(best, levels) if chosen not in visited][
+            : budget - len(visited)
+        ]
+        if neighbours:
+            visited.update(zip(neighbours, map(float, costs(neighbours)), strict=True))
+    return visited

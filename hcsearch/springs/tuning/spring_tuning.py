@@ -124,53 +124,53 @@ def tune_springs(
     start = stiffnesses_of_groups([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
     first = first_generation(start, tied, seed, (softest, stiffest))
     evaluator = _evaluator(linkage, setup, formulation, first, memory, evaluations)
-    shares = evaluation_shares(evaluations - evaluator.before, samples, bool(catalogue))
-    budget = max(1, shares.total - shares.hardened - shares.rounded)
+    shares = evaluation_shares(evaluations - evaluator.earlier_evaluations, samples, bool(catalogue))
+    budget = max(1, shares.total - shares.robust - shares.catalogue)
     search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
     finder = SpringSetFinder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
     interrupted = False
     rounded = None
-    begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
+    start_set = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
     try:
         # checks shrink panels by less and are coarse: the precise simulation may decide where they are undecided
-        begin = finder.precise(begin)
+        start_set = finder.with_deployment(start_set)
         search.run(start, first)
-        finder.choose(search.candidates(), begin)
+        finder.choose(search.candidates(), start_set)
         if levels:
-            rounded = finder.round(levels)
+            rounded = finder.round_to_catalogue(levels)
     except KeyboardInterrupt:
         interrupted = True
-    best = finder.best or (begin if search.best is None else _seen(search.best, evaluator.scales))
+    best = finder.best or (start_set if search.best is None else _seen(search.best, evaluator.scales))
     return Tuning(
         setup,
         evaluator.formulation,
         tied,
-        begin,
+        start_set,
         best,
         rounded,
-        evaluator.done,
+        evaluator.evaluation_count,
         evaluator.recalled,
         interrupted,
         labels_of(linkage),
-        evaluator.samples,
+        evaluator.sample_count,
         evaluator.samples_recalled,
         tuple(map(float, catalogue)),
     )
 
 
-def _remedy(least: float, most: float, softest: float) -> str:
+def _remedy(softest_given: float, stiffest_given: float, softest: float) -> str:
     """Return the remedy for springs outside the range."""
-    if least < 0.0:
+    if softest_given < 0.0:
         return "give springs of 0 N m/rad or more, or none"
-    return f"add --spring-range {min(softest, most / 2.0):g},{most:g}, or give softer springs"
+    return f"add --spring-range {min(softest, stiffest_given / 2.0):g},{stiffest_given:g}, or give softer springs"
 
 
 def _silent(done: int, total: int, note: str) -> None:
     """Show nothing."""
 
 
-def _seen(place: SeenSpringSet, scales: SceneScales) -> SpringSet:
-    return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales=scales)
+def _seen(seen: SeenSpringSet, scales: SceneScales) -> SpringSet:
+    return SpringSet(tuple(seen.stiffnesses.tolist()), seen.check, scales=scales)
 
 
 def _evaluator(
@@ -190,14 +190,16 @@ def _evaluator(
     exact = Evaluator(linkage, setup, "constrained", memory)
     tied = tied_hinges(linkage, setup.held)
     sets = [stiffnesses_of_groups(np.exp(point), tied) for point in first][:evaluations]
-    if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
+    if any(check.outcome == "flat" for check in exact.of_springs(sets, past_collisions=True)):
         return exact
-    other = Evaluator(linkage, setup, "compliant", memory)
-    sets = sets[: evaluations - exact.done]
-    chosen, left = (
-        (other, exact) if any(c.outcome == "flat" for c in other.of_springs(sets, whole=True)) else (exact, other)
+    compliant = Evaluator(linkage, setup, "compliant", memory)
+    sets = sets[: evaluations - exact.evaluation_count]
+    chosen, rejected = (
+        (compliant, exact)
+        if any(c.outcome == "flat" for c in compliant.of_springs(sets, past_collisions=True))
+        else (exact, compliant)
     )
-    chosen.before, chosen.recalled = left.done, chosen.recalled + left.recalled
+    chosen.earlier_evaluations, chosen.recalled = rejected.evaluation_count, chosen.recalled + rejected.recalled
     return chosen
 
 
@@ -213,7 +215,10 @@ def tuning_facts(tuning: Tuning) -> dict[str, Any]:
         "hinges": hinges,
         "merged_panels": list(tuning.labels.merged),
         "tied_hinges": [[hinges[k] for k in group] for group in tuning.tied],
-        **{name: None if one is None else _set_facts(one, tuning.labels) for name, one in sets.items()},
+        **{
+            name: None if spring_set is None else _set_facts(spring_set, tuning.labels)
+            for name, spring_set in sets.items()
+        },
         "buy": None if (each := springs_to_buy(tuning)) is None else _bought_facts(each),
         "evaluations": tuning.evaluations,
         "known_before": tuning.recalled,
@@ -223,11 +228,11 @@ def tuning_facts(tuning: Tuning) -> dict[str, Any]:
     }
 
 
-def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
-    check, precise, chance = one.check, one.deployment, one.robustness
+def _set_facts(spring_set: SpringSet, labels: Labels) -> dict[str, Any]:
+    check, precise, chance = spring_set.check, spring_set.deployment, spring_set.robustness
     clearance = None if precise is None else precise.clearance
     return {
-        "stiffness_N_m_rad": list(one.stiffnesses),
+        "stiffness_N_m_rad": list(spring_set.stiffnesses),
         "outcome": check.outcome,
         "clear": check.clear,
         "collision_s": None if check.collision is None else check.collision[0],
@@ -235,9 +240,9 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
         if check.collision is None
         else [label_data(labels.panels[k]) for k in check.collision[1]],
         **({"min_clearance_mm": millimetres(check.gap)} if precise is None else play_facts(precise)),
-        "objective": one.value,
-        "confirmed": one.confirmed,
-        "flat_time_s": one.flat_time,
+        "objective": spring_set.value,
+        "confirmed": spring_set.confirmed,
+        "flat_time_s": spring_set.flat_time,
         "certified": None if clearance is None else clearance.kind,
         "samples": None if chance is None else chance.samples,
         "collision_probability": None if chance is None else chance.probability,
@@ -248,13 +253,13 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
 
 def tuning_advice(tuning: Tuning) -> str:
     """Return a sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
-    one = tuning.chosen
-    name = "catalogue springs" if one is tuning.rounded else "tuned springs"
-    if not one.confirmed:
+    spring_set = tuning.chosen
+    name = "catalogue springs" if spring_set is tuning.rounded else "tuned springs"
+    if not spring_set.confirmed:
         return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
-    if one.doubt:
-        return f"{name}, with care: {one.doubt}"
-    chance = one.robustness
+    if spring_set.doubt:
+        return f"{name}, with care: {spring_set.doubt}"
+    chance = spring_set.robustness
     if chance is None or not chance.failures:
         return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")
     share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
@@ -308,13 +313,13 @@ def _bought_facts(each: list[tuple[float, ...]]) -> dict[str, Any]:
     }
 
 
-def spring_set_sentence(one: SpringSet, labels: Labels) -> str:
+def spring_set_sentence(spring_set: SpringSet, labels: Labels) -> str:
     """Return a sentence on the outcome of a spring set."""
-    check, precise, chance = one.check, one.deployment, one.robustness
+    check, precise, chance = spring_set.check, spring_set.deployment, spring_set.robustness
     if precise is None:
         text = f"{check.reason(labels)} (by a quick simulation)"
     else:
-        reason = precise.reason if one.agreement is None else one.agreement.reason
+        reason = precise.reason if spring_set.agreement is None else spring_set.agreement.reason
         text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
         clear = precise.clearance is not None and precise.clearance.kind == "clear"
         text += f", {'' if clear else 'not '}certified clear"

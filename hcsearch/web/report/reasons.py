@@ -65,7 +65,7 @@ def deployment_scene_name(row: ViewRow, verdict: StoredVerdict | None) -> str:
         return scene
     deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path is not None
     deployed = verdict.deployed
-    other = deployed is not None and not deployed.first if deploys else moves and verdict.path != pairs
+    other = deployed is not None and not deployed.as_written if deploys else moves and verdict.path != pairs
     return joined_name(scene, pairs) if other else scene
 
 
@@ -81,5 +81,7 @@ def verdict_of_row(folding: ViewRow, tried: Sequence[ViewRow]) -> StoredVerdict 
         return None
     deployed = None
     if best is not None and best["status"] == "deploys":
-        deployed = SceneVariant(cast("Way", best["pairs"]), str(best["springs"]), first=best["scene"] == best["base"])
+        deployed = SceneVariant(
+            cast("Way", best["pairs"]), str(best["springs"]), as_written=best["scene"] == best["base"]
+        )
     return StoredVerdict(status, cast("Way | None", folding.get("flat_pairs")), deployed)
