@@ -37,7 +37,7 @@ MAX_TURN_NORM = 1.0
 """Greatest sum of the norms of screws times the turns of their hinges in half a piece (so that norms grow by e at
 most)."""
 MAX_LOOP_DEVIATION = 0.05
-"""Greatest deviation of T of a loop from 1 at the states of a tube. A half turn, whose twist is 0 as well, exceeds it."""
+"""Greatest deviation of T of a loop from 1 at states of a tube; a half turn, whose twist is 0 as well, exceeds it."""
 PIECE_WANDER_SHARE = 0.9
 """Share of the deviation limit that a piece itself may use: the rest is for joining it to the piece before."""
 

@@ -107,7 +107,7 @@ CENTRING_ROUNDS = 6
 
 @lean
 def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals, moments: Reals) -> float:
-    """Shift the screws of a loop, six rows from one on, to its middle and scale them to its unit of length; return the unit.
+    """Shift the screws of a loop, six rows from one on, to its middle and scale them to its unit of length, returned.
 
     The unit is the root mean square moment. hinges : those that are counted. middle : (3,), and moments : (m,), of
     those hinges, written.

@@ -27,8 +27,8 @@ class Space(NamedTuple):
         crossed, else 0.
     prisms : the panels, shrunk by the margin. pairs : (p, 2), those that must keep apart.
     lever : m, greatest distance that a point moves where one hinge turns by 1 rad. measured_distance : m, pairs further
-    apart are not measured. min_gap : m, of shrunk panels in every state. step_gap : m, that a step leaves. parting_gap : m,
-    that one direction has at both ends of a chord.
+    apart are not measured. min_gap : m, of shrunk panels in every state. step_gap : m, that a step leaves.
+    parting_gap : m, that one direction has at both ends of a chord.
     """
 
     loops: Loops
@@ -174,7 +174,7 @@ def new_space_work(space: Space) -> SpaceWork:
 
 @lean
 def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) -> bool:
-    """Write a state; return whether all gaps are at least `enough`. Gaps after the first smaller one are not written."""
+    """Write a state; return whether all gaps are at least `enough`. Gaps after the first smaller one are left out."""
     for h in range(len(angles)):
         state.angles[h] = angles[h]
     place_panels(space.loops.chain, state.angles, state.poses)
@@ -288,7 +288,7 @@ def _gap(space: Space, state: PlacedState, f: int, g: int, way: Vector3) -> floa
 def link_states(
     space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, between: Reals
 ) -> int:
-    """Write closed states along the straight piece between two states, in order, without its ends; return their number or -1.
+    """Write closed states along the straight piece between two states, in order, without its ends; return their number.
 
     longest : rad, pieces that turn a hinge by more are halved. depth : how often a piece may be halved; the stack has
     two states more. The state half-way must be closed near its place, and panels keep apart at all states. -1 where the
@@ -317,7 +317,7 @@ def link_states(
 
 @compiled
 def _half_way(space: Space, left: PlacedState, right: PlacedState, work: SpaceWork, middle: PlacedState) -> bool:
-    """Write the closed state half-way between two; return whether it is near the midpoint and panels keep apart there."""
+    """Write the closed state half-way between two; return whether it is near the midpoint and panels keep apart."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
     if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 12, work.closing):

@@ -111,7 +111,7 @@ def cell_slot(tree: StateTree, row: int) -> int:
 
 @lean
 def keep_new_states(tree: StateTree, first: int) -> bool:
-    """Keep the branch of states from `first` up to the last one in a cell that is not full; return whether any is kept."""
+    """Keep the branch of states from `first` to the last one in a cell that is not full; return whether any is kept."""
     end = first
     for i in range(first, tree.size[0]):
         slot = cell_slot(tree, i)

@@ -127,7 +127,7 @@ def _hermite(one: Track, i: int, two: Track, j: int, course: Reals) -> None:
 
 @compiled
 def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work: Closing) -> bool:
-    """Push the closed state nearest to the middle of a step onto the waiting states; return whether there is one near by."""
+    """Push the closed state nearest to the middle of a step onto the waiting states; return whether one is near by."""
     here, top = fine.filled[0] - 1, waiting.filled[0] - 1
     h = waiting.times[top] - fine.times[here]
     middle = waiting.angles[top + 1]
