@@ -284,7 +284,7 @@ def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
 
 @lean
 def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
-    """Add the third and fourth orders of a half; return the sum of its radii, and a bound of hinge-to-middle-panel distances.
+    """Add the third and fourth orders of a half; return the sum of its radii, and the greatest reach of its hinges.
 
     Third derivatives along a line are sums over three hinges i <= j <= k of d_i d_j d_k K_i K_j K_k, with rotations
     between, and so are fourth ones. For the place, the lever of the last hinge, k, is turned instead.

@@ -74,7 +74,7 @@ class Flood(NamedTuple):
 
 @compiled
 def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
-    """Return a flood from the cube of a state, (n,), that should not reach the cube of a goal; grid : bounds of the cubes."""
+    """Return a flood from the cube of a state, (n,), whose goal is the cube of another; grid : bounds of the cubes."""
     n, size = len(start), 4
     while size < 2 * capacity:
         size *= 2

@@ -201,7 +201,7 @@ def clear_at(state: Reals, work: Overlaps) -> bool:
 
 @lean
 def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
-    """Return NONE, AT_MIDDLE or THROUGHOUT for the closed states of a box, (n,) each; AT_MIDDLE writes `kept_shares`."""
+    """Return NONE, AT_MIDDLE or THROUGHOUT for the closed states of a box, (n,); AT_MIDDLE writes `kept_shares`."""
     if len(work.plates.pairs) == 0:
         return OVERLAP_NONE
     middles, radii, depths = closure.middles, closure.radii, work.piercings.depths

@@ -34,13 +34,13 @@ from hcsearch.kernels.enclosure.overlaps import (
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
 
 BOX_EMPTY, BOX_CLOSED, BOX_OPEN, BOX_UNFINISHED = 0, 1, 2, 3
-"""Result for a box: holds no closed and clear state, proved; holds one, by Newton's method; undecidable; not finished."""
+"""Result for a box: proved to hold no closed and clear state; holds one, by Newton's method; undecided; unfinished."""
 NEWTON_BOX_INTERVAL = 64
 """Number of boxes between two tries of Newton's method."""
 MIN_SPLIT_WIDTH = 1e-5
 """Width (rad) up to which a box is not split."""
 SLIDING_BOX_WIDTH = 0.01
-"""Width (rad) up to which, with panels, Newton's method is tried in each box: it may hold states at which these slide."""
+"""Width (rad) up to which, with panels, Newton's method is tried in each box: panels may slide at a state of it."""
 REFUTATION_WAITING_BOXES, REFUTATION_TESTED_BOXES = 0, 1
 """Indices of the counts of a search."""
 MAX_WAITING_BOXES = 400

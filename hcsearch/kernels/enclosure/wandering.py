@@ -16,7 +16,7 @@ WALK_RESTART_STEPS = 20
 WALK_BEND_SHARE = 0.3
 """Random change of direction between steps, relative to their length."""
 MAX_STEP_FAILURES, STEP_REDUCTION_FACTOR, STEP_GROWTH_FACTOR = 50, 0.5, 1.5
-"""Failed steps in a row after which a climb shortens its steps, the factor of that, and the factor after each success."""
+"""A climb shortens its steps by a factor after this many failures in a row, and lengthens them after each success."""
 MIN_WALK_STEP = 1e-3
 """Step length (rad) at which a climb or an approach ends when it makes no progress."""
 MAX_GOAL_STEP = 0.1
@@ -112,7 +112,7 @@ def _climb_along(
 def approach_goal(
     rings: HingeRings, start: Reals, goal: Reals, steps: int, seed: int, work: Refutation
 ) -> tuple[Reals, int]:
-    """Step from one state, (n,), towards another; return the closed states passed, (m, n), and the number of steps tried.
+    """Step from one state, (n,), towards another; return the closed states passed, (m, n), and the number of tries.
 
     Each is nearer to the goal than the one before; the first is the start, and the last the goal, nearly, if steps lead
     there. steps : greatest number of tries.
