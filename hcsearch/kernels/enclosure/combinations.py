@@ -1,8 +1,8 @@
-"""Combinations of the equations of closure in a box, each weighed by what is not known of the equations.
+"""Linear combinations of the closure equations in a box, weighted by the unknown terms of the equations.
 
 With the columns V of all terms that may take either sign, each at its greatest, the combinations y of least square
-(V^T y)^2 for given right sides are solutions of V V^T y = right side (docs/explanation/locks.md). Several are computed
-at once, as lanes: they share all but their right sides.
+(V^T y)^2 for given right sides are solutions of V V^T y = right side (docs/explanation/locks.md). Several right sides
+are solved at once, as lanes: they share everything else.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import EQUATIONS_PER_LOOP, Expansion, HingeRings
 
 COMBINATION_LANE_COUNT = 8
-"""Combinations that are computed at once."""
+"""Number of combinations that are computed at once."""
 ROTATION_EQUATION_COUNT = 9
-"""Equations of a loop that are of its rotation; the others are of a place."""
+"""Rotation equations of a loop; the others are of the place of a point."""
 
 
 class Combinations(NamedTuple):
-    """Tables.
+    """Work tables of the combinations; k terms, r equations.
 
-    terms : (k, r), coefficients in the equations of each angle, then of each product of two. sizes : (k,), what these
-    come to at most. weighted : (k, r), terms times squares of sizes. centred : (r,), values with the mean of squares.
-    gram : (r, r), V V^T and its factor. mixes : (r, LANES), right sides, then combinations. parts : (k, LANES),
-    coefficients in these of each angle and product. values, errors, thirds : (LANES,), each at the middle of the box,
-    what it may differ by but for slopes, and of this the third order. sums : (3, LANES), for sums over equations.
+    terms : (k, r), coefficients in the equations of each angle, then of each product of two. sizes : (k,), greatest
+    values of these terms. weighted : (k, r), terms times squares of sizes. centred : (r,), values with the mean of
+    squares. gram : (r, r), V V^T and its factor. weights : (r, LANES), right sides, then combinations. coefficients :
+    (k, LANES), of each angle and product in these. values, errors, third_orders : (LANES,), of each at the middle of
+    the box, its greatest change without that of slopes, and the third-order part of this change. sums : (3, LANES),
+    over equations.
     """
 
     terms: Reals
@@ -48,7 +49,7 @@ class Combinations(NamedTuple):
 
 @compiled
 def new_combinations(rings: HingeRings, expansion: Expansion) -> Combinations:
-    """Empty tables."""
+    """Return empty tables."""
     r, k = len(expansion.values), rings.folds + len(expansion.bends)
     return Combinations(
         np.zeros((k, r)),
@@ -67,7 +68,7 @@ def new_combinations(rings: HingeRings, expansion: Expansion) -> Combinations:
 
 @lean
 def weigh_equations(radii: Reals, own: Expansion, work: Combinations) -> bool:
-    """Write V V^T, factored (Cholesky), and the centred values; whether it has a factor."""
+    """Write V V^T, factored (Cholesky), and the centred values; return whether it has a factor."""
     _write_terms(radii, own, work)
     gram, trace = work.gram, 0.0
     _write_gram(len(radii) + own.filled[0], work)
@@ -80,7 +81,7 @@ def weigh_equations(radii: Reals, own: Expansion, work: Combinations) -> bool:
 
 @lean
 def _write_terms(radii: Reals, own: Expansion, work: Combinations) -> None:
-    """Write terms, sizes, weighted terms and centred values; a square lies between 0 and its greatest value."""
+    """Write terms, sizes, weighted terms and centred values; a square ranges from 0 to its greatest value."""
     n, r = len(radii), len(own.values)
     for i in range(r):
         work.centred[i] = own.values[i]
@@ -107,7 +108,7 @@ def _write_terms(radii: Reals, own: Expansion, work: Combinations) -> None:
 
 @lean
 def _write_gram(count: int, work: Combinations) -> None:
-    """Write the lower triangle of V V^T, in blocks of three by three: their sums stay in registers."""
+    """Write the lower triangle of V V^T, in blocks of three by three, whose sums stay in registers."""
     gram, one, two = work.gram, work.weighted, work.terms
     for i in range(0, len(gram), 3):
         for j in range(0, i + 3, 3):
@@ -131,7 +132,7 @@ def _write_gram(count: int, work: Combinations) -> None:
 
 @lean
 def solve_combinations(work: Combinations) -> None:
-    """Write the combinations of the right sides that stand in `mixes`, by the factor that `weigh_equations` wrote."""
+    """Replace the right sides in `weights` by their combinations, with the factor of `weigh_equations`."""
     mixes, gram = work.mixes, work.gram
     r = len(gram)
     for i in range(r):
@@ -154,7 +155,7 @@ def solve_combinations(work: Combinations) -> None:
 
 @lean
 def combine_equations(radii: Reals, own: Expansion, work: Combinations) -> None:
-    """Write values, parts and errors of the combinations in `mixes`."""
+    """Write values, coefficients and errors of the combinations in `weights`."""
     n, count = len(radii), len(radii) + own.filled[0]
     values, errors, mixes = work.values, work.errors, work.mixes
     for c in range(COMBINATION_LANE_COUNT):
@@ -172,7 +173,7 @@ def combine_equations(radii: Reals, own: Expansion, work: Combinations) -> None:
 
 @lean
 def _write_parts(count: int, terms: Reals, mixes: Reals, parts: Reals) -> None:
-    """Write the product of terms and combinations, twelve equations at a time: a row of it stays in registers."""
+    """Write the product of terms and combinations, twelve equations at a time, so that a row stays in registers."""
     for k in range(count):
         for c in range(COMBINATION_LANE_COUNT):
             parts[k, c] = 0.0
@@ -200,7 +201,7 @@ def _write_parts(count: int, terms: Reals, mixes: Reals, parts: Reals) -> None:
 
 @lean
 def _write_rests(own: Expansion, work: Combinations) -> None:
-    """Write what third orders come to at most, and that and rounding as errors.
+    """Write bounds of the third order, and errors as the sum of these and rounding.
 
     A third order of the rotation is a sum of products of cross products: matrices of rank 2 whose singular values are
     no more than 1, so that the combination of their entries is no more than the root of twice its own square.
@@ -226,7 +227,7 @@ def _write_rests(own: Expansion, work: Combinations) -> None:
 
 @lean
 def add_shares(radii: Reals, own: Expansion, shares: Reals, work: Combinations) -> None:
-    """Add by how much each angle, (n,), leaves the first combination unknown, but for slopes."""
+    """Add to `shares`, (n,), by how much each angle's higher orders leave the first combination unknown."""
     n, total = len(radii), 0.0
     for h in range(n):
         total += radii[h]

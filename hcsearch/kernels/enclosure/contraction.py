@@ -1,8 +1,8 @@
-"""Closed states in boxes of fold angles: contraction of the box, and Newton's method within it.
+"""Contraction of boxes of fold angles onto their closed states, and Newton's method within a box.
 
-Any combination of the equations of closure bounds each fold angle by what the others leave. Those that are tried are of
-least square for a given slope of one angle, and for a given value. How much they leave hangs on where the loops are cut
-into halves: a box is tried with the cuts by which least was unknown of the box that it is a part of, then with others.
+Any combination of the closure equations bounds each fold angle by the ranges of the others. The combinations in use
+are those of least square for a given slope of one angle, and for a given value. Their bounds depend on where the loops
+are cut into halves: a box is tried first with the best cuts of the box that it is a part of, then with others.
 """
 
 from __future__ import annotations
@@ -37,24 +37,25 @@ from hcsearch.kernels.enclosure.expansion import (
 )
 
 MIN_REPEAT_GAIN_SHARE = 0.1
-"""A box is contracted for a third time where it has become smaller by this share."""
+"""Least relative decrease of a box for a third contraction."""
 MIN_FIRST_GAIN_SHARE = 0.01
-"""Where the first combinations make a box smaller by less than this share, the others are left out."""
+"""Least relative decrease of a box by the first combinations for which the others are used, too."""
 MAX_CONTRACTION_SWEEPS = 3
-"""A box is contracted no more often than this."""
+"""Greatest number of contractions of a box."""
 ALTERNATIVE_CUT_COUNT = 3
-"""Ways of cutting the loops that take turns beside the one that a box begins with."""
+"""Number of alternative cuts of the loops that take turns beside the initial one of a box."""
 BOUND_PADDING = 1e-14
-"""What contracted bounds are moved outward by (rad): a quotient of numbers up to 4 is rounded by less."""
+"""Outward shift (rad) of contracted bounds: a quotient of numbers up to 4 is rounded by less."""
 MIN_COMBINATION_SLOPE = 1e-9
-"""A combination bounds no angle of which it has a smaller slope."""
+"""A combination is used to bound only angles of which its slope is at least this."""
 
 
 class Contraction(NamedTuple):
-    """Tables; middles, radii, shares : (n,), of a box, and by how much each angle leaves it undecided.
+    """Work tables of a contraction.
 
-    least, most : (n,), what each slope of a combination comes to. cuts, best : (n_loops, 2), (n,), where the loops are
-    cut that leave least unknown of a box, and shares with these. turns : (1,), how often other cuts were tried.
+    middles, radii, shares : (n,), of a box, and the contribution of each angle to its undecided part. slope_minima,
+    slope_maxima : (n,), of each slope term of a combination. cuts : (n_loops, 2), where the loops are cut with the best
+    result, and best_shares : (n,), the shares with these. cut_trial_count : (1,), how often other cuts were tried.
     """
 
     expansion: Expansion
@@ -71,7 +72,7 @@ class Contraction(NamedTuple):
 
 @compiled
 def new_contraction(rings: HingeRings) -> Contraction:
-    """Empty tables."""
+    """Return empty tables."""
     n, expansion = rings.folds, new_expansion(rings)
     return Contraction(
         expansion,
@@ -89,9 +90,9 @@ def new_contraction(rings: HingeRings) -> Contraction:
 
 @lean
 def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) -> bool:
-    """Contract a box, (n,) each, onto the closed states in it; False where it is proved to hold none.
+    """Contract a box, (n,) each, onto its closed states; return False where it is proved to hold none.
 
-    Loops are cut at `work.expansion.cuts` at first; those that leave least unknown are there afterwards.
+    Loops are cut at `work.expansion.cuts` at first; afterwards that holds the best cuts.
     """
     n, most_known, shrunk = len(low), -1.0, False
     keep_cuts(work.expansion.cuts, work.cuts)
@@ -146,7 +147,7 @@ def _width(low: Reals, high: Reals) -> float:
 
 @lean
 def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
-    """Cut the loops in the way whose turn it is; whether that is another one than what leaves least unknown."""
+    """Cut the loops in the next alternative way; return whether that differs from the best cuts."""
     cuts, differs = work.expansion.cuts, False
     cut_loops(rings, work.radii, work.turns[0] % ALTERNATIVE_CUT_COUNT, cuts)
     work.turns[0] += 1
@@ -157,7 +158,7 @@ def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
 
 @lean
 def _known(work: Contraction) -> float:
-    """The first combination's value in the middle of a box, over by how much it may differ in the box."""
+    """The first combination's value in the middle of a box, relative to its greatest change in the box."""
     own = work.combinations
     differs = own.errors[0]
     for h in range(len(work.radii)):
@@ -167,7 +168,7 @@ def _known(work: Contraction) -> float:
 
 @lean
 def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
-    """Contract a box by some combinations; False where one excludes all of it. Number 0 is that of the values."""
+    """Contract a box by some combinations, number 0 that of the values; return False where one excludes all of it."""
     n, own = len(low), work.combinations
     last = min(n + 1 - first, COMBINATION_LANE_COUNT)
     for i in range(len(own.mixes)):
@@ -202,7 +203,7 @@ def _refine(rings: HingeRings, work: Contraction) -> None:
 
 @lean
 def _scale(own: Combinations) -> None:
-    """Scale the greatest entry of each combination to 1; one that is none becomes 0, and bounds nothing."""
+    """Scale the greatest entry of each combination to 1; one that is not finite becomes 0 and bounds nothing."""
     greatest = own.sums[0]
     for c in range(COMBINATION_LANE_COUNT):
         greatest[c] = 0.0
@@ -223,7 +224,7 @@ def _scale(own: Combinations) -> None:
 
 @lean
 def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
-    """Contract a box by one combination; False where it excludes all of the box."""
+    """Contract a box by one combination; return False where it excludes all of the box."""
     own, n = work.combinations, len(low)
     value, error = own.values[c], own.errors[c]
     sizes = abs(value) + error
@@ -254,17 +255,17 @@ def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
 
 
 MAX_NEWTON_STEPS = 20
-"""Steps, at most: most closed states are reached in seven."""
+"""Greatest number of steps; most closed states are reached in seven."""
 NEWTON_RESIDUAL = 1e-7
-"""Root of the sum of squares of the equations at a closed state."""
+"""Residual norm of the equations at a closed state."""
 STALL_STEP_COUNT, STALL_RESIDUAL_SHARE = 5, 0.5
-"""Where so many steps leave more than this share of the residual, there will be no closed state."""
+"""Newton's method is given up where this many steps leave more than this share of the residual."""
 
 
 class Newton(NamedTuple):
-    """Tables of normal equations, (n, n) each: of all angles, and of those that are not held at an edge of the box.
+    """Normal equations, (n, n) each: of all angles, and of those that are not held at an edge of the box.
 
-    right, step, edge : (n,), the right side, the step, and that to the edge. held : (n,).
+    right, step, edge : (n,), the right side, the step, and the step to the edge. held : (n,).
     """
 
     normal: Reals
@@ -277,7 +278,7 @@ class Newton(NamedTuple):
 
 @compiled
 def new_newton(rings: HingeRings) -> Newton:
-    """Empty tables."""
+    """Return empty tables."""
     n = rings.folds
     tables, lists = (np.zeros((n, n)), np.zeros((n, n))), (np.zeros(n), np.zeros(n), np.zeros(n))
     return Newton(tables[0], tables[1], lists[0], lists[1], lists[2], np.zeros(n, np.bool_))
@@ -285,7 +286,7 @@ def new_newton(rings: HingeRings) -> Newton:
 
 @lean
 def close_within_box(rings: HingeRings, low: Reals, high: Reals, state: Reals, own: Expansion, work: Newton) -> float:
-    """Move a state to a closed one within a box, (n,) each; what is left of the equations there."""
+    """Move a state to a closed one within a box, (n,) each; return the residual norm there."""
     residual, before = math.inf, math.inf
     for step in range(MAX_NEWTON_STEPS):
         write_first_order(rings, state, own)
@@ -332,9 +333,9 @@ def _write_normal(damping: float, own: Expansion, work: Newton) -> None:
 
 @lean
 def _write_step(low: Reals, high: Reals, state: Reals, work: Newton) -> bool:
-    """Write a step that ends within the bounds: angles that would leave these end there, and the others without them.
+    """Write a step that ends within the bounds; return whether there is one.
 
-    Whether there is one.
+    Angles that would leave the bounds end there, and the others are computed without them.
     """
     n, held, edge, free, step = len(state), work.held, work.edge, work.free, work.step
     for h in range(n):

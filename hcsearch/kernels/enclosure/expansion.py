@@ -1,4 +1,4 @@
-"""Closure of loops in a box of fold angles: expanded to second order about its middle, with the third order bounded.
+"""Closure of loops in a box of fold angles: the expansion to second order about its middle, and bounds of third order.
 
 A loop is cut into two halves, which lead from a first panel to a panel in the middle. The loop is closed where both
 place that panel alike: nine equations of its rotation and three of the place of one of its points. With K_i the cross
@@ -6,8 +6,8 @@ product with the axis of hinge i, a half turns the panel by exp(d_1 K_1) exp(d_2
 no product of rotations and cross products is longer than 1, so no exponential enters a bound
 (docs/explanation/locks.md).
 
-The third order of a half is the sum over i <= j <= k of d_i d_j d_k K_i K_j K_k, the bends of j and k turned by i. This
-bounds it two to three times as narrowly as the sum of all radii does, and takes longer.
+The third order of a half is the sum over i <= j <= k of d_i d_j d_k K_i K_j K_k, the bends of j and k turned by i.
+Bounding it term by term is two to three times as narrow as bounding it by the sum of all radii, and takes longer.
 """
 
 from __future__ import annotations
@@ -32,17 +32,18 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 
 EQUATIONS_PER_LOOP = 12
-"""Equations of a loop: the nine entries of a rotation by rows, and a place."""
+"""Equations of a loop: the nine entries of a rotation by rows, and the place of a point."""
 HALF_POSE_ROUNDING = 4e-15
-"""Error of the pose of a half for each of its hinges, over 1 and the distance of hinges: a product of rotations is a
-sum of three products of two entries, each known to a few units in the last place, as the hinges' places are."""
+"""Rounding error of the pose of a half for each of its hinges, relative to 1 and the distance of hinges: a product of
+rotations is a sum of three products of two entries, each known to a few units in the last place, as the hinges'
+places are."""
 
 
 class HingeRings(NamedTuple):
     """Loops of hinges in the flat state; lengths are in its size, places about the middle of each loop.
 
-    starts : (n_loops + 1,), where each loop begins. hinges : (k,), which hinge comes next. directions, points : (k, 3),
-    its line, in the sense in which the loop crosses it. folds : n, number of hinges.
+    starts : (n_loops + 1,), where each loop begins. hinges : (k,), the hinges in order. directions, points : (k, 3),
+    of each hinge's line, in the sense in which the loop crosses it. hinge_count : n.
     """
 
     starts: WholeNumbers
@@ -53,15 +54,15 @@ class HingeRings(NamedTuple):
 
 
 class Expansion(NamedTuple):
-    """Equations of closure about the middle of a box: values + slopes d + bends d d = a rest that is bounded.
+    """Closure equations about the middle of a box: values + slopes d + bends d d = a remainder that is bounded.
 
     values : (r,). slopes : (r, n). bends : (q, 12), of the products of two hinges `pairs`, (q, 2), in the loop
-    `owners`, (q,); of one hinge with itself the half of it stands there. filled : (1,), how many of these there are.
-    rests, fourths : (n_loops, 2), what third orders, or fourth ones, come to at most: the greatest singular value of
-    the rotation's, and the length of the place's. errors : (n_loops,), of rounding in each equation.
-    cuts : (n_loops, 2), hinges of the loop before the first panel, and before the one in the middle. steps : (k,), the
-    hinges of both halves of each loop, from the first panel to the middle one. ends : (2 n_loops + 1,), of halves.
-    axes, levers : (k, 3) and turned : (k, 3, 3), of hinges by their place in `steps`. poses : (2, 3, 4).
+    `bend_loops`, (q,); for a hinge with itself half of the product's coefficient. bend_count : (1,), number of these.
+    third_order_bounds, fourth_order_bounds : (n_loops, 2): of the greatest singular value of the rotation's part, and
+    of the length of the place's. errors : (n_loops,), of rounding in each equation. cuts : (n_loops, 2), hinges of the
+    loop before the first panel, and before the one in the middle. steps : (k,), the hinges of both halves of each loop,
+    from the first panel to the middle one. ends : (2 n_loops + 1,), of halves. axes, levers : (k, 3) and turned : (k,
+    3, 3), of hinges by their place in `steps`. poses : (2, 3, 4).
     """
 
     values: Reals
@@ -84,7 +85,7 @@ class Expansion(NamedTuple):
 
 @compiled
 def new_expansion(rings: HingeRings) -> Expansion:
-    """Empty tables."""
+    """Return empty tables."""
     loops, most = len(rings.starts) - 1, 0
     for loop in range(loops):
         m = rings.starts[loop + 1] - rings.starts[loop]
@@ -114,7 +115,7 @@ def new_expansion(rings: HingeRings) -> Expansion:
 
 @lean
 def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Expansion) -> None:
-    """Write the equations about a state, for angles that differ by no more than the radii, (n,) each.
+    """Write the equations about a state, for angles that differ from it by up to the radii, (n,) each.
 
     Loops are cut at `expansion.cuts`.
     """
@@ -137,7 +138,7 @@ def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Ex
 def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) -> None:
     """Choose where each loop is cut: bounds of third order are cubic in the sum of the radii of either half.
 
-    turn : 0 for the most even cut, 1 for that which comes next after it, and so on.
+    turn : 0 for the most even cut, 1 for the next most even one, and so on.
     """
     for loop in range(len(rings.starts) - 1):
         start, m = rings.starts[loop], rings.starts[loop + 1] - rings.starts[loop]
@@ -160,14 +161,14 @@ def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) ->
 
 @lean
 def keep_cuts(source: WholeNumbers, target: WholeNumbers) -> None:
-    """Copy where loops are cut, (n_loops, 2)."""
+    """Copy the cuts of all loops, (n_loops, 2)."""
     for loop in range(len(source)):
         target[loop, 0], target[loop, 1] = source[loop, 0], source[loop, 1]
 
 
 @lean
 def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) -> None:
-    """Write the values and slopes of the equations at a state, for loops as they are cut."""
+    """Write the values and slopes of the equations at a state, with the present cuts."""
     expansion.slopes[:] = 0.0
     for loop in range(len(rings.starts) - 1):
         _lay_out(rings, loop, expansion)
@@ -191,7 +192,7 @@ def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) ->
 
 @lean
 def _lay_out(rings: HingeRings, loop: int, expansion: Expansion) -> None:
-    """Write the hinges of both halves of a loop, from its first panel to the one in its middle."""
+    """Write the hinges of both halves of a loop, from its first panel to its middle one."""
     start, end = rings.starts[loop], rings.starts[loop + 1]
     first, middle = start + expansion.cuts[loop, 0], start + expansion.cuts[loop, 1]
     place = start
@@ -206,7 +207,7 @@ def _lay_out(rings: HingeRings, loop: int, expansion: Expansion) -> None:
 
 @lean
 def _middle(rings: HingeRings, loop: int, expansion: Expansion) -> Vector3:
-    """A point of the panel in the middle, in the flat state."""
+    """A point of the middle panel, in the flat state."""
     start, m = rings.starts[loop], rings.starts[loop + 1] - rings.starts[loop]
     k = expansion.cuts[loop, 1]
     before, after = vector_at(rings.points, start + (k - 1) % m, 0), vector_at(rings.points, start + k % m, 0)
@@ -215,7 +216,7 @@ def _middle(rings: HingeRings, loop: int, expansion: Expansion) -> Vector3:
 
 @lean
 def _place(rings: HingeRings, half: int, angles: Reals, pose: Reals, expansion: Expansion) -> None:
-    """Write the axes of a half where it is folded, points of them into `levers`, and the pose that it comes to."""
+    """Write the axes of a folded half, points of them into `levers`, and the pose at its end."""
     sense = 1.0 if half % 2 == 0 else -1.0
     for i in range(3):
         for j in range(4):
@@ -231,7 +232,7 @@ def _place(rings: HingeRings, half: int, angles: Reals, pose: Reals, expansion: 
 
 @lean
 def moved_point(pose: Reals, point: Vector3) -> Vector3:
-    """A point that is moved by a pose."""
+    """Return a point moved by a pose."""
     x, y, z = point
     return (
         pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3],
@@ -262,7 +263,7 @@ def _write_slopes(
 
 @lean
 def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
-    """Write the products of two hinges of a half."""
+    """Write the second-order terms of a half, for all products of two hinges."""
     sign, q = 1.0 if half % 2 == 0 else -1.0, expansion.filled[0]
     for i in range(expansion.ends[half], expansion.ends[half + 1]):
         axis = vector_at(expansion.axes, i, 0)
@@ -283,10 +284,10 @@ def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
 
 @lean
 def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
-    """Add higher orders of a half; the sum of its radii, and how far the middle panel may be from its hinges.
+    """Add the third and fourth orders of a half; return the sum of its radii, and the greatest reach of its hinges.
 
     Third derivatives along a line are sums over three hinges i <= j <= k of d_i d_j d_k K_i K_j K_k, with rotations
-    between, and so are fourth ones. Of the place, what is turned is the lever of the last one, k.
+    between, and so are fourth ones. For the place, the lever of the last hinge, k, is turned instead.
     """
     first, end, loop = expansion.ends[half], expansion.ends[half + 1], half // 2
     more = total = place = fourth = far = 0.0
@@ -311,11 +312,11 @@ def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion)
 
 @lean
 def bound_third_order(radii: Reals, hinges: WholeNumbers, own: Expansion, mixes: Reals) -> float:
-    """What third and higher orders of the first combination, a column of (r, m), come to at most but for rounding.
+    """Bound the third and higher orders of the first combination, a column of (r, m), without rounding.
 
-    radii : (n,), of the box. hinges : (k,), of `Rings`. With the bend of j and k as columns b, and the combination's
-    entries for them as columns y, y . (a_i x b) = a_i . (b x y). Twice the same hinge has half the weight, thrice a
-    sixth, of which a bend with itself has a half already.
+    radii : (n,), of the box. hinges : (k,), of `HingeRings`. With the bend of j and k as columns b, and the
+    combination's entries for them as columns y, y . (a_i x b) = a_i . (b x y). Twice the same hinge has half the
+    weight, thrice a sixth, of which a bend with itself has a half already.
     """
     total, q = 0.0, 0
     for half in range(len(own.ends) - 1):

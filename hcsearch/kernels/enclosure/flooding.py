@@ -1,12 +1,12 @@
-"""Floods of cubes of fold angles: which cubes motions from a state can reach, at most.
+"""Floods of cubes of fold angles: a superset of the cubes that motions from a state can reach.
 
-[0, pi]^n is cut into cubes. A flood takes in the cube of a state, and then each neighbour of a cube that was taken in,
-unless the face between them is proved to hold no closed state. No motion leaves what a flood has taken in
-(docs/explanation/locks.md). A cube that is taken in without need only enlarges that.
+[0, pi]^n is cut into cubes. A flood starts with the cube of a state and takes in each neighbour of its cubes, unless
+the face between them is proved to hold no closed state. No motion leaves the cubes of a flood
+(docs/explanation/locks.md). Taking in a cube needlessly only enlarges the superset.
 
-A few faces take nearly all boxes, and behind most of these is a cube that is taken in by another face. So what is not
-known after some boxes waits until all easier faces are tested. The search of a face may go on in a later call, by the
-same tables: each flood has its own.
+A few faces take nearly all boxes, and behind most of these is a cube that is taken in by another face. So a face that
+is undecided after some boxes waits until all easier faces are tested. The search of a face may go on in a later call,
+with the same tables: each flood has its own.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from hcsearch.kernels.enclosure.refutation import (
 )
 
 FLOOD_GOING, FLOOD_ENCLOSED, FLOOD_REACHED, FLOOD_FULL = 0, 1, 2, 3
-"""A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""
+"""Result of a flood: not finished; no motion leaves its cubes, proved; the goal is reached; no more capacity."""
 (
     COUNT_HEAD,
     COUNT_TAIL,
@@ -46,19 +46,20 @@ FLOOD_GOING, FLOOD_ENCLOSED, FLOOD_REACHED, FLOOD_FULL = 0, 1, 2, 3
 ) = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Entries of the counts of a flood."""
 FACE_BOX_LIMITS = (300, 3_000, 30_000, 300_000, 3_000_000)
-"""Boxes by which a face may be proved empty, at first and as often as it has waited; then it counts as crossed."""
+"""Boxes that may be used to prove a face empty, at first and after each wait; after the last limit it counts as
+crossed."""
 
 
 class Flood(NamedTuple):
-    """A flood.
+    """State of a flood.
 
-    cubes : (capacity, n), those taken in. states : (capacity, n), a closed state of each, or one near it.
-    slots : (s,), a hash table of cubes, 1 more than their number. goal : (n,), the cube that is not to be reached.
-    grid : (k + 1,), where cubes meet, from 0 to the double above pi. waiting : (l - 1, capacity), faces that wait for
-    the next of l limits: 2 n times their cube, and their side. queues : (l - 1, 2), how many of these were tested, and
-    how many there are. counts : (9,), cubes whose faces were all tested, or wait, and cubes taken in; faces that were
-    tested, of these crossed at a closed state, and crossed as nothing is known of them; boxes; the next face of the
-    cube that comes next; the face whose search goes on, -1 for none, and how often it has waited.
+    cubes : (capacity, n), those taken in. states : (capacity, n), a closed state of each, or one near it. slots : (s,),
+    a hash table of cubes, 1 more than their number. goal : (n,), the cube that is not to be reached. grid : (k + 1,),
+    bounds of the cubes, from 0 to the double above pi. waiting : (l - 1, capacity), faces that wait for the next of l
+    limits: 2 n times their cube, and their side. queues : (l - 1, 2), how many of these were tested, and how many there
+    are. counts : (9,), cubes whose faces are all tested or waiting, and cubes taken in; faces tested, faces crossed at
+    a closed state, and faces crossed because they are undecided; boxes; the next face of the cube that comes next; the
+    face whose search goes on, -1 for none, and how often it has waited.
     """
 
     cubes: NDArray[np.int8]
@@ -73,7 +74,7 @@ class Flood(NamedTuple):
 
 @compiled
 def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
-    """A flood from the cube of a state, (n,), that should not reach that of a goal. grid : where cubes meet."""
+    """Return a flood from the cube of a state, (n,), whose goal is the cube of another; grid : bounds of the cubes."""
     n, size = len(start), 4
     while size < 2 * capacity:
         size *= 2
@@ -98,7 +99,7 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
 
 @lean
 def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
-    """The slot of a cube in the hash table, or the empty one where it would go."""
+    """The slot of a cube in the hash table, or the empty slot where it would be inserted."""
     key = 1469598103934665603
     for h in range(len(cube)):
         key = (key ^ int(cube[h])) * 1099511628211
@@ -118,7 +119,7 @@ def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
 
 @compiled
 def spread_flood(rings: HingeRings, flood: Flood, boxes: int, work: Refutation) -> int:
-    """Let a flood go on until it has taken so many boxes in all; GOING, ENCLOSED, REACHED or FULL."""
+    """Continue a flood until it has used so many boxes in all; return GOING, ENCLOSED, REACHED or FULL."""
     counts, n = flood.counts, len(flood.goal)
     cube, state = np.zeros(n, np.int8), np.zeros(n)
     low, high = np.zeros(n), np.zeros(n)
@@ -158,7 +159,7 @@ def spread_flood(rings: HingeRings, flood: Flood, boxes: int, work: Refutation) 
 
 @lean
 def _next_face(flood: Flood) -> tuple[int, int]:
-    """The face that is tested next, 2 n times its cube and its side, and how often it has waited; -1 for none."""
+    """The next face to test, 2 n times its cube plus its side, and how often it has waited; -1 for none."""
     counts, queues, sides = flood.counts, flood.queues, 2 * len(flood.goal)
     if counts[COUNT_HEAD] < counts[COUNT_TAIL]:
         face = counts[COUNT_HEAD] * sides + counts[COUNT_NEXT_SIDE]
@@ -178,10 +179,10 @@ def _next_face(flood: Flood) -> tuple[int, int]:
 def _tested(
     rings: HingeRings, flood: Flood, low: Reals, high: Reals, begins: bool, boxes: int, state: Reals, work: Refutation
 ) -> int:
-    """EMPTY, CLOSED or OPEN for a face of a cube, or UNFINISHED where the flood has taken so many boxes by then.
+    """Return EMPTY, CLOSED or OPEN for a face of a cube, or UNFINISHED where the flood has used up its boxes before.
 
-    A state of a face that is not empty is written: a closed one, if met. Newton's method begins at the nearest state of
-    the face to that by which the flood came to the cube.
+    A state of a face that is not empty is written: a closed one, if met. Newton's method begins at the state of the
+    face nearest to the one by which the flood came to the cube.
     """
     counts, limit = flood.counts, FACE_BOX_LIMITS[flood.counts[COUNT_WAITS]]
     if begins:
@@ -205,7 +206,7 @@ def _tested(
 
 @lean
 def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
-    """Write the state of the face under search that is nearest to that by which the flood came to its cube."""
+    """Write the state of the current face that is nearest to the one by which the flood came to its cube."""
     own = flood.counts[COUNT_CURRENT_FACE] // (2 * len(low))
     for h in range(len(low)):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])

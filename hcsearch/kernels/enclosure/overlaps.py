@@ -3,10 +3,9 @@
 A segment pierces a prism where its ends are above and below the outline of the prism at some height, and it passes
 through that outline. Two convex prisms that overlap nearly always are pierced by some segment between a few points.
 
-The heights of both ends of a segment, and how far they are inside of each side of an outline, are expanded to second
-order about the middle of the box, with the third order bounded, as closure is. Closure is added to each, by the
-combination of its equations that leaves the least unknown, as what holds at closed states is all that counts
-(docs/explanation/locks.md).
+The heights of both ends of a segment, and the distances of their projections inside each side of an outline, are
+expanded to second order about the middle of the box, with the third order bounded, as closure is. Since only closed
+states count, each is combined with the closure equations so that the least remains unknown (docs/explanation/locks.md).
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ class Piercings(NamedTuple):
 
     Row 2 p is of the first facet of pair p by a segment of the second, row 2 p + 1 of the second by the first.
     depths : (2 p,), 0 without. ends : (2 p, 2), samples, the upper one first. heights : (2 p,), of the outline.
-    places : (s, 3), samples as they are seen, and within : (s, k), how far each is inside of each side.
+    places : (s, 3), samples in the frame of the facet, and within : (s, k), distance of each inside each side.
     """
 
     depths: Reals
@@ -50,16 +49,16 @@ class Piercings(NamedTuple):
 
 @compiled
 def new_piercings(plates: Plates) -> Piercings:
-    """Empty tables."""
+    """Return empty tables."""
     rows, s, k = 2 * len(plates.pairs), plates.samples.shape[1], plates.sides.shape[1]
     return Piercings(np.zeros(rows), np.zeros((rows, 2), np.int64), np.zeros(rows), np.zeros((s, 3)), np.zeros((s, k)))
 
 
 @lean
 def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetView, work: Piercings) -> float:
-    """Write the deepest piercing of each pair at a state, (n,); the depth of the deepest.
+    """Write the deepest piercing of each pair at a state, (n,); return the greatest depth.
 
-    radii : (n,), of a box about the state, by which the ways between panels are chosen.
+    radii : (n,), of a box about the state, by which the paths between panels are chosen.
     """
     deepest = 0.0
     for p in range(len(plates.pairs)):
@@ -77,7 +76,7 @@ def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetVie
 
 @lean
 def _near(plates: Plates, own: int, other: int, sight: FacetView, work: Piercings) -> bool:
-    """Whether balls about two facets meet, and one reaches into the heights of the other; its samples are written."""
+    """Whether the balls about two facets meet and their heights overlap; writes the samples of the second."""
     away = vector_difference(viewed_point(sight, plates.middles, other), vector_at(plates.middles, own, 0))
     reach = plates.reaches[own] + plates.reaches[other]
     if dot(away, away) > reach * reach:
@@ -94,9 +93,10 @@ def _near(plates: Plates, own: int, other: int, sight: FacetView, work: Piercing
 
 @lean
 def _deepest(plates: Plates, own: int, other: int, row: int, work: Piercings) -> float:
-    """Write the deepest piercing of a facet by segments of another one; its depth, 0 without.
+    """Write the deepest piercing of a facet by segments of another one; return its depth, 0 without one.
 
-    The depth is what either may be moved by along the normals of the outline, or upright, so that it still pierces.
+    The depth is the distance by which either may be moved along the normals of the outline, or upright, and still
+    pierces.
     """
     low, high = plates.levels[own]
     sides = plates.counts[own, 2]
@@ -128,26 +128,27 @@ def _deepest(plates: Plates, own: int, other: int, row: int, work: Piercings) ->
 
 
 OVERLAP_NONE, OVERLAP_AT_MIDDLE, OVERLAP_THROUGHOUT = 0, 1, 2
-"""At the middle of a box no panels are known to overlap; some do; some do in all of the box: proved."""
+"""Result for a box: no overlap is known at its middle; panels overlap there; they overlap in all of the box, proved."""
 MAX_TESTED_PIERCINGS = 3
-"""Piercings that are tried in a box, the deepest first."""
+"""Greatest number of piercings that are tested in a box, the deepest first."""
 CLEAR_PIERCING_DEPTH = 1e-5
-"""Panels that are pierced no deeper, in sizes of the pattern, count as clear."""
+"""Piercing depth, in sizes of the pattern, up to which panels count as clear."""
 TRACE_UPPER, TRACE_LOWER, TRACE_CROSSING, TRACE_ALONG = 0, 1, 2, 3
-"""What is traced: both ends of a segment, the point where it crosses the outline at the middle, the way between."""
+"""Rows of traced points: both ends of a segment, its crossing of the outline at the middle, and the vector between."""
 FORM_HEIGHT, FORM_RISE, FORM_INSIDE, FORM_LEAN, FORM_IN_UPPER, FORM_IN_LOWER = 2, 3, 4, 5, 6, 7
-"""Rows of forms beside how far the ends are above and below: the height of the point above that of the outline, and of
-the upper end above the lower one; of a side, how far the point is inside of it, how the segment leans, and its ends."""
+"""Rows of forms after the heights of the ends above and below the outline: the height of the crossing above the
+outline, the rise from the lower to the upper end; and, of a side, the distance of the crossing inside it, the lean
+of the segment, and the distances of both ends inside it."""
 
 
 class Overlaps(NamedTuple):
-    """Tables of a test of boxes.
+    """Work tables of the test of boxes.
 
-    levers : (4, n, 3), of what is traced, velocities by the hinges between. bends : (4, q, 3), by two of these, times
-    their radii. rests : (4,), what third orders come to at most. rounding : (4,). forms : (8, n), values, errors,
-    spreads : (8,), functions value + form . d + error of offsets d, and what the form comes to at most.
-    slopes : (n,), of a combination. shares : (n,), by how much each angle leaves it undecided; of the
-    deepest piercing they are kept.
+    levers : (4, n, 3), of the traced points, velocities by the hinges between. bends : (4, q, 3), by two of these,
+    times their radii. rests : (4,), bounds of third orders. rounding : (4,). forms : (8, n), values, errors, spreads :
+    (8,), functions value + form . d + error of offsets d, and the greatest value of the form. slopes : (n,), of a
+    combination. shares : (n,), contribution of each angle to its unknown part; kept_shares : (n,), those of the deepest
+    piercing.
     """
 
     plates: Plates
@@ -168,7 +169,7 @@ class Overlaps(NamedTuple):
 
 @compiled
 def new_overlaps(rings: HingeRings, plates: Plates) -> Overlaps:
-    """Empty tables."""
+    """Return empty tables."""
     n = rings.folds
     return Overlaps(
         plates,
@@ -200,7 +201,7 @@ def clear_at(state: Reals, work: Overlaps) -> bool:
 
 @lean
 def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
-    """APART, MET or THROUGHOUT for the closed states of a box, (n,) each; where MET, shares are `kept`."""
+    """Return NONE, AT_MIDDLE or THROUGHOUT for the closed states of a box, (n,); AT_MIDDLE writes `kept_shares`."""
     if len(work.plates.pairs) == 0:
         return OVERLAP_NONE
     middles, radii, depths = closure.middles, closure.radii, work.piercings.depths
@@ -229,7 +230,7 @@ def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contract
 
 @lean
 def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
-    """Whether a piercing lasts in all of a box; shares are those of what fails."""
+    """Whether a piercing lasts in all of a box; if not, `shares` are those of the condition that fails."""
     plates, pair, order = work.plates, row // 2, row % 2
     own, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
     view_facet(plates, pair, order, middles, radii, work.sight)
@@ -269,9 +270,9 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
 
 @lean
 def _trace(what: int, place: Vector3, point: float, radii: Reals, work: Overlaps) -> None:
-    """Write how a point moves in a box: levers, bends, and bounds of what is left (locks.md, 2).
+    """Write how a traced point moves in a box: levers, bends, and bounds of the remainder (locks.md, 2).
 
-    point : 1; 0 for a way between two points, which does not hang on where the hinges are.
+    point : 1; 0 for a vector between two points, which does not depend on the places of hinges.
     """
     sight, levers = work.sight, work.levers[what]
     m, more, total, rest = sight.length[0], 0.0, 0.0, 0.0
@@ -309,7 +310,7 @@ def _trace(what: int, place: Vector3, point: float, radii: Reals, work: Overlaps
 
 @lean
 def _form(what: int, row: int, normal: Vector3, value: float, radii: Reals, work: Overlaps) -> None:
-    """Write a value at the middle of a box plus how far what is traced moves along a unit vector, as a form."""
+    """Write the value at the middle of a box plus the motion of a traced point along a unit vector, as a form."""
     m, q, spread = work.sight.length[0], 0, 0.0
     error = work.rests[what] + work.rounding[what]
     for h in range(len(radii)):
@@ -331,16 +332,17 @@ def _form(what: int, row: int, normal: Vector3, value: float, radii: Reals, work
 
 @lean
 def _least(row: int, work: Overlaps) -> float:
-    """What a form is at least in a box."""
+    """The lower bound of a form in a box."""
     low: float = work.values[row] - (work.errors[row] + work.spreads[row]) * (1.0 + 1e-12) - 1e-14
     return low
 
 
 @lean
 def _crossing(work: Overlaps) -> tuple[float, float]:
-    """Write the slopes of how far inside of a side a segment crosses, times its rise; value and error.
+    """Write the slopes of the crossing's distance inside a side, times the segment's rise; return its value and error.
 
-    That is the rise times how far inside the point is, plus the height of the point times how the segment leans.
+    That is the rise times the distance of the crossing inside, plus the height of the crossing times the segment's
+    lean.
     """
     value = error = sizes = 0.0
     for h in range(len(work.slopes)):
@@ -357,10 +359,9 @@ def _crossing(work: Overlaps) -> tuple[float, float]:
 
 @lean
 def _positive(value: float, error: float, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
-    """Whether value + slopes . d is above an error at all closed states of a box; else shares are written.
+    """Whether value + slopes . d exceeds an error at all closed states of a box; if not, write `shares`.
 
-    A combination of the equations of closure is 0 there, and is added: that by which the squares of all terms sum to
-    the least.
+    A combination of the closure equations, which is 0 there, is added: that of the least sum of squares of all terms.
     """
     n, shares, own = len(radii), work.shares, closure.combinations
     low, sizes = value - error, abs(value) + error

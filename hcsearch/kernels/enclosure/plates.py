@@ -1,6 +1,6 @@
-"""Panels less a margin as prisms, pairs of them, and the two ways from one to the other through a linkage.
+"""Panels less a margin as prisms, pairs of them, and the two paths from one to the other through a linkage.
 
-Where loops are closed both ways place one panel alike, as the other one sees it, so that each may stand for it.
+Where loops are closed both paths place one panel alike in the frame of the other, so that either may be used.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from hcsearch.kernels.linkage.loops import fold_on
 class Plates(NamedTuple):
     """Facets of panels in the flat state, shrunk by a margin, and pairs of them; lengths in sizes of the pattern.
 
-    pairs : (p, 2), facets whose panels no hinge joins. starts : (2 p + 1,), where each way begins, two of each pair
-    from the first facet to the second, which have no hinge in common; either may be empty, for none. hinges : (w,),
-    directions, points : (w, 3), lines of the ways, in the sense in which they are crossed.
-    samples : (f, s, 3), points of each facet, and segments : (f, t, 2), between two of these. sides : (f, k, 3), of
-    the outline: the normal outwards, and how far along it the side is. counts : (f, 3), samples, segments and sides.
-    levels : (f, 2), heights of bottom and top. middles : (f, 3), reaches : (f,), of balls about the facets.
-    margin : m, by which they are shrunk on every face.
+    pairs : (p, 2), facets whose panels no hinge joins. starts : (2 p + 1,), where each path begins, two of each pair
+    from the first facet to the second, which have no hinge in common; an empty path stands for none. hinges : (w,),
+    directions, points : (w, 3), lines of the paths, in the sense in which they are crossed. samples : (f, s, 3), points
+    of each facet, and segments : (f, t, 2), between two of these. sides : (f, k, 3), of the outline: the outward
+    normal, and the distance of the side along it. counts : (f, 3), samples, segments and sides. levels : (f, 2),
+    heights of bottom and top. middles : (f, 3), reaches : (f,), of balls about the facets. margin : m, by which they
+    are shrunk on every face.
     """
 
     pairs: WholeNumbers
@@ -45,9 +45,10 @@ class Plates(NamedTuple):
 
 
 class FacetView(NamedTuple):
-    """One facet as another one sees it: pose : (3, 4); the hinges between from the one that sees on.
+    """One facet in the frame of another.
 
-    steps : (n,), hinges. axes, places : (n, 3), their axes, and points of them. length : (1,), how many there are.
+    pose : (3, 4). steps : (n,), the hinges from the viewing facet to the viewed one. axes, places : (n, 3), their axes,
+    and points on them. length : (1,), number of hinges.
     """
 
     pose: Reals
@@ -59,7 +60,7 @@ class FacetView(NamedTuple):
 
 @compiled
 def no_plates() -> Plates:
-    """Panels that pass through each other."""
+    """Return empty plates, for panels that pass through each other."""
     return Plates(
         np.zeros((0, 2), np.int64),
         np.zeros(1, np.int64),
@@ -79,7 +80,7 @@ def no_plates() -> Plates:
 
 @compiled
 def new_facet_view(folds: int) -> FacetView:
-    """Empty tables."""
+    """Return empty tables."""
     return FacetView(
         np.zeros((3, 4)),
         np.zeros(folds, np.int64),
@@ -91,9 +92,9 @@ def new_facet_view(folds: int) -> FacetView:
 
 @lean
 def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sight: FacetView) -> None:
-    """Write how the first facet of a pair (order 0), or the second (1), sees the other one at a state, (n,).
+    """Write the view of the second facet of a pair from the first (order 0), or the reverse (1), at a state, (n,).
 
-    By the way whose radii, (n,), have the smaller sum.
+    The path whose radii, (n,), have the smaller sum is used.
     """
     way, least = 2 * pair, math.inf
     for own in (2 * pair, 2 * pair + 1):
@@ -120,5 +121,5 @@ def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Real
 
 @lean
 def viewed_point(sight: FacetView, points: Reals, k: int) -> Vector3:
-    """Where a point of the facet that is seen is, from a table, (m, 3)."""
+    """The place of a point of the viewed facet, from a table, (m, 3)."""
     return moved_point(sight.pose, vector_at(points, k, 0))

@@ -1,6 +1,6 @@
 """Proofs that a box of fold angles holds no closed state, by branch and bound, and estimates of their cost.
 
-With panels that do not pass through each other: none at which they are clear.
+With panels that do not pass through each other, the proof says that no closed state is clear of overlaps.
 
 Source: D. E. Knuth, Math. Comp. 29 (1975) 122.
 """
@@ -34,26 +34,26 @@ from hcsearch.kernels.enclosure.overlaps import (
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
 
 BOX_EMPTY, BOX_CLOSED, BOX_OPEN, BOX_UNFINISHED = 0, 1, 2, 3
-"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; nor is yet."""
+"""Result for a box: proved to hold no closed and clear state; holds one, by Newton's method; undecided; unfinished."""
 NEWTON_BOX_INTERVAL = 64
-"""After how many boxes Newton's method is tried again."""
+"""Number of boxes between two tries of Newton's method."""
 MIN_SPLIT_WIDTH = 1e-5
-"""A box that is no wider (rad) is not split."""
+"""Width (rad) up to which a box is not split."""
 SLIDING_BOX_WIDTH = 0.01
-"""Newton's method is tried in each box that is no wider (rad), with panels: it may hold states at which these slide."""
+"""Width (rad) up to which, with panels, Newton's method is tried in each box: panels may slide at a state of it."""
 REFUTATION_WAITING_BOXES, REFUTATION_TESTED_BOXES = 0, 1
-"""Entries of the counts of a search."""
+"""Indices of the counts of a search."""
 MAX_WAITING_BOXES = 400
-"""Boxes that wait, at most."""
+"""Greatest number of waiting boxes."""
 MIN_SPLIT_SHARE = 0.2
 """Sides shorter than this share of the longest are not split."""
 
 
 class Refutation(NamedTuple):
-    """Tables.
+    """Work tables of a search.
 
-    lows, highs : (DEPTH, n), boxes that wait, and cuts : (DEPTH, n_loops, 2), where loops are cut at first in each.
-    counts : (2,), how many of these there are, and boxes that were tested since a search began. state : (n,).
+    lows, highs : (DEPTH, n), waiting boxes, and cuts : (DEPTH, n_loops, 2), the initial cuts of loops in each.
+    counts : (2,), number of waiting boxes, and of boxes tested since the search began. state : (n,).
     """
 
     contraction: Contraction
@@ -68,7 +68,7 @@ class Refutation(NamedTuple):
 
 @compiled
 def refutation_with(rings: HingeRings, plates: Plates) -> Refutation:
-    """Empty tables for panels that do not pass through each other."""
+    """Return empty tables for panels that do not pass through each other."""
     n = rings.folds
     return Refutation(
         new_contraction(rings),
@@ -84,13 +84,13 @@ def refutation_with(rings: HingeRings, plates: Plates) -> Refutation:
 
 @compiled
 def new_refutation(rings: HingeRings) -> Refutation:
-    """Empty tables for panels that pass through each other."""
+    """Return empty tables for panels that pass through each other."""
     return refutation_with(rings, no_plates())
 
 
 @lean
 def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
-    """Move a state to a closed one within a box, (n,) each; whether it comes to one at which panels are clear."""
+    """Move a state to a closed one within a box, (n,) each; return whether it is closed and panels are clear there."""
     if close_within_box(rings, low, high, state, work.contraction.expansion, work.newton) >= 10.0 * NEWTON_RESIDUAL:
         return False
     return clear_at(state, work.overlaps)
@@ -98,7 +98,7 @@ def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Real
 
 @lean
 def refute_box(rings: HingeRings, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
-    """EMPTY, CLOSED or OPEN for a box, (n,) each, and how many boxes it took, no more than `most`.
+    """Return EMPTY, CLOSED or OPEN for a box, (n,) each, and the number of boxes used, up to `max_boxes`.
 
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
@@ -109,7 +109,7 @@ def refute_box(rings: HingeRings, low: Reals, high: Reals, most: int, work: Refu
 
 @lean
 def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutation) -> None:
-    """Begin to search a box, (n,) each."""
+    """Start the search of a box, (n,) each."""
     for h in range(len(low)):
         work.lows[0, h], work.highs[0, h] = low[h], high[h]
         work.contraction.radii[h] = 0.5 * (high[h] - low[h])
@@ -119,7 +119,7 @@ def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutatio
 
 @lean
 def continue_refutation(rings: HingeRings, most: int, work: Refutation) -> int:
-    """Search on until so many boxes were tested since it began; EMPTY, CLOSED, OPEN or UNFINISHED."""
+    """Continue a search up to a total of `max_boxes` tested boxes; return EMPTY, CLOSED, OPEN or UNFINISHED."""
     counts = work.counts
     while counts[REFUTATION_WAITING_BOXES]:
         if counts[REFUTATION_TESTED_BOXES] >= most:
@@ -136,7 +136,7 @@ def continue_refutation(rings: HingeRings, most: int, work: Refutation) -> int:
 
 @lean
 def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int]:
-    """Contract a box of the list; EMPTY, CLOSED, OPEN, or UNFINISHED and the side by which it is to be split."""
+    """Contract a box of the list; return EMPTY, CLOSED, OPEN, or UNFINISHED, and the side to split."""
     low, high, cuts = work.lows[number], work.highs[number], work.contraction.expansion.cuts
     blocked = len(work.overlaps.plates.pairs) > 0
     work.counts[REFUTATION_TESTED_BOXES] += 1
@@ -168,7 +168,7 @@ def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int
 
 @lean
 def split_box(side: int, number: int, work: Refutation) -> None:
-    """Split a box of the list in the middle of a side: the half above comes next to it."""
+    """Split a box of the list in the middle of a side; the upper half is put next to it."""
     below, above = work.lows[number], work.highs[number]
     middle = 0.5 * (below[side] + above[side])
     for h in range(len(below)):
@@ -180,7 +180,7 @@ def split_box(side: int, number: int, work: Refutation) -> None:
 
 @lean
 def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
-    """The side by which a box is split: that which contributes most to what is not known; and the longest one."""
+    """The side to split, which contributes most to the unknown part, and the length of the longest side."""
     widest = _widest(low, high)
     side, greatest = 0, -1.0
     for h in range(len(low)):
@@ -191,7 +191,7 @@ def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
 
 @lean
 def _widest(low: Reals, high: Reals) -> float:
-    """The longest side of a box."""
+    """The length of the longest side of a box."""
     widest = 0.0
     for h in range(len(low)):
         widest = max(widest, high[h] - low[h])
@@ -202,11 +202,11 @@ def _widest(low: Reals, high: Reals) -> float:
 def estimate_box_count(
     rings: HingeRings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation
 ) -> tuple[float, int, int]:
-    """How many boxes a search of a box, (n,) each, takes, about.
+    """Estimate the number of boxes that a search of a box, (n,) each, takes.
 
-    Then EMPTY, or CLOSED or OPEN where a probe ends so; and how many boxes the probes took.
+    Also returns EMPTY, or CLOSED or OPEN where a probe ends so; and how many boxes the probes took.
 
-    Each probe follows one branch, and takes any of the two halves of a box; the k-th box after the first stands for
+    Each probe follows one branch, and takes either half of a box at random; the k-th box after the first stands for
     2^k. The mean over branches is the number of boxes; few branches miss what few others take. A closed state that a
     probe meets is `work.state`.
     """

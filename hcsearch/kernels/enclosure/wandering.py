@@ -1,4 +1,4 @@
-"""Random walks through closed states, which show how far a part of them reaches before that is proved."""
+"""Random walks through closed states, which estimate the extent of a component before it is proved."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import Refutation, reaches_closed_state
 
 MAX_WALK_STEP = 0.15
-"""The longest step, of the angle that turns most (rad)."""
+"""Longest step, of the angle that turns most (rad)."""
 WALK_RESTART_STEPS = 20
-"""A walk begins anew at any of its states after so many steps."""
+"""Number of steps after which a walk starts again at any of its states."""
 WALK_BEND_SHARE = 0.3
-"""How much each step bends off the one before, for its length."""
+"""Random change of direction between steps, relative to their length."""
 MAX_STEP_FAILURES, STEP_REDUCTION_FACTOR, STEP_GROWTH_FACTOR = 50, 0.5, 1.5
-"""A climb shortens its steps after so many in a row that lead no higher, and lengthens them with each that does."""
+"""A climb shortens its steps by a factor after this many failures in a row, and lengthens them after each success."""
 MIN_WALK_STEP = 1e-3
-"""A climb ends where steps of this length lead no higher (rad), and an approach where they lead no nearer."""
+"""Step length (rad) at which a climb or an approach ends when it makes no progress."""
 MAX_GOAL_STEP = 0.1
-"""The longest step towards a state (rad): parts of the closed states are further from each other."""
+"""Longest step towards a state (rad): components of the closed states are further apart."""
 RANDOM_STEP_SHARE, MAX_RANDOM_GROWTH = 0.5, 7
 """The random part of a step towards a state, as a share of its length; it grows by as much with each failure in a row,
-up to TRIES times, then begins anew."""
+up to MAX_RANDOM_GROWTH times, then starts again."""
 
 
 @compiled
 def random_walk(rings: HingeRings, start: Reals, steps: int, seed: int, work: Refutation) -> Reals:
-    """Closed states, (m, n), that a random walk of so many steps from a closed state, (n,), passes.
+    """Return the closed states, (m, n), of a random walk of so many steps from a closed state, (n,).
 
-    Panels are clear at them, where they do not pass through each other. A step that comes to none is not taken.
+    Panels are clear at them, where they do not pass through each other. A step that leads to no closed state is not
+    taken.
     """
     np.random.seed(seed)
     n, count = len(start), 1
@@ -57,10 +58,10 @@ def random_walk(rings: HingeRings, start: Reals, steps: int, seed: int, work: Re
 def climb_angles(
     rings: HingeRings, states: Reals, low: Reals, high: Reals, steps: int, seed: int, work: Refutation
 ) -> Reals:
-    """Closed states, (m, n), and those that climbs from them pass, which turn each angle as far as they can both ways.
+    """Turn each angle of closed states, (m, n), as far as possible both ways; return them with the states passed.
 
-    low, high : (n,), a box in which they stay, and between the stops. steps : of each climb, at most. It begins at the
-    state that is furthest by then; a step that does not turn the angle further is not taken.
+    low, high : (n,), a box in which climbs stay, and between the stops. steps : greatest number in each climb, which
+    begins at the furthest state so far; a step that does not turn the angle further is not taken.
     """
     np.random.seed(seed)
     count, n = states.shape
@@ -85,7 +86,7 @@ def _climb_along(
     passed: Reals,
     work: Refutation,
 ) -> int:
-    """Turn one angle as far as steps lead; how many states were passed by then."""
+    """Turn one angle as far as steps lead; return the new number of states passed."""
     here = passed[np.argmax(sign * passed[:count, hinge])].copy()
     way, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = MAX_WALK_STEP, 0
@@ -111,10 +112,10 @@ def _climb_along(
 def approach_goal(
     rings: HingeRings, start: Reals, goal: Reals, steps: int, seed: int, work: Refutation
 ) -> tuple[Reals, int]:
-    """Closed states, (m, n), that steps from one state, (n,), to another pass, and how many steps were tried.
+    """Step from one state, (n,), towards another; return the closed states passed, (m, n), and the number of tries.
 
     Each is nearer to the goal than the one before; the first is the start, and the last the goal, nearly, if steps lead
-    there. steps : that are tried, at most.
+    there. steps : greatest number of tries.
     """
     np.random.seed(seed)
     n, count, failures, tried = len(start), 1, 0, 0
@@ -152,9 +153,9 @@ def _step(
     state: Reals,
     work: Refutation,
 ) -> float:
-    """Write the closed state to which a step leads, no longer than `longest`; how far away it is (rad), 0 without one.
+    """Write the closed state at the end of a step no longer than `longest`; return its distance (rad), 0 without one.
 
-    One that is further away than a step may be one of another part.
+    A state further away than a step may be of another component, and does not count.
     """
     length = longest * np.random.random() / np.abs(way).max()
     state[:] = np.minimum(np.maximum(here + length * way, low), high)

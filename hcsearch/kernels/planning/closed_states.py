@@ -1,7 +1,7 @@
-"""The nearest closed state within the stops, and what hinges can do there at first order, in a group of motions.
+"""Closed states of a linkage: projection onto the nearest one within the stops, and the closure Jacobian there.
 
 Screws of hinges that turn about parallel lines, or about one line, generate a group of fewer dimensions than that of
-all motions (docs/explanation/motion.md, 8): closure is as many equations as it has dimensions.
+all motions (docs/explanation/motion.md, 8): closure is as many equations as that group has dimensions.
 """
 
 from __future__ import annotations
@@ -20,15 +20,18 @@ from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
 PLANNING_CLOSURE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""
 STOPPED_HINGE_ANGLE = 1e-9
-"""A hinge that is not further than this from a stop (rad) is at it."""
+"""A hinge within this distance of a stop (rad) is at the stop."""
 REDUNDANT_SINGULAR_VALUE = 1e-9
-"""Singular directions of closure up to this count as free."""
+"""Singular values of the closure Jacobian up to this count as zeros."""
 CLOSING_DAMPING = 1e-13
-"""Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
+"""Damping of the closure equations, which keeps those of redundant loops solvable."""
 
 
 class Loops(NamedTuple):
-    """Loops of a linkage, see `kernels.linkage.loops`; size : m, of the pattern."""
+    """The loops of a linkage, see `kernels.linkage.loops`.
+
+    size : m, of the pattern.
+    """
 
     chain: Chain
     starts: WholeNumbers
@@ -38,10 +41,11 @@ class Loops(NamedTuple):
 
 
 class Closing(NamedTuple):
-    """Tables: residual (r,), jacobian (r, m), gram (r, r) and right (r,) of the equations of a step.
+    """Work tables of one Gauss-Newton step.
 
-    basis : (r, m), orthonormal rows that span those of the Jacobian. pose : (3, 4), where a walk along a loop comes to.
-    held : (m,), hinges that stay at a stop. fixed : (m,), hinges that do not turn at all; none of a new table.
+    residual (r,), jacobian (r, m), gram (r, r) and right_side (r,) : of the equations of a step. basis : (r, m),
+    orthonormal rows that span those of the Jacobian. pose : (3, 4), the pose at the end of a walk along a loop. held :
+    (m,), hinges that stay at a stop. fixed : (m,), hinges that do not turn at all; none in a new table.
     """
 
     residual: Reals
@@ -56,7 +60,7 @@ class Closing(NamedTuple):
 
 @compiled
 def new_closing(loops: Loops) -> Closing:
-    """Empty tables."""
+    """Return empty tables."""
     m, r = len(loops.chain.points), 6 * (len(loops.starts) - 1)
     rows, gram, basis = np.zeros((r, m)), np.zeros((r, r)), np.zeros((r, m))
     held, fixed = np.zeros(m, np.bool_), np.zeros(m, np.bool_)
@@ -65,7 +69,7 @@ def new_closing(loops: Loops) -> Closing:
 
 @lean
 def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
-    """Write closure residuals and their Jacobian, as `close_loops`; pose : (3, 4), for what a walk comes to."""
+    """Write closure residuals and their Jacobian, as `close_loops` does; pose : (3, 4), room for the pose of a walk."""
     close_loops(
         loops.chain.directions,
         loops.chain.points,
@@ -82,7 +86,7 @@ def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals,
 
 @lean
 def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> float:
-    """The greatest closure residual; also writes all of them, and the Jacobian."""
+    """Return the greatest closure residual; write all residuals and the Jacobian."""
     write_closure(loops, angles, work.residual, work.jacobian, work.pose)
     worst = 0.0
     for i in range(len(work.residual)):
@@ -92,10 +96,10 @@ def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> floa
 
 @lean
 def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
-    """Move fold angles to the nearest closed state within the stops; whether that is closed.
+    """Move fold angles to the nearest closed state within the stops; return whether that state is closed.
 
-    give : what hinges may be beyond a stop (rad). Damped Gauss-Newton steps of least length. Hinges that a step takes
-    further beyond stay there.
+    overshoot : rad, by which hinges may be beyond a stop. Damped Gauss-Newton steps of least length. Hinges that a step
+    would take further beyond stay at that limit.
     """
     m = len(angles)
     for h in range(m):
@@ -127,9 +131,10 @@ def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, step
 
 @lean
 def write_closure_basis(work: Closing, least: float) -> int:
-    """Write orthonormal rows that span those of the Jacobian, and return how many.
+    """Write orthonormal rows that span those of the Jacobian; return how many there are.
 
-    Gram and Schmidt's, twice, the longest first; what is shorter than `least` counts as none.
+    Gram-Schmidt orthogonalization, done twice, with the longest row first; rows no longer than `zero_singular_value`
+    count as zero.
     """
     r, m = work.jacobian.shape
     basis = work.basis
@@ -157,7 +162,7 @@ def write_closure_basis(work: Closing, least: float) -> int:
 
 @lean
 def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
-    """Take off a row of a table what lies in the span of a basis."""
+    """Remove from a row of a table its component in the span of a basis."""
     m = basis.shape[1]
     for j in range(rank):
         subtract_row(table, row, row_product(table, row, basis, j, m), basis, j, m)
@@ -165,7 +170,7 @@ def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
 
 @lean
 def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closing) -> None:
-    """Take off a rate, a row of a table, what opens loops, and what turns hinges that are at a stop."""
+    """Project a rate, a row of a table, onto the rates that keep loops closed and turn no hinge that is at a stop."""
     largest_closure_residual(loops, angles, work)
     for h in range(len(angles)):
         if work.fixed[h] or angles[h] < STOPPED_HINGE_ANGLE or angles[h] > math.pi - STOPPED_HINGE_ANGLE:
@@ -178,10 +183,10 @@ def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closi
 
 
 class Group(NamedTuple):
-    """Hinges that turn, and the equations in which their loops close.
+    """The hinges that turn, and the equations by which their loops close.
 
     rows : (k, 6 n_loops), orthonormal: the part of the twists of T - 1 that is to vanish. moving : (m,), whether a
-    hinge turns. starts, hinges : those that turn, of each loop in order, as `Loops` has all of them.
+    hinge turns. starts, hinges : the hinges that turn, of each loop in order, in the format of `Loops`.
     """
 
     rows: Reals

@@ -1,4 +1,4 @@
-"""A path made shorter, smoother and freer of contact."""
+"""Smoothing of a path: shortcuts, relaxation, and thinning of its states."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ MAX_SMOOTHING_PIECE = 0.1
 MAX_SMOOTHING_HALVINGS = 9
 """Pieces are halved no more often than this."""
 MAX_SHORTCUT_RATIO = 0.999
-"""A shortcut is taken where it is shorter by more than this factor."""
+"""Greatest length of a shortcut over the length of the part of the path that it replaces."""
 MAX_RELAXATION_STEP = 0.03
 """Longest step (rad) by which a state of the path is moved."""
 SMOOTHING_ZERO_SINGULAR_VALUE = 1e-7
 """Singular values of the closure Jacobian up to this count as zeros."""
 STOP_DISTANCE_ANGLE = 0.01
-"""What hinges of the path keep off their stops by (rad), less near its ends."""
+"""Distance (rad) that hinges of the path keep from their stops; less near its ends."""
 CONTACT_PUSH_ANGLE = 0.02
-"""What contact moves a state by (rad), where panels touch."""
+"""Step (rad) by which contact moves a state where panels touch."""
 
 
 @compiled
 def shorten_path(
     space: Space, path: Reals, count: int, tries: int, seed: int, stack: StateStack, work: SpaceWork, between: Reals
 ) -> int:
-    """Link states of a path, at random, beside straight pieces that are shorter than it; how many states it has then.
+    """Replace random parts of a path by shorter straight links of states; return the new number of states.
 
     path : (capacity, m), of which the first `count` rows are the path. between : (k, m), room for a shortcut.
     """
@@ -72,7 +72,7 @@ def shorten_path(
 
 @compiled
 def _length(states: Reals) -> float:
-    """The length of the way along some states (rad)."""
+    """The length of the path through a list of states (rad)."""
     total = 0.0
     for i in range(len(states) - 1):
         total += math.sqrt(squared_distance(states[i], states[i + 1]))
@@ -83,10 +83,10 @@ def _length(states: Reals) -> float:
 def relax_path(
     space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: StateStack, work: SpaceWork
 ) -> None:
-    """Move the states of a path, in place, between their neighbours, and off contact.
+    """Move the states of a path, in place, towards the middle of their neighbours and away from contact.
 
-    wished : m, gap of shrunk panels up to which contact pushes. A state moves where panels keep apart at its new place
-    and on both pieces beside it.
+    wished : m, gap of shrunk panels up to which contact pushes. A state moves only where panels keep apart at its new
+    place and on both adjacent pieces.
     """
     before, here, after, moved = pick_state(stack, 0), pick_state(stack, 1), pick_state(stack, 2), pick_state(stack, 3)
     for _ in range(sweeps):
@@ -108,7 +108,7 @@ def relax_path(
 def _want(
     space: Space, before: PlacedState, here: PlacedState, after: PlacedState, wished: float, work: SpaceWork
 ) -> None:
-    """Write what a state wants: to lie half-way between its neighbours, panels apart and hinges off their stops."""
+    """Write the wanted step of a state: half-way between its neighbours, panels apart, and hinges off their stops."""
     count = near_contacts(space, here, wished, 0, work)
     push = np.zeros(len(work.want))
     for k in range(count):
@@ -130,7 +130,7 @@ def _want(
 
 @compiled
 def _fits(space: Space, before: PlacedState, here: PlacedState, after: PlacedState) -> bool:
-    """Whether the pieces to both neighbours are straight enough and panels keep apart beside them."""
+    """Whether the pieces to both neighbours are straight enough, and panels keep apart along them."""
     if (
         max(greatest_angle_change(before.angles, here.angles), greatest_angle_change(here.angles, after.angles))
         > 1.5 * MAX_SMOOTHING_PIECE
@@ -141,7 +141,7 @@ def _fits(space: Space, before: PlacedState, here: PlacedState, after: PlacedSta
 
 @compiled
 def thin_path(space: Space, path: Reals, count: int, least: float, stack: StateStack) -> int:
-    """Leave out states that are nearer to the one before than some distance (rad), where panels keep apart without."""
+    """Leave out states nearer than a distance (rad) to the one before, where panels stay apart; return the number."""
     kept = 0
     before, after = pick_state(stack, 0), pick_state(stack, 1)
     for k in range(1, count):

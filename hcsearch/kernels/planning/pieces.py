@@ -1,12 +1,12 @@
-"""A piece of a motion whose loops are nearly closed: a ball beside each of its states holds just one closed state.
+"""Existence proofs for a piece of a motion whose loops are nearly closed: one closed state in a ball about each state.
 
 With screws J_k of the hinges at a state c, seen from the first panel of a loop, folding by d more closes the loop to
 T(c + d) = exp(d_1 J_1) ... exp(d_m J_m) T(c), exactly. At the middle of a piece S J has orthonormal rows, V; a closed
 state beside a state x of the piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a
-contraction of a ball, so there is one such y, and it changes continuously along the piece (Newton and Kantorovich's
-theorem). Both F and the derivative of the map are computed at some places of the piece and bounded between them, as
-they are entire; only what lies beside the course is bounded by norms (docs/explanation/motion.md). So bounds hang on
-what a loop does, not on how many hinges do it. Rounding is added to what is computed.
+contraction of a ball, so there is one such y, and it changes continuously along the piece (Newton-Kantorovich theorem).
+F and the derivative of the map are entire: both are computed at some nodes of the piece and bounded between them. Only
+deviations from the course are bounded by norms (docs/explanation/motion.md). So the bounds depend on the motion of a
+loop, not on the number of its hinges. Rounding errors are added to all computed values.
 """
 
 from __future__ import annotations
@@ -24,20 +24,22 @@ from hcsearch.kernels.planning.closed_states import Group, Loops, write_closure
 from hcsearch.kernels.planning.series import centre_screws
 
 MAX_CONTRACTION_FACTOR = 0.5
-"""Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""
+"""Greatest contraction factor that is accepted: the ball is then twice the Newton step."""
 CHEBYSHEV_NODE_COUNT = 9
-"""Places of a piece at which its loops are computed (Chebyshev's); odd, so that its middle is one."""
+"""Chebyshev nodes of a piece at which its loops are computed; odd, so that its middle is one of them."""
 LEBESGUE_CONSTANT = 2.0 / math.pi * math.log(CHEBYSHEV_NODE_COUNT) + 1.0
-"""What an interpolation through them may exceed their values by."""
+"""Greatest ratio of the interpolation polynomial to the values at its nodes."""
 LOOP_POSE_ROUNDING = 4e-15
-"""Error of T of a loop for each of its hinges, over 1 and the distance of hinges: a product of rotations is a sum of
-three products of two entries, each known to a few units in the last place, as the hinges' places are."""
+"""Rounding error of T of a loop for each of its hinges, relative to 1 and the distance of hinges: a product of
+rotations is a sum of three products of two entries, each known to a few units in the last place, as the hinges'
+places are."""
 MAX_TURN_NORM = 1.0
-"""Norms of screws, times what their hinges turn by in half a piece, sum to no more (so that they grow by e at most)."""
+"""Greatest sum of the norms of screws times the turns of their hinges in half a piece (so that norms grow by e at
+most)."""
 MAX_LOOP_DEVIATION = 0.05
-"""T of a loop differs from 1 by no more at the states of a tube: a half turn, whose twist is 0 as well, by more."""
+"""Greatest deviation of T of a loop from 1 at states of a tube; a half turn, whose twist is 0 as well, exceeds it."""
 PIECE_WANDER_SHARE = 0.9
-"""Share of what closed states may wander by that is a piece's own: the rest is for joining it to the one before."""
+"""Share of the deviation limit that a piece itself may use: the rest is for joining it to the piece before."""
 
 
 class PieceTables(NamedTuple):
@@ -45,12 +47,12 @@ class PieceTables(NamedTuple):
 
     jacobian : (r, m), screws about the middle of each loop. basis : (k, m), orthonormal rows V of the span of those of
     the equations. scaling : (k, r), S. residual : (r,). middles : (n_loops, 3) and lengths : (n_loops,), of the axes
-    that screws are given in. norms : (n_loops, m), what those of J_k, as a matrix, and of ad(J_k) do not exceed.
-    about : (m, 4), the course about the middle of the piece. angles : (m,). poses : (n_loops, 3, 4). beside : (m,),
-    what those of closed states wander by. near : (m,), what states of the tube are off the course by. screws : (NODES,
-    moving hinges of all loops, 6). felt : (r, k), J V^T. turned : (NODES, k, k), S J V^T - 1. turns, wanders, felts :
-    (n_loops,), sums over hinges of norms times what they turn by, what they are off by, and columns of V. columns :
-    (m,), norms of those.
+    that screws are given in. norms : (n_loops, m), upper bounds of those of J_k, as a matrix, and of ad(J_k).
+    centred_course : (m, 4), the course about the middle of the piece. angles : (m,). poses : (n_loops, 3, 4).
+    wander_bounds : (m,), rad, of the deviations of closed states. tube_radii : (m,), rad, of the deviations of all
+    states of the tube from the course. screws : (NODES, moving hinges of all loops, 6). reduced_jacobian : (r, k), J
+    V^T. contraction_matrices : (NODES, k, k), S J V^T - 1. turn_sums, wander_sums, column_sums : (n_loops,), sums over
+    hinges of norms times their turns, their deviations, and the column norms of V. column_norms : (m,), of V.
     """
 
     jacobian: Reals
@@ -76,7 +78,7 @@ class PieceTables(NamedTuple):
 
 @compiled
 def new_piece_tables(loops: Loops, group: Group) -> PieceTables:
-    """Empty tables."""
+    """Return empty tables."""
     m, count = len(loops.chain.points), len(loops.starts) - 1
     r, k = 6 * count, len(group.rows)
     return PieceTables(
@@ -112,12 +114,12 @@ def prove_piece(
     limit: float,
     tables: PieceTables,
 ) -> tuple[float, float]:
-    """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
+    """Return the contraction factor of a piece, infinite if not proved, and the deviation of its closed states (rad).
 
-    joined : (m,), what those of the piece before, or of the end, wander by. States of both are joined where the pieces
-    meet: F is 0 at both ends of the straight way between them, so that between it is at most an eighth of its second
-    derivative there; closed states lie beside that way, off by no more than `bow`. limit : rad, what they may wander
-    by.
+    joined : (m,), deviations of the closed states of the piece before, or of the end. States of both are joined where
+    the pieces meet: F is 0 at both ends of the straight segment between them, so that between it is at most an eighth
+    of its second derivative there; closed states lie beside that segment, off by no more than `bow`. limit : rad,
+    greatest deviation.
     """
     low, high = shares
     _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.about)
@@ -164,7 +166,7 @@ def prove_piece(
 
 @lean
 def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
-    """Write cubics about the centre of a piece, in the share of half its length."""
+    """Write the cubics about the centre of a piece, in units of half its length."""
     for h in range(len(course)):
         a, b, c, d = course[h, 0], course[h, 1], course[h, 2], course[h, 3]
         about[h, 0] = a + centre * (b + centre * (c + centre * d))
@@ -175,9 +177,9 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
 
 @lean
 def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
-    """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm.
+    """Write the screws at the angles, about the middle of each loop in its unit of length; return their greatest norm.
 
-    Those of hinges that do not move are left in other axes.
+    The screws of hinges that do not move are left in other axes.
     """
     write_closure(loops, tables.angles, tables.residual, tables.jacobian, tables.poses[0])
     tables.norms[:] = 0.0
@@ -196,7 +198,7 @@ def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
 
 @lean
 def _scale(group: Group, tables: PieceTables) -> float:
-    """Write S and V with S J = V, orthonormal rows, by Gram and Schmidt's; the norm of S, infinite without one."""
+    """Write S and V with S J = V, orthonormal rows, by Gram-Schmidt; return the norm of S, infinite without one."""
     basis, scaling, rows = tables.basis, tables.scaling, group.rows
     k, m = basis.shape
     r = scaling.shape[1]
@@ -229,9 +231,9 @@ def _scale(group: Group, tables: PieceTables) -> float:
 
 @lean
 def _turns(group: Group, wide: float, tables: PieceTables) -> float:
-    """Write sums of norms times what hinges turn by at most, at |x| up to `wide`; the greatest.
+    """Write the sums of norms times greatest turns of hinges, for |x| up to `wide`; return the greatest sum.
 
-    That is the exponent of all bounds: of the matrices, and of the screws of later hinges.
+    It is the exponent of all bounds: of the matrices, and of the screws of later hinges.
     """
     worst = 0.0
     for loop in range(len(tables.turns)):
@@ -248,7 +250,7 @@ def _turns(group: Group, wide: float, tables: PieceTables) -> float:
 
 @lean
 def _wanders(group: Group, tables: PieceTables) -> None:
-    """Write sums of norms times what states of the tube are off the course by."""
+    """Write the sums of norms times the greatest deviations of states of the tube from the course."""
     for loop in range(len(tables.wanders)):
         total = 0.0
         for k in range(group.starts[loop], group.starts[loop + 1]):
@@ -260,9 +262,9 @@ def _wanders(group: Group, tables: PieceTables) -> None:
 def _opening(
     loops: Loops, group: Group, strength: float, most: float, tables: PieceTables
 ) -> tuple[float, float, float]:
-    """What a Newton step is not longer than in the piece (rad), what loops are open by (rad), and rounding of T.
+    """Return bounds of the Newton steps and of the opening of loops in the piece (rad), and the rounding error of T.
 
-    T - 1 is entire in the share of the piece, so that its interpolation at Chebyshev's nodes is off by no more than
+    T - 1 is entire in the share of the piece, so that its interpolation at Chebyshev nodes is off by no more than
     4 M g^-n / (g - 1), with M its bound on an ellipse whose half axes sum to g (Trefethen, Approximation Theory and
     Approximation Practice, theorem 8.2). Also writes S J V^T - 1 at the nodes.
     """
@@ -308,9 +310,9 @@ def _opening(
 
 @lean
 def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float:
-    """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1.
+    """Write the twist of T - 1 of every loop at the angles, about its middle; return the norm of all entries of T - 1.
 
-    Also writes the screws of the hinges that move, as they lie there.
+    Also writes the screws of the moving hinges at these angles.
     """
     total = 0.0
     for loop in range(len(loops.starts) - 1):
@@ -351,11 +353,11 @@ def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float
 
 @lean
 def _contraction(group: Group, strength: float, off: float, rounding: float, tables: PieceTables) -> float:
-    """What the map shrinks distances by, at all states that are off the course by no more than `near`.
+    """Return the contraction factor of the map over all states within `tube_radii` of the course.
 
     Its derivative is 1 - S (1 + E) J V^T. On the course D = S J V^T - 1 is entire, and interpolated at the nodes as T
-    is: but for a linear part, which is bounded as it is. Off the course screws differ by no more than e^turns wanders,
-    and E is no more than what T differs from 1 by.
+    is, except for a linear part, which is bounded as it is. Off the course screws differ by no more than e^turns
+    wanders, and the norm of E does not exceed the deviation of T from 1.
     """
     k = len(tables.basis)
     for loop in range(len(tables.felts)):
@@ -414,7 +416,7 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
 
 @lean
 def _feel(group: Group, node: int, tables: PieceTables) -> float:
-    """Write S J V^T - 1 at a node; the norm of J V^T."""
+    """Write S J V^T - 1 at a node; return the norm of J V^T."""
     k, r = tables.scaling.shape
     felt = tables.felt
     felt[:] = 0.0

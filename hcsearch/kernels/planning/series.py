@@ -1,4 +1,4 @@
-"""The closure of a loop as a power series of the share of a step, about the middle of the loop."""
+"""The closure of a loop as a power series in the share of a step, about the middle of the loop."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from hcsearch.kernels.algebra import Vector3, cross
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 SERIES_ORDER_COUNT = 8
-"""Orders of the series, from 0."""
+"""Number of orders of the series, from 0."""
 
 
 @compiled
 def write_series(
     screws: Reals, order: WholeNumbers, course: Reals, columns: Reals, terms: Reals, slopes: Reals
 ) -> None:
-    """Write the terms of the twist of T - 1, and of its derivative, by order.
+    """Write the coefficients of the twist of T - 1, and of its derivative, by order.
 
-    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d,
-    the columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
-    terms : (ORDERS, 6) and slopes : (ORDERS, 6, k), written; the derivative is that over s.
+    screws : (6, m), of the hinges. order : the hinges of the loop. course : (m, 4), angles change by s b + s^2 c + s^3
+    d, the columns from 1 on. columns : (m, k), directions, times s, of the wanted derivatives. terms : (ORDERS, 6) and
+    slopes : (ORDERS, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]
     product, change = np.zeros((SERIES_ORDER_COUNT, 4, 4)), np.zeros((k, SERIES_ORDER_COUNT, 4, 4))
@@ -52,7 +52,7 @@ def write_series(
 
 @compiled
 def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
-    """Write the series of exp(x S) of a screw and a cubic x of the share, and of its derivative by x."""
+    """Write the series of exp(x S) of a screw, x a cubic in the share, and of its derivative with respect to x."""
     matrix, power = np.zeros((4, 4)), np.zeros((4, 4))
     matrix[0, 1], matrix[0, 2], matrix[1, 2] = -screw[2], screw[1], -screw[0]
     matrix[1, 0], matrix[2, 0], matrix[2, 1] = screw[2], -screw[1], screw[0]
@@ -81,7 +81,7 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
 
 @lean
 def _add_product(one: Reals, two: Reals, factor: float, total: Reals) -> None:
-    """Add the product of two series of matrices, times a factor."""
+    """Add the product of two matrix series, times a factor."""
     for n in range(SERIES_ORDER_COUNT):
         for own in range(n + 1):
             for i in range(4):
@@ -102,14 +102,14 @@ def _twist(matrix: Reals, i: int) -> float:
 
 
 CENTRING_ROUNDS = 6
-"""How often the middle of a loop is brought nearer to its lines: one that is far off them makes bounds loose."""
+"""Iterations that bring the middle of a loop nearer to its lines: a middle far off them makes bounds loose."""
 
 
 @lean
 def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals, moments: Reals) -> float:
-    """Write the screws of a loop, six rows from one on, about its middle and in its own unit of length, returned.
+    """Shift the screws of a loop, six rows from one on, to its middle and scale them to its unit of length, returned.
 
-    That is the root of their mean square moment. hinges : those that are counted. middle : (3,), and moments : (m,), of
+    The unit is the root mean square moment. hinges : those that are counted. middle : (3,), and moments : (m,), of
     those hinges, written.
     """
     count = len(hinges)
@@ -132,7 +132,7 @@ def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals
 
 @lean
 def _move_middle(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals) -> None:
-    """Move the middle of a loop to the mean of the points of its lines that are nearest to it."""
+    """Move the middle of a loop to the mean of the nearest points of its lines."""
     count = len(hinges)
     x = y = z = 0.0
     for h in hinges:

@@ -1,7 +1,7 @@
-"""One step on the closed states towards what is wanted, along contacts and stops, without friction.
+"""One step on the closed states in a wanted direction, sliding along contacts and stops without friction.
 
-A step moves each panel as a twist, so whether a condition holds takes a few products; its row, the derivative by every
-hinge, is written for those alone that a step breaks.
+A step moves each panel as a twist, so that checking a condition takes a few products. Its row, the derivative with
+respect to every hinge, is written only for conditions that the step violates.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ from hcsearch.kernels.planning.space import (
 )
 
 SPARE_GAP_SHARE = 0.7
-"""Of the gap that a corner has to spare a step takes up to this."""
+"""Share of the spare gap of a corner that one step may use."""
 FACE_NORMAL_COSINE = 1.0 - 1e-7
 """Cosine from which a direction counts as the normal of a face."""
 
 
 @lean
 def near_stops(state: PlacedState, reach: float, work: SpaceWork) -> int:
-    """Write the conditions of stops nearer than `reach` (rad); how many there are."""
+    """Write the conditions of stops nearer than `reach` (rad); return their number."""
     conditions, count = work.conditions, 0
     for h in range(len(state.angles)):
         for up in range(2):
@@ -63,7 +63,7 @@ def near_stops(state: PlacedState, reach: float, work: SpaceWork) -> int:
 
 @lean
 def near_contacts(space: Space, state: PlacedState, reach: float, count: int, work: SpaceWork) -> int:
-    """Add conditions for the corners of pairs nearer than `reach` (m) to some; how many there are then.
+    """Append conditions for the corners of pairs nearer than `reach` (m) to `count` others; return the new number.
 
     The direction of a gap is fixed to the panel of which it is a face's normal, else to the first, and each corner of
     the other panel within a reach of the gap keeps on its side.
@@ -84,7 +84,7 @@ def near_contacts(space: Space, state: PlacedState, reach: float, count: int, wo
 
 @lean
 def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int, work: SpaceWork) -> int:
-    """Add the conditions of one pair."""
+    """Append the conditions of one pair; return the new number."""
     own, other, way = space.pairs[p, 0], space.pairs[p, 1], vector_at(state.ways, p, 0)
     if not _is_normal(space, state, own, way) and _is_normal(space, state, other, way):
         own, other, way = other, own, scaled_vector(-1.0, way)
@@ -107,7 +107,7 @@ def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int
 
 @lean
 def move_panels(space: Space, step: Reals, work: SpaceWork) -> None:
-    """Write the twist of each panel for a step, about the origin; after `near_contacts`."""
+    """Write the twist of each panel in a step, about the origin; call `near_contacts` before."""
     chain, twists = space.loops.chain, work.twists
     for panel in chain.order:
         for i in range(6):
@@ -122,7 +122,7 @@ def move_panels(space: Space, step: Reals, work: SpaceWork) -> None:
 
 @lean
 def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
-    """What a step adds to the gap of a corner (m), or to what is left to a stop (rad); after `move_panels`."""
+    """The change of a corner's gap (m), or of the distance to a stop (rad), in a step; call `move_panels` before."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
     if here < 0:
         return float(work.conditions.ways[k, 0] * step[there])
@@ -135,7 +135,7 @@ def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
 
 @lean
 def write_condition_row(space: Space, k: int, table: Reals, row: int, work: SpaceWork) -> None:
-    """Write a condition as a row of a table: (row) . step is what `condition_change` gives."""
+    """Write a condition as a row of a table: (row) . step equals `condition_change`."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
     way, corner = vector_at(work.conditions.ways, k, 0), vector_at(work.conditions.corners, k, 0)
     for h in range(len(space.folded)):
@@ -151,7 +151,7 @@ def write_condition_row(space: Space, k: int, table: Reals, row: int, work: Spac
 
 @lean
 def _is_normal(space: Space, state: PlacedState, f: int, way: Vector3) -> bool:
-    """Whether a direction is that of a face of a prism."""
+    """Whether a direction is normal to a face of a prism."""
     pose = state.poses[space.prisms.panels[f]]
     x = dot((pose[0, 0], pose[1, 0], pose[2, 0]), way)
     y = dot((pose[0, 1], pose[1, 1], pose[2, 1]), way)
@@ -163,26 +163,26 @@ def _is_normal(space: Space, state: PlacedState, f: int, way: Vector3) -> bool:
 
 
 MAX_ASCENT_SWEEPS = 150
-"""Rounds over all conditions of a step."""
+"""Greatest number of sweeps over all conditions in a step."""
 MAX_CONDITION_ROUNDS = 6
-"""How often conditions are taken in."""
+"""Greatest number of times that violated conditions are added to the active ones."""
 ASCENT_TOLERANCE = 1e-4
-"""Rounds end where they change the step by no more than this share."""
+"""Sweeps end when they change the step by no more than this share of its length."""
 MIN_CONDITION_NORM = 1e-7
-"""A condition is no condition where the freedoms change it by no more than this."""
+"""A condition whose reduced row is no longer than this is dropped: no free direction changes it."""
 MAX_CLOSING_DEVIATION = 0.5
-"""Closing may move the end of a step by this share of its length."""
+"""Greatest shift of a step's end by the closing of loops, as a share of the step's length."""
 MIN_SLIDE_STEP = 2e-5
-"""A step that turns no hinge by more than this (rad) is none."""
+"""A step that turns no hinge by more than this (rad) counts as none."""
 
 
 @lean
 def slide(space: Space, state: PlacedState, longest: float, least: float, work: SpaceWork, end: PlacedState) -> float:
-    """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
+    """Step from a state by `work.wanted_step`, no hinge by more than `longest` (rad), and write the state at its end.
 
-    least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
-    nothing moves. The step is the nearest to what is wanted that loops, stops and contacts allow (Hildreth's dual
-    coordinate ascent).
+    zero_singular_value : singular directions of closure count as free below this. Returns the greatest change of an
+    angle, 0 where no step is possible. The step is the one nearest to the wanted one that loops, stops and contacts
+    allow (Hildreth's dual coordinate ascent).
     """
     m = len(space.folded)
     largest_closure_residual(space.loops, state.angles, work.closing)
@@ -213,7 +213,7 @@ def slide(space: Space, state: PlacedState, longest: float, least: float, work: 
 
 @lean
 def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -> float:
-    """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
+    """Take the step and close the loops at its end; return the greatest change of an angle, 0 where that fails."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
     if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 8, work.closing):
@@ -232,9 +232,9 @@ def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -
 
 @lean
 def _allow(space: Space, state: PlacedState, size: float, rank: int, work: SpaceWork) -> None:
-    """Replace the step by the nearest that stops and contacts allow.
+    """Replace the step by the nearest one that stops and contacts allow.
 
-    Few of the conditions push: those that do not hold are taken in, and the step is computed anew, until all hold.
+    Few conditions are active: violated ones are added and the step is computed again until all hold.
     """
     count = near_contacts(space, state, size * space.lever, near_stops(state, 2.0 * size, work), work)
     for k in range(count):
@@ -251,9 +251,9 @@ def _allow(space: Space, state: PlacedState, size: float, rank: int, work: Space
 
 @lean
 def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) -> int:
-    """Add the conditions that do not hold to the rows that were taken in, each of unit length; how many there are now.
+    """Add the violated conditions to the active rows, each normalized to unit length; return the number of active rows.
 
-    The freedoms of the step lie across the rows of closure, so what lies along those is taken off a condition.
+    The free directions of the step are orthogonal to the rows of closure, so the component along these is removed.
     """
     m = len(work.step)
     order, bounds = work.conditions.order, work.conditions.bounds
@@ -277,7 +277,7 @@ def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) ->
 
 @lean
 def _ascend(count: int, work: SpaceWork) -> None:
-    """Move the step by forces of the conditions that were taken in until these hold."""
+    """Apply the forces of the active conditions to the step until all of these hold."""
     m = len(work.step)
     size = 0.0
     for h in range(m):

@@ -1,4 +1,4 @@
-"""The closed states of a linkage whose panels keep apart: one state, and straight pieces between two."""
+"""Closed states of a linkage whose panels keep apart: single states, and straight pieces between two states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hcsearch.kernels.linkage.prisms import Prisms, place_prisms, sphere_distanc
 from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, Closing, Loops, close_state, new_closing
 
 CONDITIONS_PER_HINGE = 24
-"""Contact conditions that a step takes into account, for each hinge."""
+"""Contact conditions per hinge that a step takes into account."""
 
 
 class Space(NamedTuple):
@@ -26,9 +26,9 @@ class Space(NamedTuple):
     across : (n_panels, m), +1 or -1 where a hinge lies between the base and a panel, in the sense in which it is
         crossed, else 0.
     prisms : the panels, shrunk by the margin. pairs : (p, 2), those that must keep apart.
-    lever : m, what points move at most where one hinge turns by 1 rad. near : m, pairs further apart are not measured.
-    least : m, gap of shrunk panels that every state has. kept : m, gap that a step leaves. parted : m, gap that one
-        direction has at both ends of a chord.
+    lever : m, greatest distance that a point moves where one hinge turns by 1 rad. measured_distance : m, pairs further
+    apart are not measured. min_gap : m, of shrunk panels in every state. step_gap : m, that a step leaves.
+    parting_gap : m, that one direction has at both ends of a chord.
     """
 
     loops: Loops
@@ -44,10 +44,10 @@ class Space(NamedTuple):
 
 
 class PlacedState(NamedTuple):
-    """A state, with what is known of its pairs.
+    """A state with the gaps of its pairs.
 
-    angles : (m,). poses : (n_panels, 3, 4). placed : prisms there. gaps : (p,), m. ways : (p, 3), the direction of each
-    gap, from the first prism to the second. corners : (p, 4), where the search of each gap ended.
+    angles : (m,). poses : (n_panels, 3, 4). prisms : placed at these poses. gaps : (p,), m. gap_directions : (p, 3), of
+    each gap, from the first prism to the second. corners : (p, 4), where the search of each gap ended.
     """
 
     angles: Reals
@@ -59,7 +59,7 @@ class PlacedState(NamedTuple):
 
 
 class StateStack(NamedTuple):
-    """Several states, with what moves in tables that have one row more for each; the rest of the prisms is shared."""
+    """Several states: tables of all that moves, with one row for each state; the rest of the prisms is shared."""
 
     angles: Reals
     poses: Reals
@@ -72,12 +72,12 @@ class StateStack(NamedTuple):
 
 
 class StepConditions(NamedTuple):
-    """What a step must keep to, see `kernels.planning.contacts`.
+    """Linear conditions on a step, see `kernels.planning.sliding`.
 
-    panels : (k, 2), one, and the other of which a corner must not come nearer; -1 and the hinge, for a stop.
-    ways : (k, 3), the direction of the gap; +1 or -1 and zeros, for a stop: the sense in which the hinge leaves it.
-    corners : (k, 3), m. bounds : (k,), what a step must add to the gap at least (m), or to what is left to a stop
-    (rad). order : (k,), in which they are taken in.
+    panels : (k, 2), a panel, and the other one of which a corner must not come nearer; -1 and the hinge, for a stop.
+    directions : (k, 3), of the gap; +1 or -1 and zeros, for a stop: the sense in which the hinge leaves it. corners :
+    (k, 3), m. bounds : (k,), least change of the gap (m), or of the distance to a stop (rad). order : (k,), in which
+    conditions become active.
     """
 
     panels: WholeNumbers
@@ -88,12 +88,12 @@ class StepConditions(NamedTuple):
 
 
 class SpaceWork(NamedTuple):
-    """Tables that the kernels share.
+    """Work tables that the kernels share.
 
-    closing : of the loops. want, step, trial : (m,). wanted : (2, m), what loops allow of what is wanted, and that
-    of the length of a step. axes : (2, m, 3), directions of the hinges, and points on them. twists : (n_panels, 6),
-    what a step turns and shifts panels by. conditions : on a step; rows, bounds, forces : (k, m), (k,), (k,), of those
-    that were taken in, (row) . step >= bound.
+    closing : of the loops. wanted_step, step, trial : (m,). allowed_steps : (2, m), the projection of the wanted step
+    onto the closed directions, and that limited in length. axes : (2, m, 3), directions of the hinges, and points on
+    them. twists : (n_panels, 6), of panels in a step. conditions : on a step; rows, bounds, forces : (k, m), (k,),
+    (k,), of the active ones, (row) . step >= bound.
     """
 
     closing: Closing
@@ -111,7 +111,7 @@ class SpaceWork(NamedTuple):
 
 @compiled
 def new_state_stack(space: Space, count: int) -> StateStack:
-    """States that are not placed yet."""
+    """Return states that are not placed yet."""
     m, n, p = len(space.folded), len(space.loops.chain.order), len(space.pairs)
     f, v, _ = space.prisms.vertices.shape
     return StateStack(
@@ -128,7 +128,7 @@ def new_state_stack(space: Space, count: int) -> StateStack:
 
 @compiled
 def pick_state(stack: StateStack, i: int) -> PlacedState:
-    """One of several states."""
+    """Return one state of a stack."""
     own = stack.prisms
     placed = Prisms(own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges)
     return PlacedState(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
@@ -158,7 +158,7 @@ def copy_state(state: PlacedState, into: PlacedState) -> None:
 
 @compiled
 def new_space_work(space: Space) -> SpaceWork:
-    """Empty tables."""
+    """Return empty tables."""
     m = len(space.folded)
     k = (2 + CONDITIONS_PER_HINGE) * m
     closing, wanted, axes = new_closing(space.loops), np.zeros((2, m)), np.zeros((2, m, 3))
@@ -174,7 +174,7 @@ def new_space_work(space: Space) -> SpaceWork:
 
 @lean
 def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) -> bool:
-    """Write a state, and whether all gaps are at least enough; where one is not, the rest are not written."""
+    """Write a state; return whether all gaps are at least `enough`. Gaps after the first smaller one are left out."""
     for h in range(len(angles)):
         state.angles[h] = angles[h]
     place_panels(space.loops.chain, state.angles, state.poses)
@@ -199,7 +199,7 @@ def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) 
 
 @lean
 def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
-    """The direction from the middle of a prism to that of another."""
+    """The unit direction from the middle of one prism to that of another."""
     x = placed.middles[g, 0] - placed.middles[f, 0]
     y = placed.middles[g, 1] - placed.middles[f, 1]
     z = placed.middles[g, 2] - placed.middles[f, 2]
@@ -208,7 +208,7 @@ def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
 
 @lean
 def greatest_angle_change(one: Reals, two: Reals) -> float:
-    """The greatest change of an angle between two states (rad)."""
+    """The greatest difference of an angle between two states (rad)."""
     far = 0.0
     for h in range(len(one)):
         far = max(far, abs(one[h] - two[h]))
@@ -226,7 +226,7 @@ def greatest_magnitude(values: Reals) -> float:
 
 @lean
 def squared_distance(one: Reals, two: Reals) -> float:
-    """The square of the distance of two states (rad^2)."""
+    """The squared distance of two states (rad^2)."""
     total = 0.0
     for h in range(len(one)):
         total += (one[h] - two[h]) ** 2
@@ -234,14 +234,14 @@ def squared_distance(one: Reals, two: Reals) -> float:
 
 
 MAX_CHORD_DEVIATION = 0.5
-"""The closed state half-way along a chord may be off by this share of half its length."""
+"""Greatest deviation of the closed state half-way along a chord, as a share of half the chord's length."""
 
 
 @lean
 def separated(space: Space, one: PlacedState, two: PlacedState) -> bool:
     """Whether every pair has a direction, fixed to one of its panels, that separates it at both states.
 
-    What lies between is left to the proof: this screens.
+    This is only a filter: states in between are checked by the proof.
     """
     moved = space.lever * greatest_angle_change(one.angles, two.angles)
     for p in range(len(space.pairs)):
@@ -254,7 +254,7 @@ def separated(space: Space, one: PlacedState, two: PlacedState) -> bool:
 
 @lean
 def _separates(space: Space, one: PlacedState, two: PlacedState, p: int) -> bool:
-    """Whether the direction of a pair's gap at a state, fixed to either panel, has a gap at another state, too."""
+    """Whether the gap direction of a pair at one state, fixed to either panel, also separates it at another state."""
     f, g = space.pairs[p, 0], space.pairs[p, 1]
     way = vector_at(one.ways, p, 0)
     for _ in range(2):
@@ -275,7 +275,7 @@ def _separates(space: Space, one: PlacedState, two: PlacedState, p: int) -> bool
 
 @lean
 def _gap(space: Space, state: PlacedState, f: int, g: int, way: Vector3) -> float:
-    """The gap of two prisms along a direction from the first to the second."""
+    """The gap of two prisms along a direction, from the first prism to the second."""
     top, low = -math.inf, math.inf
     for j in range(space.prisms.counts[f, 0]):
         top = max(top, dot(way, vector_at(state.placed.vertices[f], j, 0)))
@@ -288,10 +288,11 @@ def _gap(space: Space, state: PlacedState, f: int, g: int, way: Vector3) -> floa
 def link_states(
     space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, between: Reals
 ) -> int:
-    """Write closed states between two beside the straight piece, in order, without the ends; how many, -1 where not.
+    """Write closed states along the straight piece between two states, in order, without its ends; return their number.
 
     longest : rad, pieces that turn a hinge by more are halved. depth : how often a piece may be halved; the stack has
-    two states more. The state half-way must be closed near its place, and panels keep apart at all states.
+    two states more. The state half-way must be closed near its place, and panels keep apart at all states. -1 where the
+    states cannot be linked.
     """
     left, right = pick_state(stack, 0), pick_state(stack, 1)
     if not (place_state(space, one, space.least, left) and place_state(space, two, space.least, right)):
@@ -316,7 +317,7 @@ def link_states(
 
 @compiled
 def _half_way(space: Space, left: PlacedState, right: PlacedState, work: SpaceWork, middle: PlacedState) -> bool:
-    """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
+    """Write the closed state half-way between two; return whether it is near the midpoint and panels keep apart."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
     if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 12, work.closing):

@@ -1,4 +1,4 @@
-"""Trees of closed states that grow from both ends, or other roots, until they meet."""
+"""Trees of closed states that grow from both ends, or from other roots, until they meet."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from hcsearch.kernels.planning.space import (
 )
 
 STATE_CELL_WIDTH = 0.15
-"""Width (rad) of the cells by which states count as alike."""
+"""Width (rad) of the cells in which states count as alike."""
 MAX_STATES_PER_CELL = 2
-"""States of a cell that a tree keeps, beside those on the way to others."""
+"""States per cell that a tree keeps, besides those on the path to others."""
 END_STEP_SHARE, MIN_GROWTH_STEP = 0.4, 0.003
-"""A step is no longer than this share of the way to the root or to an end, but at least so long (rad)."""
+"""Longest step as a share of the distance to the root or to an end, and its lower limit (rad)."""
 MIN_GROWTH_GAIN = 2e-3
-"""A step that brings the target nearer by less than this share does not help."""
+"""Least share of the distance to the target by which a step must come nearer to count as progress."""
 MAX_IDLE_STEPS = 2
-"""Steps that may not help before a tree grows elsewhere."""
+"""Steps without progress that are allowed before a tree grows elsewhere."""
 
 
 class StateTree(NamedTuple):
-    """States that hang on the root, at which every hinge is at a stop.
+    """A tree of states whose root has every hinge at a stop.
 
-    angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), how many states there are.
-    keys, hits : hash table of cells, and how many states each has.
+    angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), number of states.
+    keys, cell_counts : hash table of cells, and the number of states in each.
     """
 
     angles: Reals
@@ -51,7 +51,7 @@ class StateTree(NamedTuple):
 
 @compiled
 def new_tree(capacity: int, root: Reals) -> StateTree:
-    """A tree that is its root."""
+    """Return a tree that consists of its root."""
     slots = 4
     while slots < 4 * capacity:
         slots *= 2
@@ -68,7 +68,7 @@ def new_tree(capacity: int, root: Reals) -> StateTree:
 
 @lean
 def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
-    """Add a state; its number, -1 where the tree is full."""
+    """Add a state; return its number, or -1 where the tree is full."""
     n = tree.size[0]
     if n == len(tree.parents):
         return -1
@@ -81,7 +81,7 @@ def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
 
 @lean
 def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
-    """The nearest state of a tree beyond some squared distance (rad^2), and the square of its own; -1 without."""
+    """Return the nearest state beyond a squared distance (rad^2), -1 without one, and its own squared distance."""
     best, least = -1, math.inf
     for i in range(tree.size[0]):
         total = 0.0
@@ -96,7 +96,7 @@ def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, f
 
 @lean
 def cell_slot(tree: StateTree, row: int) -> int:
-    """The slot of the cell of a state in the hash table."""
+    """Return the slot of a state's cell in the hash table."""
     key = 1469598103934665603
     for h in range(tree.angles.shape[1]):
         key = (key ^ math.floor(tree.angles[row, h] / STATE_CELL_WIDTH + 0.5)) * 1099511628211
@@ -111,7 +111,7 @@ def cell_slot(tree: StateTree, row: int) -> int:
 
 @lean
 def keep_new_states(tree: StateTree, first: int) -> bool:
-    """Of the states from `first` on, a line, keep those up to the last whose cell is not full; whether there is one."""
+    """Keep the branch of states from `first` to the last one in a cell that is not full; return whether any is kept."""
     end = first
     for i in range(first, tree.size[0]):
         slot = cell_slot(tree, i)
@@ -133,10 +133,10 @@ def grow_towards(
     stack: StateStack,
     work: SpaceWork,
 ) -> int:
-    """Grow a tree from a state towards a target by steps along contacts; the last state that was added, or the first.
+    """Grow a tree from a state towards a target by steps along contacts; return the last state added, or the first one.
 
-    springs : (m,), weights of the hinges. limits : longest step (rad), singular directions of closure that count as
-    free, and steps at most.
+    springs : (m,), weights of the hinges. limits : longest step (rad), greatest singular value of closure that counts
+    as zero, and greatest number of steps.
     """
     longest, least, steps = limits
     here, there = pick_state(stack, 0), pick_state(stack, 1)
@@ -174,15 +174,16 @@ SEARCH_ZERO_SINGULAR_VALUE = 1e-7
 MAX_SEARCH_HALVINGS = 12
 """Pieces are halved no more often than this."""
 MIN_TREE_ROOM = 200
-"""States for which a tree must have room before it grows."""
+"""Free capacity (states) that a tree needs to grow."""
 TREES_MET, TREES_GOING, TREES_FULL = 0, 1, 2
-"""The trees have met; may meet; have no room to grow."""
+"""Result of a search: the trees have met; may still meet; have no room to grow."""
 
 
 class Meeting(NamedTuple):
-    """Where the trees have met.
+    """The place where two trees met.
 
-    nodes : (2,), a state of each. bridge : closed states from the first to the second. filled : (1,), how many.
+    nodes : (2,), a state of each. bridge : closed states from the first to the second. bridge_size : (1,), their
+    number.
     """
 
     nodes: WholeNumbers
@@ -194,10 +195,10 @@ class Meeting(NamedTuple):
 def fan_out(
     space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: StateStack, work: SpaceWork
 ) -> int:
-    """Add states near the root, with the states that lead to them; how many were reached.
+    """Add random states near the root, with the states that lead to them; return how many were reached.
 
-    Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
-    at several distances, as what is closed off near the root may be open further out.
+    Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States are
+    sampled at several distances, as regions that are blocked near the root may be open further out.
     """
     np.random.seed(seed)
     m = len(space.folded)
@@ -245,10 +246,10 @@ def search_trees(
     work: SpaceWork,
     meeting: Meeting,
 ) -> int:
-    """Grow both trees until they meet: MET, GOING after so many rounds, or FULL.
+    """Grow two trees in turn until they meet; return MET, GOING after the given rounds, or FULL.
 
     Each round one tree grows: by soft springs from a random state, towards a random state of the other tree, into a
-    random direction, or from its nearest state towards random angles. Where it comes to something new it is linked with
+    random direction, or from its nearest state towards random angles. Where it reaches a new cell it is linked with
     the root of the other tree, where that is near, or the other tree's nearest states grow towards it.
     """
     np.random.seed(seed)
@@ -290,7 +291,7 @@ def search_trees(
 def _choose(
     space: Space, tree: StateTree, other: StateTree, goal: Reals, target: Reals, springs: Reals
 ) -> tuple[int, int]:
-    """Choose what a tree grows towards, and how; from which state, and by how many steps at most."""
+    """Choose a target and spring weights for a tree; return the state to grow from and the greatest number of steps."""
     m = len(target)
     kind = np.random.random()
     node = np.random.randint(tree.size[0])
@@ -315,7 +316,7 @@ def _choose(
 def _reach_root(
     space: Space, tree: StateTree, node: int, goal: Reals, stack: StateStack, work: SpaceWork, meeting: Meeting
 ) -> bool:
-    """Whether the root of the other tree is near, and a state of this one can be linked with it."""
+    """Try to link a state with the root of the other tree, if that is near; return whether it succeeded."""
     if greatest_angle_change(tree.angles[node], goal) > 0.5:
         return False
     before = tree.size[0]
@@ -336,7 +337,7 @@ def _reach_root(
 def _reach_tree(
     space: Space, tree: StateTree, other: StateTree, node: int, stack: StateStack, work: SpaceWork, meeting: Meeting
 ) -> bool:
-    """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
+    """Try to link a state with the nearest states of the other tree, which may grow; return whether it succeeded."""
     beyond = -1.0
     for attempt in range(3):
         if other.size[0] + MIN_TREE_ROOM >= len(other.parents):
@@ -361,7 +362,7 @@ def _reach_tree(
 
 @compiled
 def _turn_around(meeting: Meeting) -> None:
-    """Give a meeting from the first tree's side."""
+    """Reverse a meeting, so that it starts from the second tree."""
     meeting.nodes[0], meeting.nodes[1] = meeting.nodes[1], meeting.nodes[0]
     count = meeting.filled[0]
     meeting.bridge[:count] = meeting.bridge[:count][::-1].copy()

@@ -1,7 +1,7 @@
 """Proofs that closed states lie beside a motion whose loops are nearly closed: a tube around every piece of it.
 
-Steps between states are halved until `pieces` proves each piece, and closed states are put into steps where that does
-not help. Closed states of neighbouring pieces are joined where they meet (docs/explanation/motion.md).
+Steps between states are halved until `pieces` proves each piece; where halving does not help, closed states are
+inserted into steps. Closed states of neighbouring pieces are joined where they meet (docs/explanation/motion.md).
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from hcsearch.kernels.planning.closed_states import Closing, Group, Loops, close
 from hcsearch.kernels.planning.pieces import MAX_CONTRACTION_FACTOR, PieceTables, new_piece_tables, prove_piece
 
 MAX_PROOF_PIECES = 20000
-"""A proof that takes more pieces is given up, as where a path runs along singular states; most take a thousand."""
+"""Greatest number of pieces of a proof, which paths along singular states exceed; most proofs take a thousand."""
 MIN_PIECE_SHARE = 0.5**12
-"""Share of a step below which a piece is not halved."""
+"""Pieces that are no longer than this share of a step are not halved."""
 MAX_CUBIC_OVERSHOOT = 1e-4
-"""What hinges of states put between others may be beyond their stops (rad), as cubics overshoot."""
+"""Greatest overshoot of inserted states beyond stops (rad): cubics overshoot."""
 POLISHED_RESIDUAL = 1e-14
 """Closure residual (rad, or gap over size) to which states are closed."""
 
 
 @compiled
 def polishing_residual(loops: Loops) -> float:
-    """The residual to which states are closed: rounding of long loops leaves no less."""
+    """The residual to which states are closed, raised for long loops, whose rounding errors are greater."""
     return max(POLISHED_RESIDUAL, 2e-15 * len(loops.hinges))
 
 
 class Track(NamedTuple):
-    """A motion as states with cubics between them, and room for more.
+    """A motion as states with cubics between them, and free capacity.
 
-    times : (k,). angles, rates : (k, m). wanders : (k,), of the step before each state: what the fold angles of the
-    closed states beside it differ by, at most, summed over hinges (rad). filled : (1,), how many states there are.
+    times : (k,). angles, rates : (k, m). wanders : (k,), of the step before each state: greatest deviation of the fold
+    angles of closed states from it, summed over hinges (rad). state_count : (1,).
     """
 
     times: Reals
@@ -57,15 +57,14 @@ def prove_tube(
     fine: Track,
     stop: Reals,
 ) -> bool:
-    """Prove that closed states lie beside a motion; whether it is proved from the one end to the other.
+    """Prove that closed states lie beside a motion; return whether the proof spans it from end to end.
 
     group : the hinges that turn, and the equations in which the loops close. coarse : closed states and rates that keep
-    loops closed. ends : (2, 1 + m), the share of the first step at which the proof begins, and what the fold angles of
-    the state that it is joined to there wander by (rad); the same of the last step. limit : rad, what a step's closed
-    states may wander by. halvings : how often closed states are put into a
-    step, where none is proved.
-    fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
-    number of pieces that were tried.
+    loops closed. ends : (2, 1 + m), the share of the first step at which the proof begins, and the deviations of the
+    fold angles of the state that it is joined to there (rad); the same for the last step. limit : rad, greatest
+    deviation of the closed states of a step. halvings : greatest number of times that closed states are inserted into
+    an unproved step. fine : written, the states that the proof is about. stop : (2,), written: the time at which the
+    proof ends, and the number of pieces that were tried.
     """
     work, tables = new_closing(loops), new_piece_tables(loops, group)
     work.fixed[:] = ~group.moving
@@ -117,7 +116,7 @@ def _append(source: Track, k: int, wander: float, target: Track) -> None:
 
 @compiled
 def _hermite(one: Track, i: int, two: Track, j: int, course: Reals) -> None:
-    """Write the cubics of the fold angles between two states, in the share of the step."""
+    """Write the Hermite cubics of the fold angles between two states, in the share of the step."""
     h = two.times[j] - one.times[i]
     for k in range(len(course)):
         rise = two.angles[j, k] - one.angles[i, k]
@@ -128,7 +127,7 @@ def _hermite(one: Track, i: int, two: Track, j: int, course: Reals) -> None:
 
 @compiled
 def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work: Closing) -> bool:
-    """Put the closed state nearest to the middle of a step on top of what waits; whether there is one near by."""
+    """Push the closed state nearest to the middle of a step onto the waiting states; return whether one is near by."""
     here, top = fine.filled[0] - 1, waiting.filled[0] - 1
     h = waiting.times[top] - fine.times[here]
     middle = waiting.angles[top + 1]
@@ -163,10 +162,10 @@ def _step(
     tables: PieceTables,
     stop: Reals,
 ) -> float:
-    """What closed states beside a step wander by (rad), infinite where none are proved; it is halved where that helps.
+    """Return the deviation of closed states beside a step (rad), halved as needed; infinite where none are proved.
 
-    before, after : what fold angles of those wander by that they are to be joined to before and after the step;
-    `before` becomes that at the end of the step.
+    before, after : deviations of the fold angles of the closed states to be joined before and after the step; `before`
+    is overwritten with those at the end of the step.
     """
     lows, highs = np.empty(64), np.empty(64)
     lows[0], highs[0] = shares

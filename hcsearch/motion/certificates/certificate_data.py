@@ -1,4 +1,4 @@
-"""Certificates as plain data: claims about an array, and the stretches of paths in pieces that a checker proves."""
+"""Certificates as plain data: claims about an array, and paths as stretches, in pieces that a checker proves."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 WANDER_LIMIT_SHARES = (0.02, 0.004, 0.0008)
-"""What closed states may differ from a piece by (rad), summed over hinges, over the margin as a share of the array's
-size; the next one where the states of neighbouring pieces are not joined."""
+"""Greatest deviations of closed states from a piece (rad), summed over hinges, over the margin as a share of the
+array's size; the next is used where the states of neighbouring pieces are not joined."""
 MAX_REFINEMENT_HALVINGS = 16
-"""A step is halved no more often than this."""
+"""Greatest number of halvings of a step."""
 REFINEMENT_BATCH_SIZE = path_checker.BATCH
 
 StepSpan = tuple[int, float, float]
-"""A step of a path, and from which share of it to which."""
+"""A step of a path, and the shares of it at which the span begins and ends."""
 
 
 def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
-    """A stretch as a certificate holds it, and which hinges are closed (1) where it ends.
+    """Return a stretch as a certificate holds it, and which hinges are closed (1) at its end.
 
-    closed : where it begins. margin : over the size of the array. NotProvedError where the checker does not prove the
+    closed : at its beginning. margin : over the size of the array. NotProvedError where the checker does not prove the
     stretch, however short its pieces are.
     """
     track = tube.track
@@ -60,7 +60,7 @@ def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> 
 
 
 class _Refinement:
-    """A stretch along cubics; those of each step, of the share of it, are (steps, n, 4)."""
+    """A stretch along cubics, (steps, n, 4) in the share of each step, that is refined until the checker proves it."""
 
     def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
         self.array, self.times, self.steps = array, times, np.diff(times)
@@ -71,7 +71,7 @@ class _Refinement:
         self.leaves = self._left(0), self._left(1)
 
     def data(self, limit: float) -> dict[str, Any]:
-        """The stretch in pieces beside which closed states lie, no further than a limit (rad), as data."""
+        """Return the stretch as data, in pieces from which closed states deviate by less than a limit (rad)."""
         spans = self._halved(self._spans(), limit)
         shares = [*spans, (spans[-1][0], spans[-1][2], 1.0)]
         times, angles, rates = [], [], []
@@ -85,7 +85,7 @@ class _Refinement:
         return {"kind": "cubics", "times": times, **rows}
 
     def _spans(self) -> list[StepSpan]:
-        """The steps, of which the first and the last are cut where a state with singular closure is left by them."""
+        """The steps, the first and the last one cut where they leave a state with singular closure."""
         spans: list[StepSpan] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
         begin, end = self.leaves
         if begin:
@@ -96,9 +96,9 @@ class _Refinement:
         return spans
 
     def _left(self, side: int) -> float:
-        """By which share of a step the first, or the last state is left; 0 where closure is regular there.
+        """Return the share of a step that leaves the first or the last state; 0 where closure is regular there.
 
-        Half of the first share that is proved, of 1, 1/2, 1/4, ...: what lies beside it is less there.
+        Half of the first share that is proved, of 1, 1/2, 1/4, ...: deviations beside it are smaller there.
         """
         state = [round(angle / math.pi) for angle in self.ends[side]]
         rows, wrenches = self.array.equations(state, self.moving)
@@ -116,7 +116,7 @@ class _Refinement:
         raise NotProvedError("how a path leaves or reaches a state with singular closure is not proved")
 
     def _halved(self, spans: list[StepSpan], limit: float) -> list[StepSpan]:
-        """The spans, halved until closed states are proved to lie beside each, but those by which an end is left."""
+        """Halve the spans until closed states are proved beside each, except for those that leave an end."""
         inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
         done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
         while waiting:
@@ -143,7 +143,7 @@ CERTIFICATE_FORMAT, CERTIFICATE_VERSION = "hcsearch certificate", 1
 
 
 def array_data(linkage: Linkage) -> dict[str, Any]:
-    """The panels and hinges of a linkage in whole coordinates of its lattice (`lattice.Frame`)."""
+    """Return the panels and hinges of a linkage in integer coordinates of its lattice (`lattice.lattice_frame_of`)."""
     frame, pattern = lattice_frame_of(linkage), linkage.pattern
     facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
     lattice = [facet.tolist() for facet in facets if facet is not None]
@@ -167,13 +167,13 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
 
 
 def _facets(pattern: Pattern, hinge: int) -> list[int]:
-    """Two facets that share an edge along a hinge, that of its first panel first."""
+    """Two facets that share an edge along a hinge, the one of its first panel first."""
     one, two = next(pair for pair, crease in pattern.creases.items() if crease.face and pattern.hinge_of(pair) == hinge)
     return [one, two] if pattern.panel_of[one] == pattern.hinges[hinge].first else [two, one]
 
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
-    """The claim that no motion leaves the boxes of a lock, or, with panels, none without a collision."""
+    """Return the claim that no motion leaves the boxes of a lock; with panels, that none does without a collision."""
     cuts = [[0.0, MAX_BOX_ANGLE] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
@@ -191,7 +191,7 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
 
 
 def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[str, Any]:
-    """The claim that a path leads from packed to flat with a margin (m), and its stretches.
+    """Return the claim that a path leads from packed to flat with a margin (m), with its stretches.
 
     `path_checker.NotProvedError` where the checker does not prove a stretch.
     """
@@ -206,7 +206,7 @@ def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[s
 
 
 def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dict[str, Any]:
-    """A certificate of a folding, with its checksum."""
+    """Return the certificate of a folding, with its checksum."""
     data: dict[str, Any] = {
         "format": CERTIFICATE_FORMAT,
         "version": CERTIFICATE_VERSION,
@@ -218,5 +218,5 @@ def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dic
 
 
 def checksum(data: dict[str, Any]) -> str:
-    """SHA-256 of the data as JSON without spaces, keys in order."""
+    """SHA-256 of the data as JSON without spaces, with sorted keys."""
     return hashlib.sha256(json.dumps(data, sort_keys=True, separators=(",", ":")).encode()).hexdigest()

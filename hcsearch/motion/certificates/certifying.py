@@ -1,4 +1,4 @@
-"""Certificates of foldings: what is proved of the motion of one, written so that the checkers prove it again."""
+"""Certificates of foldings: the proof of a path or of a lock, written so that independent checkers can repeat it."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.system.reading import read_text_file
 
 DEFAULT_PROOF_BUDGET = 5
-"""The budget of the search for a proof where none is given."""
+"""The default budget of the search for a proof."""
 MAX_CERTIFICATE_BYTES = 256 * 2**20
-"""Size of a certificate that is read; those of small lists have up to a megabyte."""
+"""Greatest size of a certificate that is read; those of small lists have up to a megabyte."""
 MAX_PATH_SEEDS = 12
-"""Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
+"""Number of paths that are tried until the checker proves one: some come closer to singular states than others."""
 CheckedClaim = tuple[dict[str, Any], str]
-"""A claim, and what its checker says is proved."""
+"""A claim, and its checker's statement of the proved fact."""
 CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
-"""The checkers, by kinds of claims."""
+"""The checkers, by kind of claim."""
 REFUSAL_ERRORS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
@@ -49,12 +49,12 @@ class CertificateError(HcsearchError):
 def prove_folding(
     folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
 ) -> tuple[dict[str, Any], list[str]]:
-    """The certificate of a folding, of a path or of a lock, as plain data, and what `verify_certificate` says of it.
+    """Prove a path or a lock of a folding; return its certificate as plain data, and what `verify_certificate` says.
 
-    panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `motion_of`.
+    panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `plan_motion`.
 
-    The checkers have proved it. It is of the canonical circuit, however the folding's own is written. budget : efforts
-    of the search. HcsearchError where nothing is proved by these.
+    The checkers have proved the certificate. It is of the canonical circuit, in whichever form the folding is given.
+    budget : efforts of the search. HcsearchError where nothing is proved by these.
     """
     folding = Folding.from_notation(folding.notation)
     turns = twist(folding)
@@ -75,7 +75,7 @@ def prove_folding(
 
 
 def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[CheckedClaim]:
-    """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
+    """Claims that a folding is locked: with hinged pairs, which covers all other ways, or in each way."""
     known = dict(motion.locks)
     claims = [
         {**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way}
@@ -91,7 +91,7 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Ch
 
 
 def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> CheckedClaim:
-    """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
+    """Return a path claim that the checker proves: of the planned path, or of another in the same way."""
     assert motion.way is not None
     linkage = folding.linkage(panel, flat_pairs=motion.way)
     prover, margins, refusal = Prover(linkage), proof_margins(linkage, margin), ""
@@ -108,7 +108,7 @@ def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: flo
 
 
 def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:
-    """The states of the path that is proved, and of others that are planned with a margin (m)."""
+    """The states of the proved path, then those of other paths planned with a margin (m)."""
     assert motion.states is not None
     yield motion.states
     planner = Planner(linkage, margin)
@@ -119,7 +119,7 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
 
 
 def read_certificate(path: str) -> Any:
-    """The data of a certificate; InputFileError as of `read_text`, and for what is no JSON."""
+    """Read the data of a certificate; InputFileError as of `read_text_file`, and for a file that is not JSON."""
     text = read_text_file(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
     try:
         return json.loads(text)
@@ -128,7 +128,10 @@ def read_certificate(path: str) -> Any:
 
 
 def verify_certificate(data: Any) -> list[str]:
-    """What the claims of a certificate prove, in words; CertificateError where they do not, or there are none."""
+    """Verify the claims of a certificate; return the proved facts as sentences.
+
+    CertificateError where a claim is not proved, or where there are none.
+    """
     if (
         not isinstance(data, dict)
         or data.get("format") != CERTIFICATE_FORMAT
@@ -144,7 +147,7 @@ def verify_certificate(data: Any) -> list[str]:
 
 
 def _verified(data: Mapping[str, Any], claim: Any) -> str:
-    """What a claim proves, of the array that is named."""
+    """Check that a claim is of the named array, and prove it; return it as a sentence."""
     try:
         folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
         way = WAYS[WAYS.index(claim["pairs"])]
@@ -161,5 +164,5 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
 
 
 def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) -> str:
-    """What is proved by a claim, with the folding of which it is."""
+    """The proved claim as a sentence, with its folding and panels."""
     return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

@@ -25,7 +25,7 @@ NotProvedError, need = locks.NotProvedError, locks.need
 
 
 class Pair:
-    """Two facets less a margin, as prisms, the first of which a segment of the second may pierce, and ways between."""
+    """Two facets less a margin as prisms, with the paths between; a segment of the second may pierce the first."""
 
     def __init__(self, one: Any, two: Any, height: float, margin: float, ways: list[Any]) -> None:
         self.ways, self.low, self.high = ways, margin, height - margin
@@ -38,7 +38,7 @@ class Pair:
         self.segments = np.array(upright + [(i, j) for i in corners for j in corners if i < j != i + 2 * n + 1]).T
 
     def pierced(self, middles: Reals, radii: Reals) -> tuple[Reals, Any, Any, Reals]:
-        """The deepest piercings at middles of boxes: depths, 0 without, ways, both samples, heights."""
+        """Return the deepest piercings at middles of boxes: depths, 0 without, paths, both samples, and heights."""
         count = np.arange(len(middles))
         by = np.argmin([radii[:, way.hinges].sum(1) for way in self.ways], 0)
         x = np.zeros((len(middles), *self.samples.shape))
@@ -59,7 +59,7 @@ class Pair:
         return depth[count, best], by, pick, height[count, best]
 
     def least(self, way: Any, ends: Any, height: Reals, closure: Any) -> tuple[Reals, Reals]:
-        """By how much piercings last at closed states of boxes, at least, and by how much each angle changes that."""
+        """Return the least depth of piercings at closed states of boxes, and the contribution of each angle to it."""
         axes, places, x = way.seen(self.samples, closure.middles)
         upper, lower = (x[np.arange(len(x)), own] for own in ends.T)
         along = upper - lower
@@ -82,7 +82,7 @@ class Pair:
 
 
 class Traced:
-    """How far a place (point: 1), or a way between two (0), lies along normals in boxes, as forms."""
+    """The position of a point (point: 1), or of a vector between two (0), along normals in boxes, as forms."""
 
     def __init__(self, way: Any, axes: Reals, places: Reals, place: Reals, point: int, boxes: Any) -> None:
         e, (p, q) = boxes.radii[:, way.hinges], way.pairs
@@ -96,7 +96,7 @@ class Traced:
         self.rest = rest + locks.ROUNDING * (e.shape[1] + 1) * far**2 * (1.0 + total + total**2)
 
     def __call__(self, normal: Reals, value: Reals) -> Form:
-        """The form of what lies so far along a normal, (count, 3), at middles of boxes."""
+        """Return the form of the position along a normal, (count, 3), with its value at middles of boxes."""
         slopes, square = np.zeros((len(value), self.n)), (self.squares @ normal[..., None])[..., 0]
         slopes[:, self.hinges] = (self.levers @ normal[..., None])[..., 0]
         error = np.abs(self.bends @ normal[..., None]).sum((1, 2)) + np.abs(square).sum(1)
@@ -104,7 +104,7 @@ class Traced:
 
 
 def shrunk(corners: Reals, margin: float) -> tuple[Reals, Reals, Reals]:
-    """Normals of the sides of an outline, how far along these the sides are less a margin, and corners between them."""
+    """Return outward normals of an outline, the distances of its sides along these less a margin, and its corners."""
     along = np.roll(corners, -1, 0) - corners
     normals = np.stack([along[:, 1], -along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
     far = (normals * corners).sum(1) - margin
@@ -130,16 +130,16 @@ def times(one: Form, two: Form, radii: Reals) -> Form:
 
 
 def part(closure: Any, some: Any) -> Any:
-    """The equations of closure of some boxes."""
+    """The closure equations of a subset of the boxes."""
     own = copy(closure)
     own.__dict__.update({name: value[some] for name, value in vars(closure).items() if name != "owners"})
     return own
 
 
 def least(closure: Any, value: Reals, slopes: Reals, error: Reals) -> tuple[Reals, Reals]:
-    """What forms are at least at closed states of boxes, and by how much each angle hides that.
+    """Return the minimum of forms at closed states of boxes, and the contribution of each angle to its uncertainty.
 
-    A combination of the equations of closure is 0 there, and is added.
+    A combination of the closure equations, which is 0 there, is added.
     """
     moves = np.abs(slopes) * closure.radii
     alone, sizes = value - error - moves.sum(1), np.abs(value) + error + moves.sum(1)
@@ -152,7 +152,7 @@ def least(closure: Any, value: Reals, slopes: Reals, error: Reals) -> tuple[Real
 
 
 def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
-    """Which boxes are proved to hold no closed state without overlap; by how much each angle hides that of others."""
+    """Return which boxes are proved to hold no closed state without overlap; for others, the angles' contributions."""
     count = np.arange(len(closure.radii))
     proved, shares = np.zeros(len(count), bool), np.zeros_like(closure.radii)
     found = [pair.pierced(closure.middles, closure.radii) for pair in pairs]
@@ -172,7 +172,7 @@ def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
 
 
 def pairs_of(array: Any, numbers: Any, margin: str) -> list[Pair]:
-    """Pairs of facets less a margin (m), each both ways about."""
+    """Return the pairs of facets less a margin (m), each in both orders."""
     share = float(Fraction(margin) / Fraction(array.unit)) / array.size * (1 + 1e-9) + 1e-12
     need(0 < 2 * share < array.height, "panels are no thicker than twice the margin")
     pairs = []
@@ -188,7 +188,7 @@ def pairs_of(array: Any, numbers: Any, margin: str) -> list[Pair]:
 
 
 def check_collisions(claim: Any) -> str:
-    """Check that no motion leaves a set of boxes without collisions; what is proved, in words."""
+    """Check that no motion leaves a set of boxes without collisions; return the proved fact as a sentence."""
     array, margin = locks.Array(claim["array"]), claim["margin"]
     pairs = pairs_of(array, claim["pairs_of_facets"], margin)
     proved = locks.check_lock(claim, array, lambda closure: overlaps(pairs, closure))
@@ -196,7 +196,7 @@ def check_collisions(claim: Any) -> str:
 
 
 def checked(claim: Any) -> str:
-    """What is proved by a claim, in words; refused where it is not proved, or not of the form that is documented."""
+    """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
     return str(locks.checked(claim, check_collisions))
 
 

@@ -65,7 +65,7 @@ class Array:
 
 
 def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
-    """Hinges but some, and senses, that lead from a panel to each other one by the fewest hinges."""
+    """Shortest paths from a panel to each other one, as hinges and senses, without some hinges (breadth-first)."""
     ways: dict[int, Any] = {start: []}
     for panel in (waiting := [start]):
         for k, (first, second) in enumerate(ends):
@@ -89,7 +89,7 @@ class Loop:
         self.far = 1.0 + 2.0 * np.linalg.norm(self.points, axis=1).max() * 2.0
 
     def halves(self, angles: Reals, cut: Any) -> tuple[Reals, Reals, list[tuple[Reals, Reals]]]:
-        """Axes and places of all hinges as either half has them, and the pose to which each half leads."""
+        """Return axes and places of all hinges in the frame of each half, and the pose at the end of each half."""
         count, n = angles.shape
         axes, places, ends = np.zeros((count, n, 3)), np.zeros((count, n, 3)), []
         turns = self.cross * np.sin(angles)[..., None, None]
@@ -108,7 +108,7 @@ class Loop:
         return axes, places, ends
 
     def expanded(self, middles: Reals, radii: Reals) -> tuple[Reals, ...]:
-        """Values (count, 12), slopes (count, 12, n), bends (count, 12, pairs and squares) times radii, and bounds."""
+        """Return values (count, 12), slopes (count, 12, n), bends (count, 12, pairs and squares) times radii, bounds."""
         angles, e = middles[:, self.hinges], radii[:, self.hinges]
         n, before = e.shape[1], np.cumsum(e, 1) - e
         cut = 1 + np.abs(2.0 * before[:, 1:] - e.sum(1, keepdims=True)).argmin(1)
@@ -142,14 +142,14 @@ class Loop:
         return values, np.swapaxes(slopes, 1, 2), np.swapaxes(bends, 1, 2), turned, shifted, error
 
     def seen(self, points: Reals, middles: Reals) -> tuple[Reals, Reals, Reals]:
-        """Axes and places of hinges, and points behind the last one, as what is before the first one sees them."""
+        """Return axes and places of hinges, and points behind the last hinge, in the frame before the first one."""
         angles = middles[:, self.hinges]
         axes, places, ((turn, shift), _) = self.halves(angles, np.full(len(angles), angles.shape[1]))
         seen = (points - self.centre) @ np.swapaxes(turn, 1, 2) + shift[:, None] + self.centre
         return axes, places + self.centre, seen
 
     def rests(self, first: Any, e: Reals, reach: Reals) -> tuple[Reals, Reals]:
-        """What third orders come to: of the rotation, and of the place."""
+        """Return bounds of the third orders: of the rotation, and of the place."""
         turned = shifted = np.zeros(len(e))
         n = e.shape[1]
         for own, order in ((first, range(n)), (~first, range(n)[::-1])):
@@ -166,13 +166,13 @@ class Loop:
 
 
 def crossed(vectors: Reals) -> Reals:
-    """Matrices of cross products with vectors."""
+    """Return the matrices of cross products with vectors."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
 
 
 class Equations:
-    """Closure of all loops in boxes, expanded to second order, and combinations of it."""
+    """The closure of all loops in boxes, expanded to second order, and combinations of its equations."""
 
     def __init__(self, loops: list[Loop], middles: Reals, radii: Reals) -> None:
         (count, n), rows = middles.shape, 12 * len(loops)
@@ -193,7 +193,7 @@ class Equations:
         self.gram = gram + np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
 
     def combined(self, mixes: Reals) -> tuple[Reals, ...]:
-        """Combinations, (count, m, rows): values, slopes, bends, and what is unknown of them but bends."""
+        """Return values, slopes and bends of combinations, (count, m, rows), and their other unknown parts."""
         value, slope = (mixes @ self.values[..., None])[..., 0], mixes @ self.slopes
         bent = np.abs(mixes @ self.bends)
         unknown = bent.sum(2) + (np.abs(mixes) @ self.errors[..., None])[..., 0]
@@ -206,12 +206,12 @@ class Equations:
 
 
 def centred(low: Reals, high: Reals) -> tuple[Reals, Reals]:
-    """Middles and radii of boxes."""
+    """Return middles and radii of boxes."""
     return 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
 
 
 def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
-    """Boxes less what is proved to hold no closed state, which of them are left, and by which sides to split them."""
+    """Contract boxes onto their closed states; return them, which ones are not empty, and the sides to split."""
     own = Equations(loops, *centred(low, high))
     right = np.concatenate([own.values[..., None], own.slopes], 2)
     mixes = np.swapaxes(np.linalg.solve(own.gram, right), 1, 2)
@@ -230,9 +230,9 @@ def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals
 
 
 def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int, overlap: Any) -> int:
-    """Refuse faces, (count, n) each, that are not proved to hold no closed state by so many boxes; how many it took.
+    """Refuse faces, (count, n) each, not proved to be empty by so many boxes; return the number of boxes used.
 
-    overlap : what proves that panels overlap in boxes, and by which sides to split those where they may; or None.
+    overlap : a function that proves overlaps of panels in boxes and names the sides to split others by; or None.
     """
     swept, tried = np.zeros(len(low), int), 0
     while len(low):
@@ -263,7 +263,7 @@ def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int, overlap:
 
 
 def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
-    """Faces of boxes, (count, n) each in numbers of cuts, behind which another box does not lie: lows and highs."""
+    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers: lows and highs."""
     below, above = [], []
     n = low.shape[1]
     for h in range(n):
@@ -284,7 +284,7 @@ def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
 
 
 def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[Any, Any]]:
-    """The parts of a box that another one does not cover."""
+    """Return the parts of a box that another one does not cover."""
     if not ((other_low < high) & (other_high > low)).all():
         return [(low, high)]
     parts, low, high = [], low.copy(), high.copy()
@@ -299,7 +299,7 @@ def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[
 
 
 def check_lock(claim: Any, array: Array, overlap: Any = None) -> str:
-    """Check that no motion leaves a set of boxes; what is proved, in words."""
+    """Check that no motion leaves a set of boxes; return the proved fact as a sentence."""
     end, hinges = claim["end"], claim["array"]["hinges"]
     count = len(hinges)
     cuts, low, high = [np.array(own, float) for own in claim["cuts"]], np.array(claim["lows"]), np.array(claim["highs"])
@@ -322,7 +322,7 @@ def check_lock(claim: Any, array: Array, overlap: Any = None) -> str:
 
 
 def checked(claim: Any, check: Any = None) -> str:
-    """What is proved by a claim, in words; refused where it is not proved, or not of the form that is documented."""
+    """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
     try:
         with np.errstate(all="ignore"):  # what overflows proves nothing
             return str(check(claim) if check else check_lock(claim, Array(claim["array"])))
@@ -331,7 +331,7 @@ def checked(claim: Any, check: Any = None) -> str:
 
 
 def main(path: str, kind: str, check: Any) -> None:
-    """Check the claims of a file of one kind; stop with what is wrong, if anything is."""
+    """Check the claims of one kind in a file; stop with the reason if one fails."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
         claims = [claim for claim in data["claims"] if claim["kind"] == kind] or [f"no {kind} is claimed"]

@@ -40,7 +40,7 @@ class Poly:
         self.mid, self.rad, self.turning = mid, rad, turning
 
     def norms(self) -> Reals:
-        """Norms of coefficients; the first one of a rotation is a rotation."""
+        """Return the norms of the coefficients; the first coefficient of a rotation is a rotation."""
         size: Reals = np.sqrt((self.mid**2).sum((-2, -1))) * (1 + GAMMA)
         if self.turning:
             size[..., 0] = 1 + GAMMA + self.rad[..., 0]
@@ -61,7 +61,7 @@ class Poly:
 
 
 def folded(one: Reals, two: Reals) -> Reals:
-    """The product of polynomials of norms, with all orders beyond the last in the last."""
+    """Return the product of polynomials of norms; orders beyond the last one are added to the last."""
     product = one[..., :1] * two
     for i in range(1, TERMS):
         product[..., i:] += one[..., i : i + 1] * two[..., : TERMS - i]
@@ -70,7 +70,7 @@ def folded(one: Reals, two: Reals) -> Reals:
 
 
 def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n); and radii of both."""
+    """Return polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n); radii of both."""
     mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
     rad = 2 * EPS * (mid != 0.0)
     rad[..., order] += radii
@@ -86,18 +86,18 @@ def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]
 
 
 def shifted(cubics: Reals, m: float, h: float) -> Any:
-    """Cubics of x = m + h u, as cubics of u."""
+    """Return cubics of x = m + h u as cubics of u."""
     powers = [1, 0, 0, 0], [m, h, 0, 0], [m * m, 2 * m * h, h * h, 0], [m**3, 3 * m * m * h, 3 * m * h * h, h**3]
     return cubics @ np.array(powers)
 
 
 def across(one: Any, two: Any) -> Any:
-    """The cross product of vectors in the plane of X and Y: 0 if they are parallel, exact for whole ones."""
+    """The cross product of vectors in the plane of X and Y: 0 if parallel; exact for whole numbers."""
     return one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]
 
 
 class Array:
-    """Panels and hinges in the flat state; whole numbers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
+    """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
 
     def __init__(self, data: Any) -> None:
         self.root, self.height, self.facets = data["root"], data["thickness"], np.array(data["facets"])
@@ -141,7 +141,7 @@ class Array:
             self.loops.append([*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))])
 
     def lines_at(self, closed: list[int], loop: Any) -> list[Any]:
-        """The lines of a loop where some hinges are closed: (hinge, point, way) in whole coordinates, exactly."""
+        """Return the exact lines of a loop where some hinges are closed: (hinge, point, way) in whole coordinates."""
         still, lines = np.eye(3, dtype=int) * Fraction(1), []
         turn, shift = still, 0 * still[0]
         for hinge, sense in loop:
@@ -155,7 +155,7 @@ class Array:
         return lines
 
     def equations(self, closed: list[int], moving: Any) -> tuple[list[int], Reals]:
-        """Rows that decide closure while the moving hinges turn, and their combinations that are 0 of all screws."""
+        """Return the rows that decide closure for the moving hinges, and their left null space over all screws."""
         rows, s, size = list[int](), self.stretch[0], self.size
         screws = np.full((6 * len(self.loops), len(self.hinges)), Fraction(0))
         for row, loop in zip(range(0, len(screws), 6), self.loops, strict=True):
@@ -180,7 +180,7 @@ class Array:
         return rows, wrenches / np.linalg.norm(wrenches, axis=1, keepdims=True)
 
     def walked(self, steps: Any, angles: Any) -> tuple[Poly, Poly, list[Any]]:
-        """The rotation and the shift that steps of hinges come to, and the axis and the moment of each on the way."""
+        """Return the rotation and the shift of a walk along hinges, and the axis and the moment of each hinge."""
         count, screws, still = len(angles[0]), [], ONE * np.eye(3)
         rotation = Poly(np.tile(still, (count, 1, 1, 1)), np.zeros((count, TERMS)), turning=True)
         shift = Poly(np.zeros((count, TERMS, 3, 1)), np.zeros((count, TERMS)))
@@ -255,7 +255,7 @@ class Array:
         return around
 
     def led_by_cubics(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
-        """A stretch along cubics between states: pieces, what closed states differ from them by, and where it leads."""
+        """Prove a stretch along cubics; return its pieces, the deviations of closed states, and its end state."""
         at, angles, rates = (np.array(data[name], float) for name in ("times", "angles", "rates"))
         need(angles.shape == rates.shape == (*at.shape, len(self.hinges)) and len(at) > 2, "a stretch has no states")
         steps, ended = np.diff(at)[:, None], [int(angle > 1) for angle in angles[-1]]
@@ -281,7 +281,7 @@ class Array:
         return cubics, np.maximum(wide[:-1], wide[1:]), ended
 
     def led_by_equal_turns(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
-        """A stretch in which hinges turn from stop to stop by one angle x, as `led_by_cubics` has it."""
+        """Prove a stretch in which hinges turn from stop to stop by one angle x; return as `led_by_cubics`."""
         moving = np.array([hinge in data["hinges"] for hinge in range(len(self.hinges))])
         for loop in self.loops:
             lines, level = [line for line in self.lines_at(closed, loop) if moving[line[0]]], 0  # turned by level x
@@ -299,7 +299,7 @@ class Array:
         return cubics, np.full(cubics.shape[:2], 1e-14) * moving, ended
 
     def shrink(self, margin: float) -> None:
-        """Make facets prisms less a margin, (facets, corners, 3), with directions of sides; find pairs of panels."""
+        """Make facets prisms less a margin, (facets, corners, 3), with directions of sides; list pairs of panels."""
         sides = self.sides * self.stretch[:2]
         sides /= np.linalg.norm(sides, axis=2, keepdims=True)
         normals = np.stack([-sides[..., 1], sides[..., 0]], -1)
@@ -320,7 +320,7 @@ class Array:
         self.hinge_of, self.give = hinge_of[tuple(self.pairs.T)], 0.25 * margin / self.reach
 
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
-        """Refuse pieces in which shrunk facets are not proved to keep apart, and hinges within stops; halve those."""
+        """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces."""
         middles = self.corners.mean(1, keepdims=True)
         wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-12
         every, (one, two) = np.ones((len(cubics), len(self.pairs)), bool), self.pairs.T
@@ -370,7 +370,7 @@ class Array:
 
 
 def checked(claim: Any) -> str:
-    """What is proved by a claim, in words; refused where it is not proved, or not of the form that is documented."""
+    """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
     try:
         with np.errstate(all="ignore"):  # what overflows proves nothing
             array, parts = Array(claim["array"]), []
@@ -387,7 +387,7 @@ def checked(claim: Any) -> str:
 
 
 def main(path: str) -> None:
-    """Check the claims of a file that are paths; stop with what is wrong, if anything is."""
+    """Check the claims of paths in a file; stop with the reason if one fails."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
         claims = [claim for claim in data["claims"] if claim["kind"] == "path"] or ["no path is claimed"]

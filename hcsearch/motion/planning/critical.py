@@ -1,9 +1,9 @@
-"""The critical margin of a linkage: the least play that opens it, and the greatest with which it was not opened.
+"""The critical margin of a linkage: the least play that opens it, and the greatest for which no path was found.
 
 Panels shrunk by more have all motions of those shrunk by less, so the least margin with a path is found by bisection,
-on a grid of margins that is the same for all linkages but for their scale. Above it stands a proof. Below it there is
-no more than a search that met no path (docs/explanation/motion.md), with what it took. More room is also more to
-search: where none is met with the greatest margin, one may be met with less.
+on a grid of margins that is the same for all linkages up to their scale. Above it stands a proof. Below it there is
+only a search that met no path (docs/explanation/motion.md), with its cost. More room also means more to search: where
+no path is met with the greatest margin, one may be met with less.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from hcsearch.motion.planning.schedule import LONG_SEARCH_ROUNDS, SEARCH_ROOT_CO
 from hcsearch.shape.linkage import Linkage
 
 MARGIN_GRID_RATIO = 1.3
-"""Of a margin to the one before it."""
+"""Ratio of a margin to the one before it."""
 MAX_TRIED_MARGIN_SHARE = 0.97
-"""Of the margin that leaves nothing of a panel no more than this is tried."""
+"""Greatest tried margin, as a share of the margin that leaves nothing of a panel."""
 MARGIN_LIST_PARTS = 4
-"""Parts of the list of margins at whose ends a first path is looked for, from the greatest on."""
+"""Number of parts of the list of margins at whose ends a first path is searched for, the greatest margin first."""
 
 
 @dataclass(frozen=True)
 class SearchExtent:
-    """How long each search with a margin looks: rounds, seeds that are tried, and junctions as further roots."""
+    """The extent of the search with one margin: rounds, seeds that are tried, and junctions as further roots."""
 
     rounds: int = LONG_SEARCH_ROUNDS
     seeds: int = SEARCH_SEED_COUNT
@@ -37,12 +37,12 @@ class SearchExtent:
 
 @dataclass(frozen=True, eq=False)
 class CriticalMargin(ByValue):
-    """How much play opens a linkage.
+    """The play that opens a linkage.
 
-    proved : m, the least margin of the grid at which a path was proved, None where it was at none. met : m, the least
-    at which one was met, proved or not. none : m, the greatest below `met` at which the search met none, or of all
-    where it met none at all; None where it met one at the least margin. looking : how long each search looked.
-    searches : how many there were, each with one margin. states : of the path that is proved at the least margin, as
+    proved : m, the least margin of the grid with a proved path, None without one. met : m, the least margin with a path
+    that was met, proved or not. none : m, the greatest margin below `met` for which the search met no path, or of all
+    where it met none at all; None where it met one at the least margin. looking : extent of each search.
+    searches : number of searches, each with one margin. states : of the path that is proved at the least margin, as
     it was met, (k, n_hinges).
     """
 
@@ -54,12 +54,12 @@ class CriticalMargin(ByValue):
     states: Reals | None = None
 
     def less_than(self, other: CriticalMargin) -> bool:
-        """Whether it takes less play to open this linkage than another one, by what is proved, then by what is met."""
+        """Whether this linkage opens with less play than another: by proved margins, then by those of paths met."""
         return (_last(self.proved), _last(self.met)) < (_last(other.proved), _last(other.met))
 
 
 def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
-    """Margins to try (m), least first: 0.01 mm for edges of 50 mm, then each `MARGIN_GRID_RATIO` times the last."""
+    """Margins to try (m), in ascending order: 0.01 mm for edges of 50 mm, then a factor of `MARGIN_GRID_RATIO` each."""
     most, margins = MAX_TRIED_MARGIN_SHARE * check_margin(linkage, MIN_PANEL_MARGIN * scale_of(linkage)), []
     margin = MIN_PANEL_MARGIN * scale_of(linkage)
     while margin < most:
@@ -69,17 +69,18 @@ def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
 
 
 def critical_margin(linkage: Linkage, looking: SearchExtent | None = None) -> CriticalMargin:
-    """The least play that opens a linkage, and the greatest below it with which no path was met.
+    """Find the least play that opens a linkage, and the greatest below it for which no path was met.
 
-    The way of joining flat pairs whose motions include those of all others has the least: `motions._widest`.
+    The way of joining flat pairs whose motions include those of all others has the least: `motion_search._widest`.
     """
     return _Bisection(linkage, SearchExtent() if looking is None else looking).run()
 
 
 class _Bisection:
-    """Places in the list of margins: the least with a path that is met, and that is proved; its length for unknown.
+    """Bisection over the list of margins.
 
-    failed : those at which the search met none.
+    met, proved : index of the least margin with a path that is met, and that is proved; the list's length for unknown.
+    failed : indices of margins for which the search met no path.
     """
 
     def __init__(self, linkage: Linkage, looking: SearchExtent) -> None:
@@ -92,11 +93,11 @@ class _Bisection:
 
     @property
     def none(self) -> int:
-        """The greatest place below `met` at which none was met, -1 without."""
+        """The greatest index below `met` at which no path was met, -1 without one."""
         return max((place for place in self.failed if place < self.met), default=-1)
 
     def run(self) -> CriticalMargin:
-        """First where a path is met; then where one is proved, if that is not there."""
+        """Find the least margin at which a path is met; then the least at which one is proved, if that differs."""
         top = len(self.margins) - 1
         if any(
             self._look(place)
@@ -138,5 +139,5 @@ class _Bisection:
 
 
 def _last(margin: float | None) -> float:
-    """A margin, by which those that are not known come last."""
+    """A margin as a key by which unknown ones come last."""
     return math.inf if margin is None else margin

@@ -1,10 +1,10 @@
 """Proofs that a path leaves an end of the motion, where closure is singular and every hinge is at a stop.
 
-At an end q0 the loops close exactly, and the Jacobian J has wrenches C that no hinge works against: C^T J = 0. States
+At an end q0 the loops close exactly, and the left null space of the Jacobian J holds wrenches C: C^T J = 0. States
 q0 + s w are closed where F(q0 + s w) = s J w + s^2 B(w, w) + ... = 0, with B half the bend of theory.md, 28. Divided by
 s across the wrenches C, and by s^2 along them, these equations are regular up to s = 0 where their derivative at a
 direction b with J b = 0 and C^T B(b, b) = 0 has full rank: closed states then leave the end along a curve, and a
-contraction as in `kernels.planning.tubes` says where it lies (docs/explanation/motion.md).
+contraction as in `kernels.planning.tubes` bounds its position (docs/explanation/motion.md).
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from hcsearch.motion.locks.lattice import reduced_rows, whole_end
 from hcsearch.shape.linkage import Linkage
 
 MAX_DEPARTURE_CONTRACTION = 0.5
-"""Greatest factor of a contraction that is asked for."""
+"""Greatest contraction factor that is accepted."""
 MAX_DEPARTURE_HALVINGS = 30
-"""A step is halved no more often than this."""
+"""Greatest number of halvings of a step."""
 DEPARTURE_ROUNDING = 1e-13
-"""What rounding makes of the equations, relative to the norms of what enters them: sums of some hundred products."""
+"""Rounding error of the equations, relative to the norms of their terms: sums of some hundred products."""
 MIN_DEPARTURE_TURN_RATIO = 0.01
-"""Turn of a hinge that leaves an end, over that of the fastest."""
+"""Least turn of a hinge that leaves an end, over that of the fastest."""
 DEPARTURE_RESIDUAL = 1e-14
-"""What a direction may leave open at first and second order."""
+"""Greatest residual of a direction at first and second order."""
 ZERO_JACOBIAN_SHARE = 1e-9
-"""Singular values of the Jacobian below this share of the greatest are zeros."""
+"""Singular values of the Jacobian below this share of the greatest count as zeros."""
 END_CLOSURE_RESIDUAL = 1e-12
 """Closure residual (rad, or gap over size) of an end that is known in floating point only."""
 
 
 @dataclass(frozen=True, eq=False)
 class Departure(ByValue):
-    """Closed states beside the first step of a path, from the end on.
+    """Closed states proved beside the first part of a path's first step.
 
-    share : of the step, up to which they are proved. wanders : (n_hinges,), what their fold angles differ by from the
-    path's (rad), up to there.
+    share : of the step, up to which they are proved. wanders : (n_hinges,), greatest deviations of their fold angles
+    from the path's (rad) in that part.
     """
 
     share: float
@@ -52,11 +52,11 @@ class Departure(ByValue):
 class _Step(ByValue):
     """Bounds of a step, in the share s of it.
 
-    sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns
-    (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, from order 0 on,
-    and of F / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. bent_across,
-    bent_along : of the second derivative at the end, in the directions in which the ball lies. off : what rounding
-    leaves of the derivative less 1.
+    sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), turns (rad) in a ball of radius 1;
+    gain : the size of these. across, along : norms of the terms of F / s across the wrenches, from order 0 on, and of F
+    / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. bent_across, bent_along : of the
+    second derivative at the end, in the directions in which the ball lies. off : rounding error of the derivative less
+    1.
     """
 
     sizes: tuple[float, float, float]
@@ -74,9 +74,9 @@ class _Step(ByValue):
 class EndClosure:
     """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
 
-    exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
-    25): else what is proved of the end holds but for rounding. sound : whether anything is proved: not where whole
-    numbers say another rank, or the loops are open. regular : whether the equations are, at first order.
+    exact : whether whole numbers confirm that loops are closed and that the Jacobian has the rank used here (theory.md,
+    25): else proofs about the end hold up to rounding. provable : whether anything can be proved: not where whole
+    numbers give another rank, or the loops are open. regular : whether the equations are regular at first order.
     """
 
     def __init__(self, linkage: Linkage, angles: Reals, group: Group) -> None:
@@ -110,7 +110,10 @@ class EndClosure:
         self.regular = self.sound and rank == len(group.rows)
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
-        """What a direction leaves open at first and second order, (n_rows,), and the derivative, (n_rows, n_hinges)."""
+        """Return the residuals of a direction and their derivative.
+
+        The residuals, (n_rows,), are at first and second order; the derivative is (n_rows, n_hinges).
+        """
         first = self.jacobian @ direction
         bent = self.products @ direction
         second = bent @ direction
@@ -119,9 +122,9 @@ class EndClosure:
         return np.r_[self.across @ first, self.along @ second], np.r_[self.across @ self.jacobian, bending]
 
     def direction(self, guess: Reals) -> Reals | None:
-        """The direction nearest to a guess in which the end is left at second order and stops are kept; None without.
+        """Return the direction nearest to a guess that leaves the end at second order and keeps stops, or None.
 
-        Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where that can be, or not at all.
+        Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where possible, or not at all.
         """
         sense = np.where(self.angles > 1.0, -1.0, 1.0)
         for slowest in (MIN_DEPARTURE_TURN_RATIO, 0.0):
@@ -132,7 +135,7 @@ class EndClosure:
         return None
 
     def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
-        """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
+        """Find the nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
         least = np.where(self.moving, slowest, 0.0)
         turns = np.maximum(np.where(self.moving, turns, 0.0), least)
         held = ~self.moving
@@ -151,7 +154,10 @@ class EndClosure:
         return None
 
     def depart(self, course: Reals) -> Departure | None:
-        """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4); or not."""
+        """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4).
+
+        None where that is not proved.
+        """
         if not self.sound:
             return None
         # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
@@ -169,7 +175,7 @@ class EndClosure:
         return None
 
     def _step(self, course: Reals) -> _Step:
-        """What the contraction of a step needs: norms, but for what is summed with signs."""
+        """Compute the bounds of a step: norms, except for sums with signs."""
         across, along = self.across, self.along
         _, derivative = self.equations(course[:, 1])
         inverse: Reals = np.linalg.pinv(derivative).astype(float)
@@ -196,11 +202,11 @@ class EndClosure:
         )
 
     def _size(self, change: Reals) -> float:
-        """The norm of the greatest product of matrices that a change of the angles stands for."""
+        """The norm of the greatest product of matrices that corresponds to a change of the angles."""
         return float(np.sqrt(((self.norms @ np.abs(change)) ** 2).sum()))
 
     def _contracts(self, step: _Step, s: float) -> float | None:
-        """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
+        """Return the radius of a ball that the map contracts at all shares up to s; None where that is not proved."""
         b, c, _ = step.sizes
         rounding = DEPARTURE_ROUNDING * (1.0 + b + b * b + c)
         powers = s ** np.arange(SERIES_ORDER_COUNT)
@@ -219,7 +225,7 @@ class EndClosure:
 
 
 def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
-    """What the terms from an order on of exp(s b + s^2 c + s^3 d) sum to at most, for sizes b, c, d.
+    """An upper bound of the terms of exp(s b + s^2 c + s^3 d) from an order on, for sizes b, c, d.
 
     All of them are positive, so that from s to r >= s they grow by (r / s)^order at least.
     """
@@ -239,9 +245,9 @@ def _norm(matrix: Reals) -> float:
 
 
 def _products(screws: Reals, order: WholeNumbers) -> Reals:
-    """B of a loop, shape (6, m, m), symmetric: the twist of the terms of second order of its product less 1.
+    """B of a loop, shape (6, m, m), symmetric: the twist of the second-order terms of its product less 1.
 
-    `write_series` gives the same, hinge by hinge, in ten times as long.
+    `write_series` gives the same, hinge by hinge, but takes ten times as long.
     """
     m = screws.shape[1]
     products = np.zeros((6, m, m))

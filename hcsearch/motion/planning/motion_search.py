@@ -1,7 +1,7 @@
 """The motion of one folding: searches and proofs in the order of their cost, and the result in sentences.
 
-First with the least margin that is stated, then with the scene's own, by which panels have the most play: with hinged
-pairs alone where these may be, as their motions include those of all others.
+The search starts with the least stated margin and goes on with the scene's own, by which panels have the most play.
+Where flat pairs may be hinged, only that way is searched, as its motions include those of all others.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 
 MAX_FAILED_PROOFS = 3
-"""Paths that are tried where a proof fails, in each way of an effort: other seeds hardly mend that."""
+"""Greatest number of failed proofs in each way of an effort: other seeds hardly help then."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlannedMotion(ByValue):
-    """What is known of the motion of a folding.
+    """The known facts about the motion of a folding.
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
-    proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
-    labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule` that were made, with
-    those before; a search with a greater budget goes on after these. locks : between the ends, by way, in the order in
-    which they were proved; one with hinged pairs stands for all others. locked : whether they leave no way of those
-    that are allowed. critical : the critical margin of the widest way, where it was looked for.
+    proof : of the path, which may have failed. growths : growth of the trees, by way, where the search reached no path.
+    labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule`, made in all;
+    a search with a greater budget goes on after these. locks : between the ends, by way, in the order in
+    which they were proved; one with hinged pairs covers all others. locked : whether the locks cover all allowed
+    ways. critical : the critical margin of the widest way, where it was searched for.
     """
 
     way: Way | None
@@ -64,7 +64,7 @@ class PlannedMotion(ByValue):
 
     @property
     def lock(self) -> tuple[Way, Enclosure] | None:
-        """The widest lock, and its way; at the least margin of all locks where it takes several to lock the folding."""
+        """The widest lock and its way; where several locks together lock the folding, at their least margin."""
         if not self.locks:
             return None
         way, own = self.locks[-1]  # that with hinged pairs is the last: it ends the search
@@ -73,7 +73,7 @@ class PlannedMotion(ByValue):
 
     @property
     def margin(self) -> float | None:
-        """The least play for each face (m) at which a path is proved; None without a proved path."""
+        """The least play for each face (m) with which a path is proved; None without a proved path."""
         return None if self.proof is None else self.proof.margin
 
 
@@ -86,12 +86,11 @@ def plan_motion(
     budget: int = DEFAULT_EFFORT_BUDGET,
     done: int = 0,
 ) -> PlannedMotion:
-    """Look for a proved path of a folding.
+    """Search for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
-    budget : efforts of `schedule`. done : how many of these were made already, and came to no proof.
-    Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
-    `sizes` allows.
+    budget : efforts of `schedule`. done : number of these made before, without a proof.
+    Congruent foldings share one search, that of their representative. SizeError for more panels than `problems` allows.
     """
     check_memory(folding.circuit.n)
     like = folding.likeness(panel)
@@ -102,13 +101,13 @@ def plan_motion(
 
 
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
-    """The margins (m) at which paths are proved, least first. margin : the greatest; None for that of `margin_of`."""
+    """The margins (m) at which paths are proved, ascending; margin : the greatest; None for that of `margin_of`."""
     top = margin_of(linkage) if margin is None else margin
     return [*(play * scale_of(linkage) for play in CERTIFIED_MARGINS if play * scale_of(linkage) < top), top]
 
 
 def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
-    """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
+    """Convert the motion of the representative congruent folding to that of a folding: only the numbering differs."""
     locks = tuple((way, _carried_lock(lock, folding.linkage(panel, flat_pairs=way))) for way, lock in motion.locks)
     motion = replace(motion, locks=locks)
     if motion.way is None or motion.states is None:
@@ -128,7 +127,7 @@ def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) 
 
 
 def _carried_lock(lock: Enclosure, linkage: Linkage) -> Enclosure:
-    """A lock of a linkage, from that of its twin: the boxes have other numbers of hinges."""
+    """Renumber the hinges of a twin's lock for a linkage."""
     assert linkage.twin is not None
     place = {hinge: k for k, hinge in enumerate(linkage.twin.linkage.looped.tolist())}
     hinges = [place[linkage.twin.hinges[hinge]] for hinge in linkage.looped.tolist()]
@@ -151,7 +150,7 @@ class _Search:
         self.margins = proof_margins(next(iter(linkages.values())), margin)
 
     def run(self, budget: int, done: int) -> PlannedMotion:
-        """The motion that needs the least play, or a lock, by the efforts of a budget after those that were made."""
+        """Make the efforts of a budget after the first `done`; return the motion of the least play, or a lock."""
         for effort in planned_efforts(budget, done):
             done += 1
             if any(self._make(step) for step in effort):
@@ -165,7 +164,7 @@ class _Search:
 
     @property
     def locked(self) -> bool:
-        """Whether no way is left in which the folding may open."""
+        """Whether the folding is locked in all ways."""
         return "hinged" in self.locks or all(way in self.locks for way in self.linkages)
 
     @property
@@ -175,12 +174,12 @@ class _Search:
 
     @singledispatchmethod
     def _make(self, step: EffortStep) -> bool:
-        """Make a step of an effort; whether a path or a lock is proved."""
+        """Run a step of an effort; return whether a path or a lock is proved."""
         raise TypeError(step)
 
     @_make.register
     def _moves(self, step: MovesStep) -> bool:
-        """A path of few hinges at a time is found at once, and proved where closure is singular throughout."""
+        """Try paths of simple moves, which are quickly computed, and provable where closure is singular throughout."""
         least, top = self.margins[0], self.margins[-1]
         if step.loose and top == least:
             return False
@@ -188,7 +187,7 @@ class _Search:
 
     @_make.register
     def _floods(self, step: FloodStep) -> bool:
-        """The narrower ways first, which take less."""
+        """Try to prove locks by floods, first in the narrower ways, which take less."""
         for way in sorted(self._every, key=lambda way: way in self.widest):
             linkage = self.linkages[way]
             if not step.panels and self._joined(way):
@@ -199,7 +198,7 @@ class _Search:
         return self.locked
 
     def _joined(self, way: Way) -> bool:
-        """Whether a folding opens in a way if panels may pass through each other, by a search."""
+        """Whether a search opens the folding in a way if panels may pass through each other."""
         if way not in self.joined:
             free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG_SEARCH_ROUNDS)
             self.joined[way] = free.states is not None
@@ -213,7 +212,7 @@ class _Search:
 
     @_make.register
     def _bisection(self, _step: BisectionStep) -> bool:
-        """The critical margin; where that is one of the scene's, its path is a proved one."""
+        """Search for the critical margin; if the scene's margins include it, its path is a proved one."""
         for way in self.widest:
             if way in self.locks:
                 continue
@@ -226,12 +225,12 @@ class _Search:
         return False
 
     def _simple(self, way: Way, margin: float) -> bool:
-        """Try a path of simple moves; whether there is one that is proved."""
+        """Try a path of simple moves; return whether it is proved."""
         states = simple_path(self.linkages[way], margin)
         return states is not None and self._prove(way, states)
 
     def _try(self, some: Sequence[Way], trees: TreeStep, seed: int) -> bool:
-        """Try some ways until one has a path that is proved; whether one has."""
+        """Search some ways by trees until a path is proved; return whether one is."""
         for way in some:
             planner = self._planner(way, self.margins[-1 if trees.loose else 0])
             for again in range(self.left[way]):
@@ -246,21 +245,21 @@ class _Search:
         return False
 
     def _planner(self, way: Way, margin: float) -> Planner:
-        """The planner of the last search, where it fits: one of a large array takes much memory."""
+        """Return the planner of the last search, if it fits, or a new one: that of a large array takes much memory."""
         if self.planner is None or self.planner[0] != (way, margin):
             self.planner = None
             self.planner = ((way, margin), Planner(self.linkages[way], margin))
         return self.planner[1]
 
     def _prove(self, way: Way, states: Reals) -> bool:
-        """Prove a path, and keep it; whether it is proved."""
+        """Try to prove a path, and store it as the best; return whether it is proved."""
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
         self.best = PlannedMotion(way, states, prover.prove(states, self.margins), (), labels_of(self.linkages[way]))
         return self.best.margin is not None
 
 
 def _widest(allowed: tuple[Way, ...]) -> tuple[Way, ...]:
-    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
+    """The way of joining flat pairs whose motions include those of all others; all ways where there is none."""
     return ("hinged",) if "hinged" in allowed else allowed
 
 
@@ -268,7 +267,7 @@ END_NAMES = ("packed", "flat")
 
 
 def reason_of(motion: PlannedMotion) -> str:
-    """What is known of a motion, in a sentence."""
+    """The known facts about a motion, as a sentence."""
     if motion.locked:
         assert motion.lock is not None
         way, lock = motion.lock
@@ -289,7 +288,7 @@ def reason_of(motion: PlannedMotion) -> str:
 
 
 def _apart(lock: Enclosure) -> str:
-    """What keeps the ends apart."""
+    """The cause that keeps the ends apart, as a clause."""
     ends = "keep the packed and the flat state apart"
     if lock.margin is None:
         return f"closed loops and stops {ends}, even if panels could pass through each other"
@@ -297,7 +296,7 @@ def _apart(lock: Enclosure) -> str:
 
 
 def _beside(motion: PlannedMotion) -> list[str]:
-    """What is known of an undecided folding beside its searches."""
+    """Further known facts about an undecided folding."""
     parts = [f"proved that there is none with {way} flat pairs{_up_to(lock)}" for way, lock in motion.locks]
     critical = motion.critical
     if critical is not None and critical.proved is not None:
@@ -308,12 +307,12 @@ def _beside(motion: PlannedMotion) -> list[str]:
 
 
 def _up_to(lock: Enclosure) -> str:
-    """At which margins a lock holds, where it is not all of them."""
+    """The margins up to which a lock holds, as a phrase; empty for all of them."""
     return "" if lock.margin is None else f" at margins up to {1e3 * lock.margin:.4g} mm"
 
 
 def _failed(proof: PathProof, labels: Labels | None) -> str:
-    """Why a path is not proved."""
+    """The reason for which a path is not proved."""
     if proof.motion is None:
         return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
     if any(proof.reach):
@@ -328,7 +327,7 @@ def _failed(proof: PathProof, labels: Labels | None) -> str:
 
 
 def _grown(growth: TreeGrowth) -> str:
-    """What the trees of one search came to."""
+    """The growth of the trees of one search, as a clause."""
     if not all(growth.starts):
         return f"no way out of the {END_NAMES[growth.starts[0] > 0]} state"
     one, two = growth.sizes

@@ -2,8 +2,8 @@
 
 A path is a list of closed states. Cubics through them, with rates that keep the loops closed at first order, come so
 near to closed states that a tube around them is proved to hold a closed path (`kernels.planning.tubes`); `ends` joins
-it to both singular ends. How far closed states may be from the cubics is taken off the gaps of panels, which
-`collision.clearance` bounds at all times. What these proofs say, and what not: docs/explanation/motion.md.
+it to both singular ends. The deviation of closed states from the cubics is subtracted from the gaps of panels, which
+`collision.clearance` bounds at all times. The scope of these proofs: docs/explanation/motion.md.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE, Stretch, Tub
 from hcsearch.shape.linkage import Linkage
 
 CERTIFIED_MARGINS = (MIN_PANEL_MARGIN, 2e-5, 5e-5, 1e-4)
-"""Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
+"""Margins at which a path is certified, in ascending order, m, for panels with edges of 50 mm."""
 WANDER_MARGIN_SHARE = 0.04
-"""What closed states may be off, as a share of the margin that is tried."""
+"""Greatest deviation of closed states, as a share of the margin that is tried."""
 STRETCH_REST_TIME = 1e-10
-"""Time for which a motion rests between stretches; it is gone along at unit speed (rad)."""
+"""Time for which a motion rests between stretches; its speed is 1 (rad per unit of time)."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathProof(ByValue):
-    """What is proved of a path.
+    """The proved properties of a path.
 
     motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
-    closed : whether they are. reach : how far (rad) the proof stays away from the packed and from the flat state, 0
-    where it joins them. exact : whether both ends are known in whole numbers; else the proof holds but for rounding
-    there. slack : m, what panels may be elsewhere than the path places them. give : rad, what a hinge may be beyond its
-    stop.
-    clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
-    overlap : m, how deep panels as they are cut into each other at the states of the motion; 0 where they only touch.
+    closed : whether they are. reach : distance (rad) of the proof from the packed and from the flat state, 0 where it
+    joins them. exact : whether both ends are known in whole numbers; else the proof holds up to rounding there. slack :
+    m, greatest deviation of panels from their places on the path. give : rad, greatest excess of a hinge beyond its
+    stop. clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
+    overlap : m, depth by which full-size panels cut into each other at the states of the motion; 0 where they only
+    touch.
     """
 
     motion: Course | None
@@ -62,13 +62,13 @@ class PathProof(ByValue):
 
     @property
     def margin(self) -> float | None:
-        """The least margin (m) at which the path is proved, None where it is not."""
+        """The least margin (m) at which the path is proved; None where it is not."""
         proved = self.clear is not None and self.clear.kind == "clear" and self.closed and not any(self.reach)
         return self.clear.margin if proved and self.clear is not None else None
 
 
 _Enclosed = tuple[tuple[Tube, ...], tuple[float, float], bool]
-"""Tubes from one end to the other, none where that is not proved; `PathProof.reach` and `exact`."""
+"""Tubes from one end to the other, empty where that is not proved; `PathProof.reach` and `exact`."""
 _NOTHING: _Enclosed = ((), (0.0, 0.0), False)
 
 
@@ -86,11 +86,11 @@ class Prover:
 
     @cached_property
     def _spread(self) -> float:
-        """What no corner of a panel is further from the line of one of its hinges (m)."""
+        """Greatest distance of a panel's corner from the line of one of its hinges (m)."""
         return float(reaches(self.linkage).max(initial=0.0))
 
     def limit(self, margin: float) -> float:
-        """What closed states may differ from a path by, summed over hinges (rad), where panels have a margin (m)."""
+        """Greatest deviation of closed states from a path, summed over hinges (rad), for panels with a margin (m)."""
         return WANDER_MARGIN_SHARE * margin / self._way
 
     @cached_property
@@ -128,13 +128,13 @@ class Prover:
         return PathProof(motion, True, reach, exact, slack, give, clear, overlap)
 
     def _unproved(self, reach: tuple[float, float], exact: bool) -> PathProof:
-        """What is said of a path beside which closed states are not proved."""
+        """The result for a path beside which closed states are not proved."""
         return PathProof(None, False, reach, exact, 0.0, 0.0, None, 0.0)
 
     def tubes(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
-        """Tubes that hold a closed path, near enough to states for the least play that is stated, or for a margin (m).
+        """Return tubes that hold a closed path, narrow enough for the least stated play or for a margin (m).
 
-        Stretches between flat-folded states in their order; with `PathProof.reach` and `exact`.
+        The tubes are of stretches between flat-folded states, in order; with `PathProof.reach` and `exact`.
         """
         if not self.linkage.loops:
             return self._free(states)
@@ -149,7 +149,7 @@ class Prover:
         return found
 
     def _cut(self, states: Reals) -> Iterator[list[tuple[Stretch, Reals]]]:
-        """Ways of cutting a path into stretches: where it is flat-folded, and not at all."""
+        """Yield ways of cutting a path into stretches: at its flat-folded states, and not at all."""
         own = len(states) > 1 and states.shape[1] == self.linkage.n_hinges and bool(np.isfinite(states).all())
         cut = list(self._stretches(states)) if own else []
         if cut:
@@ -158,7 +158,7 @@ class Prover:
             yield [(self.whole, states)]
 
     def _stretches(self, states: Reals) -> Iterator[tuple[Stretch, Reals]]:
-        """The stretches of a path between its flat-folded states, with the states of each."""
+        """Yield the stretches of a path between its flat-folded states, with the states of each."""
         stops = np.where(states > 0.5 * math.pi, math.pi, 0.0)
         flat = np.flatnonzero(np.abs(states - stops).max(axis=1) <= SAME_STATE_DISTANCE)
         if len(flat) < 2 or flat[0] or flat[-1] != len(states) - 1:
@@ -178,7 +178,7 @@ class Prover:
             yield self._stretch(part[0], part[-1], group), part
 
     def _along(self, stretches: list[tuple[Stretch, Reals]], limit: float) -> _Enclosed:
-        """Tubes about stretches, one after the other."""
+        """Return tubes about consecutive stretches."""
         exact = all(end.exact for stretch, _ in stretches for end in stretch.ends)
         tubes: list[Tube] = []
         reach = [0.0, 0.0]
@@ -208,7 +208,7 @@ class Prover:
 
 
 def _end_to_end(tubes: Sequence[Tube]) -> tuple[Course, float]:
-    """The motion along tubes, one after the other, and what closed states differ from it by (rad).
+    """Concatenate the motions along tubes; return the result and the deviation of closed states from it (rad).
 
     At a flat-folded state between two of them the linkage rests for a moment, `STRETCH_REST_TIME`, while the cubics
     change their rates; they leave that state by less than this times the rates.
@@ -224,12 +224,12 @@ def _end_to_end(tubes: Sequence[Tube]) -> tuple[Course, float]:
 
 
 def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:
-    """A motion of cubics."""
+    """A motion of cubics with the given states and rates."""
     return Course(times.copy(), angles.copy(), rates.copy(), np.zeros_like(angles), True)
 
 
 def _beyond(motion: Course) -> float:
-    """What hinges are beyond a stop (rad) at the worst of all times of a motion of cubics."""
+    """The greatest excess of hinges beyond a stop (rad) at all times of a motion of cubics."""
     start, b, c, d = np.moveaxis(cubics_of(motion.times, motion.angles, motion.rates), -1, 0)
     # extremes lie where b + 2 c s + 3 d s^2 = 0: the roots are q / 3 d and b / q, which loses no digits
     q = -(c + np.copysign(np.sqrt(np.maximum(c * c - 3.0 * b * d, 0.0)), c))

@@ -1,11 +1,11 @@
-"""Paths from packed to flat: trees of closed states that grow from several roots until they meet.
+"""Search for paths from packed to flat: trees of closed states that grow from several roots until they meet.
 
-The first two roots are packed and flat, the others flat-folded states through whose parts motions may have to pass. Two
-trees at a time grow towards each other. Trees that met are one part; a pair takes its turn only if one of its trees is
-in the part of packed or flat, and the other in another part.
+The first two roots are packed and flat, the others flat-folded states whose components motions may have to pass. Two
+trees at a time grow towards each other. Trees that met are one part (union-find); a pair takes its turn only if one of
+its trees is in the part of packed or flat, and the other in another part.
 
-Panels may slide along each other and hinges along their stops, without friction. A tree knows no springs: what it
-reaches, a drive can reach. Where it finds no path that is no proof that there is none.
+Panels may slide along each other and hinges along their stops, without friction. A tree knows no springs: a drive can
+reach every state of it. A search without a path does not prove that there is none.
 """
 
 from __future__ import annotations
@@ -36,30 +36,30 @@ from hcsearch.motion.planning.simple_moves import clear_junctions
 from hcsearch.shape.linkage import Linkage
 
 TREE_STATE_CAPACITY = 12000
-"""States that a tree holds."""
+"""Capacity of a tree (states)."""
 PAIR_CALL_ROUNDS, FOREST_CALL_ROUNDS = 50, 10
 """Rounds in one call of the kernel, for which an interrupt waits: of two trees alone, and of two among several."""
 ROOT_START_COUNT, MAX_ROOT_TRIES = 30, 400
-"""States near a root from which its tree grows, and how many are tried."""
+"""Number of states near a root from which its tree grows, and of tries to reach them."""
 MAX_BRIDGE_STATES = 4000
-"""States between two trees, at most."""
+"""Greatest number of states between two trees."""
 
 
 @dataclass(frozen=True, eq=False)
 class TreeConnection(ByValue):
-    """Where two trees met: their numbers, a state of each, and closed states from the first of these to the second."""
+    """The place where two trees met: their numbers, a state of each, and closed states from the first to the second."""
 
     trees: tuple[int, int]
     nodes: tuple[int, int]
     bridge: Reals
 
     def turned(self) -> TreeConnection:
-        """The same from the second tree."""
+        """Return the same connection seen from the second tree."""
         return TreeConnection(self.trees[::-1], self.nodes[::-1], self.bridge[::-1])
 
 
 class Forest:
-    """Trees from some roots, shape (k, m), of which the first two are the packed and the flat state."""
+    """Trees from roots, shape (k, m), of which the first two are the packed and the flat state."""
 
     def __init__(self, space: Space, roots: Reals, stack: StateStack, work: SpaceWork) -> None:
         self.space, self.stack, self.work = space, stack, work
@@ -73,7 +73,7 @@ class Forest:
         self.done: set[tuple[int, int]] = set()
 
     def fan_out(self, seed: int) -> tuple[int, ...]:
-        """Add states near each root, and leave further roots without any out; how many, for each root that is left."""
+        """Add states near each root and drop further roots without any; return their number for each remaining root."""
         starts = [
             int(fan_out(self.space, tree, ROOT_START_COUNT, MAX_ROOT_TRIES, 2 * seed + i, self.stack, self.work))
             for i, tree in enumerate(self.trees)
@@ -89,16 +89,16 @@ class Forest:
 
     @property
     def full(self) -> bool:
-        """Whether trees that could take a turn have no room to grow."""
+        """Whether the trees that could take a turn have no room to grow."""
         return not self.met and not self._pairs()
 
     @property
     def slice(self) -> int:
-        """Rounds of one turn."""
+        """Number of rounds of one turn."""
         return PAIR_CALL_ROUNDS if len(self.trees) == 2 else FOREST_CALL_ROUNDS
 
     def grow(self, rounds: int, seed: int) -> None:
-        """One turn: two trees grow for some rounds, or until they meet."""
+        """Take one turn: two trees grow for some rounds, or until they meet."""
         pairs = self._pairs()
         pair = pairs[self.turns % len(pairs)]
         self.turns += 1
@@ -115,7 +115,7 @@ class Forest:
             self.done.add(pair)
 
     def _pairs(self) -> list[tuple[int, int]]:
-        """Pairs of trees that may take a turn."""
+        """The pairs of trees that may take a turn."""
         ends = {self.parts[0], self.parts[1]}
         return [
             (i, j)
@@ -124,12 +124,12 @@ class Forest:
         ]
 
     def sizes(self) -> tuple[int, int]:
-        """States of the trees in the part of packed, and in that of flat."""
+        """Return the number of states in the part of packed, and in that of flat."""
         one, two = (sum(int(tree.size[0]) for tree in self._part(end)) for end in (0, 1))
         return one, two
 
     def clouds(self) -> tuple[Reals, Reals]:
-        """The states that are joined to packed, and those that are joined to flat, shape (k, m) each."""
+        """Return the states joined to packed, and those joined to flat, shape (k, m) each."""
         one, two = (np.concatenate([tree.angles[: int(tree.size[0])] for tree in self._part(end)]) for end in (0, 1))
         return one, two
 
@@ -137,7 +137,7 @@ class Forest:
         return [tree for tree, part in zip(self.trees, self.parts, strict=True) if part == self.parts[end]]
 
     def path(self) -> Reals:
-        """The states of a path from packed to flat, where these have met."""
+        """Return the states of a path from packed to flat, after these have met."""
         tree, node, lines = 0, 0, []
         for joint in self._route():
             lines += [_between(self.trees[tree], node, joint.nodes[0]), joint.bridge]
@@ -145,7 +145,7 @@ class Forest:
         return np.concatenate([*lines, _between(self.trees[tree], node, 0)])
 
     def _route(self) -> list[TreeConnection]:
-        """The joints on the way from the first tree to the second: those that met form a tree themselves."""
+        """The connections on the route from the first tree to the second: trees that met form a tree themselves."""
         routes: dict[int, list[TreeConnection]] = {0: []}
         while 1 not in routes:
             for joint in (*self.joints, *(joint.turned() for joint in self.joints)):
@@ -156,7 +156,7 @@ class Forest:
 
 
 def _between(tree: StateTree, one: int, two: int) -> Reals:
-    """The states of a tree from one to another, both included."""
+    """The states of a tree from one to another, inclusive."""
     out, back = _branch(tree, one), _branch(tree, two)
     while len(out) > 1 and len(back) > 1 and out[-2] == back[-2]:
         out.pop(), back.pop()
@@ -165,7 +165,7 @@ def _between(tree: StateTree, one: int, two: int) -> Reals:
 
 
 def _branch(tree: StateTree, node: int) -> list[int]:
-    """The numbers of the states from one to the root."""
+    """The numbers of the states from a node to the root."""
     nodes: list[int] = []
     while node >= 0:
         nodes.append(node)
@@ -174,33 +174,33 @@ def _branch(tree: StateTree, node: int) -> list[int]:
 
 
 def forest_roots(ends: Sequence[Reals], junctions: Reals, count: int, seed: int) -> Reals:
-    """The roots of a forest: both ends and so many junctions, shape (k, m); with other seeds others, all in turn."""
+    """Return the roots of a forest, shape (k, m): both ends and so many junctions, which rotate with the seed."""
     most = min(count, len(junctions))
     own = [(seed * most + k) % len(junctions) for k in range(most)]
     return np.array([*ends, *junctions[own]])
 
 
 PLANNER_STACK_DEPTH = 15
-"""States that the kernels work with."""
+"""Number of states in the kernels' stack."""
 PATH_SHORTCUT_TRIES, PATH_RELAXATION_SWEEPS = 60, 8
-"""Shortcuts that are tried, and how often states of a path are moved between their neighbours."""
+"""Number of shortcuts that are tried, and of sweeps in which states of a path are moved between their neighbours."""
 THINNED_STATE_DISTANCE = 0.03
-"""States nearer to each other than this (rad) are left out, where panels keep apart without."""
+"""Distance (rad) up to which neighbouring states are left out, where panels still keep apart."""
 WISHED_GAP_SHARE = 0.2
 """Gap of shrunk panels up to which contact pushes a path away, over the margin."""
 CLOSED_OFF_STATE_SHARE = 0.02
-"""A tree is closed off where the second half of the rounds brings less than this share of its states."""
+"""A tree is closed off where the second half of the rounds adds less than this share of its states."""
 
 
 @dataclass(frozen=True)
 class TreeGrowth:
-    """What the trees came to.
+    """The growth of the trees in one search.
 
-    starts : states near the packed and near the flat state from which they grew; without any, the search came to no
-    state beyond that end. sizes : states of both trees, with those of trees that met them. rounds : how often one grew.
-    late : the share of the states of each that the second half of the rounds brought: a tree that is closed off brings
-    none. resolution : rad, width of cells by which states count as alike. full : whether a tree had no more room.
-    roots : flat-folded states from which further trees grew.
+    starts : states near the packed and near the flat state from which they grew; 0 where the search reached no
+    state beyond that end. sizes : states of both trees, with those of trees that met them. rounds : of growth, in all.
+    late : the share of the states of each that the second half of the rounds added: 0 for a tree that is closed off.
+    resolution : rad, width of cells in which states count as alike. full : whether a tree had no more room.
+    roots : number of flat-folded states from which further trees grew.
     """
 
     starts: tuple[int, int]
@@ -213,15 +213,15 @@ class TreeGrowth:
 
     @property
     def closed_off(self) -> tuple[bool, bool]:
-        """Whether the tree from the packed and that from the flat state stopped growing, to the resolution tried."""
+        """Whether the tree from packed and the tree from flat stopped growing, at this resolution."""
         return self.late[0] < CLOSED_OFF_STATE_SHARE, self.late[1] < CLOSED_OFF_STATE_SHARE
 
 
 @dataclass(frozen=True, eq=False)
 class PathPlan(ByValue):
-    """What one search came to.
+    """The result of one search.
 
-    states : of a path, (k, n_hinges), from packed to flat, or None. growth : what the trees came to. clouds : closed
+    states : of a path, (k, n_hinges), from packed to flat, or None. growth : of the trees. clouds : closed
     states that were reached from packed, and those that were from flat, (k, n_hinges) each; where there is a path, all
     of them both times.
     """
@@ -234,8 +234,9 @@ class PathPlan(ByValue):
 class Planner:
     """Searches for paths of one linkage with panels shrunk by a margin (m) on every face.
 
-    collide : whether panels must keep apart; else they pass through each other, and only loops and stops count. What is
-    not joined then is joined with no margin, which is evidence of a lock that contacts have no part in.
+    collide : whether panels must keep apart; else they pass through each other, and only loops and stops count. States
+    that are not joined then are not joined with any margin, which is evidence of a lock that does not depend on
+    contacts.
     """
 
     def __init__(self, linkage: Linkage, margin: float, *, collide: bool = True) -> None:
@@ -247,13 +248,13 @@ class Planner:
 
     @cached_property
     def junctions(self) -> Reals:
-        """Flat-folded states beside the ends at which panels keep apart, (k, n_hinges)."""
+        """Flat-folded states other than the ends at which panels keep apart, (k, n_hinges)."""
         return clear_junctions(self.linkage, self.space, self.stack)
 
     def plan(self, rounds: int, seed: int = 0, *, roots: int = 0) -> PathPlan:
-        """Search for a path for some rounds; the same for the same seed.
+        """Search for a path for some rounds; the result depends only on the arguments.
 
-        roots : of how many junctions trees grow, too, at most; each seed takes others. Rounds are those of all trees.
+        roots : greatest number of junctions as further roots; each seed takes others. Rounds are those of all trees.
         """
         ends = self.space.folded, self.linkage.flat
         if not self.linkage.n_hinges:
@@ -277,7 +278,7 @@ class Planner:
         return PathPlan(self._path(forest.path(), seed) if forest.met else None, growth, forest.clouds())
 
     def _path(self, states: Reals, seed: int) -> Reals:
-        """A path, shortened and relaxed."""
+        """Shorten and relax a path."""
         path = np.zeros((2 * len(states) + 1000, states.shape[1]))
         path[: len(states)] = states
         between = np.zeros((1000, states.shape[1]))
@@ -289,5 +290,5 @@ class Planner:
 
 
 def _slice_seed(seed: int, done: int) -> int:
-    """A seed for each call of the kernel."""
+    """The seed of one call of the kernel."""
     return (1_000_003 * seed + done) % 2**32

@@ -1,8 +1,8 @@
-"""What is planned: a linkage less a margin, and the group of motions in which its loops close.
+"""The planning problem: a linkage with panels shrunk by a margin, and the group of motions in which its loops close.
 
-Hinges generate one of four groups: that of the turns about one line, that of plane motions, that of the turns about a
-point, or that of all motions (docs/explanation/motion.md, 8). The first two are met with between flat-folded states, at
-which axes are known in whole numbers.
+Hinges generate one of four groups: turns about one line, plane motions, turns about a point, or all motions
+(docs/explanation/motion.md, 8). The first two occur between flat-folded states, at which axes are known in whole
+numbers.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ from hcsearch.motion.locks.lattice import WholeEnd, reduced_rows
 from hcsearch.shape.linkage import Linkage
 
 LEVER_PER_EDGE = 0.45 / REFERENCE_EDGE_LENGTH
-"""What points move by where one hinge turns by 1 rad, over the longest edge; pairs further apart do not meet."""
+"""Greatest displacement of a point where one hinge turns by 1 rad, over the longest edge; pairs further apart do not
+meet."""
 MEASURED_DISTANCE_PER_EDGE = 0.03 / REFERENCE_EDGE_LENGTH
 """Pairs further apart than this, over the longest edge, are not measured."""
 MIN_STATE_GAP_SHARE, MIN_STEP_GAP_SHARE, MIN_DIRECTION_GAP_SHARE = 0.01, 0.05, 0.005
-"""Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
+"""Gaps of shrunk panels over the margin: in each state, after a step, and along one direction at a chord's ends."""
 MAX_PLANNING_MEMORY_BYTES = 2_000_000_000
-"""Memory that a search may take."""
+"""Memory limit of a search."""
 _FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
 """Bytes: without panels; for each panel, as of states in trees; for each two, as of gaps in a state."""
 
 
 def check_memory(n: int) -> None:
-    """Refuse more panels than fit into the memory, before anything is computed; SizeError."""
+    """Refuse more panels than fit into memory, before anything is computed; SizeError."""
     wanted = _memory(n)
     if wanted > MAX_PLANNING_MEMORY_BYTES:
         most = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MAX_PLANNING_MEMORY_BYTES)
@@ -43,17 +44,17 @@ def check_memory(n: int) -> None:
 
 
 def _memory(n: int) -> int:
-    """Memory that a search among n panels takes, at most."""
+    """Upper bound of the memory of a search among n panels."""
     return _FIXED_BYTES + n * (_PANEL_BYTES + _PAIR_BYTES * n)
 
 
 def loops_of(linkage: Linkage) -> Loops:
-    """The loops of a linkage as the kernels take them."""
+    """Return the loops of a linkage in the format of the kernels."""
     return Loops(linkage.chain, *linkage.loop_arrays, float(linkage.pattern.size))
 
 
 def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
-    """A linkage with its panels shrunk by a margin (m) on every face; collide : whether they must keep apart at all."""
+    """Return a linkage with its panels shrunk by a margin (m) on every face; collide : whether they must keep apart."""
     pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     prisms = prisms_of(linkage, margin)
     if not collide:
@@ -79,7 +80,7 @@ def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
 
 
 def _none_of(prisms: Prisms) -> Prisms:
-    """No prisms, so that none are placed where panels pass through each other."""
+    """Return an empty set of prisms, for panels that pass through each other."""
     panels, counts = prisms.panels[:0], prisms.counts[:0]
     vertices, middles, reaches = prisms.vertices[:0], prisms.middles[:0], prisms.reaches[:0]
     return Prisms(panels, counts, vertices, middles, reaches, prisms.normals[:0], prisms.edges[:0])
@@ -89,15 +90,15 @@ VERTICAL_AXIS = np.array([0.0, 0.0, 1.0])
 
 
 def group_of_all(loops: Loops) -> Group:
-    """All hinges, in the group of all motions: six equations a loop."""
+    """Return all hinges, in the group of all motions: six equations per loop."""
     moving = np.ones(len(loops.chain.points), bool)
     return Group(np.eye(6 * (len(loops.starts) - 1)), moving, loops.starts, loops.hinges)
 
 
 def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.bool_], jacobian: Reals) -> Group:
-    """The least of the groups in which loops close while some hinges stay as they are at a flat-folded closed state.
+    """Return the smallest group in which loops close while some hinges stay fixed at a flat-folded closed state.
 
-    end : that state in whole numbers. moving : (n_hinges,), of the hinges that do turn. jacobian : (n_rows, n_hinges),
+    end : that state in whole numbers. moving : (n_hinges,), the hinges that turn. jacobian : (n_rows, n_hinges),
     screws there. All hinges, and all equations, where the group of some loop is that of all motions.
     """
     rows: list[Reals] = []
@@ -124,7 +125,7 @@ def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.b
 
 
 def turns_equally(end: WholeEnd, moving: NDArray[np.bool_]) -> bool:
-    """Whether loops stay closed, exactly, while some hinges leave their stops by the same angle, whatever it is.
+    """Whether loops stay closed, exactly, while the moving hinges leave their stops by any one common angle.
 
     They turn about parallel lines. Before hinge k the hinges of a loop have turned by j_k times the angle, and T moves
     a point by the sum of (e^(i j_k angle) - e^(i j_(k+1) angle)) p_k, p_k the places of lines in the plane across: so

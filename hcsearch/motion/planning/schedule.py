@@ -1,8 +1,7 @@
-"""The order in which the motion of a folding is looked for: efforts, of which a budget is the first so many.
+"""The schedule of the search for a folding's motion: a sequence of efforts, of which a budget allows the first so many.
 
-Where a search with a budget came to nothing, one with a greater budget takes up with the effort after those that were
-made, so that what is undecided can be searched on without doing the rest again. An effort comes to the same, whether
-those before it were made at once or long ago.
+A search with a greater budget continues after the efforts already made, so that an undecided folding can be searched
+further without repeating them. The result of an effort does not depend on when the efforts before it were made.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ class MovesStep:
 class FloodStep:
     """Proofs that loops and stops lock the folding.
 
-    boxes : that each way of joining flat pairs may take. panels : whether panels that do not pass through each other
-    have a part in the proof, at the greatest margin.
+    boxes : that each way of joining flat pairs may take. panels : whether the proof also uses panels that do not pass
+    through each other, at the greatest margin.
     """
 
     boxes: int
@@ -37,9 +36,9 @@ class FloodStep:
 class TreeStep:
     """Searches by trees of states.
 
-    widest : whether flat pairs are joined in the way alone whose motions include those of all others; else in every
-    way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : of each search.
-    roots : junctions from which trees grow, too.
+    widest : whether only the way of joining flat pairs is searched whose motions include those of all others; else
+    every way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : of each
+    search. roots : number of junctions as further roots of trees.
     """
 
     widest: bool
@@ -51,27 +50,27 @@ class TreeStep:
 
 @dataclass(frozen=True)
 class BisectionStep:
-    """The critical margin."""
+    """Search for the critical margin."""
 
 
 EffortStep = MovesStep | FloodStep | TreeStep | BisectionStep
 
 TIGHT_SEARCH_ROUNDS, LOOSE_SEARCH_ROUNDS, LONG_SEARCH_ROUNDS = 40, 60, 300
-"""Rounds of a search with the least margin, of those with the greatest that follow it, and of those that go on."""
+"""Rounds of a search with the least margin, of the next ones with the greatest, and of all later ones."""
 SEARCH_ROOT_COUNT = 6
-"""Junctions in one search."""
+"""Number of junctions in one search."""
 DEFAULT_EFFORT_BUDGET = 2
-"""The budget where none is given."""
+"""The default budget."""
 SEARCH_SEED_COUNT = 3
-"""Searches with other seeds in an effort."""
+"""Number of seeds in an effort."""
 FIRST_FLOOD_BOXES, FLOOD_BOX_GROWTH = 100_000, 6
-"""Boxes of the first floods, and how many times as many those of each effort after that take."""
+"""Boxes of the first floods, and the growth factor of boxes from one effort to the next."""
 
 
 def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
-    """All efforts in their order, each as its steps, without an end.
+    """Yield all efforts in order, each as its steps, without end.
 
-    A proof that a folding is locked ends the search, as a proved path does. One in which panels have a part holds up to
+    A proof that a folding is locked ends the search, as a proved path does. A proof that uses panels holds up to
     a margin, so that the first comes after the critical margin, which says what play is enough. Trees come before
     simple moves, whose paths lead through singular states, where no drive has a grip on them. From the third effort on
     floods take ever more boxes, and trees have seeds of their own: with junctions as further roots, then without, and
@@ -94,7 +93,7 @@ def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
 
 
 def planned_efforts(budget: int, done: int = 0) -> list[tuple[EffortStep, ...]]:
-    """The efforts of a budget, less those that were made already."""
+    """Return the efforts of a budget, without the first `done` ones."""
     if budget < 0 or done < 0:
         raise HcsearchError(f"a budget of {budget} efforts after {done} is none: give 0 or more of each")
     return list(islice(all_efforts(), done, budget))

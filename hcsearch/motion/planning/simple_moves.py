@@ -1,17 +1,18 @@
-"""Paths of simple moves between junctions, the flat-folded states of a linkage.
+"""Simple moves of a linkage, and its junctions: the flat-folded states between which simple moves lead.
 
 A flat-folded state has every hinge at a stop, and all loops closed. In a simple move two hinges on one line turn, and
-what lies between them turns as one body; or 4, 6 or 8 on one line do, as many of them either way; or four parallel
-hinges, a plane linkage of one freedom. All others stay at their stops. Each moving hinge goes from stop to stop. States
-of such a path are found exactly or by Newton's method in the plane, and `proofs` proves each move as a stretch.
+the panels between them turn as one body; or 4, 6 or 8 on one line do, as many of them either way; or four parallel
+hinges, a plane linkage of one degree of freedom. All others stay at their stops. Each moving hinge goes from stop to
+stop. States of such a path are computed exactly or by Newton's method in the plane, and `path_proofs` proves each move
+as a stretch.
 
-Packed and flat are two of them. There are few, 2 to 24 in all for 10 and 12 panels on a tiling. Motions branch there,
-and which of them a component of the closed states contains tells it from others.
+Packed and flat are two of the junctions. There are few, 2 to 24 in all for 10 and 12 panels on a tiling. Motions branch
+at junctions, and the junctions in a component of the closed states tell it from others.
 
 A loop is closed where the half turns of its first half end where those of its second half, gone backwards, do: so the
 products of both halves are listed and matched (Horowitz and Sahni, doi:10.1145/321812.321823), 2^(k/2) of each for k
 hinges. On a tiling half turns map a lattice to itself (docs/explanation/theory.md, 25): two products are equal, or
-differ by a step of the lattice, which rounding does not come near. So there this is exact.
+differ by at least a step of the lattice, which is far above rounding. So the list is exact there.
 """
 
 from __future__ import annotations
@@ -33,17 +34,17 @@ from hcsearch.motion.planning.problems import turns_equally
 from hcsearch.shape.linkage import Linkage, Walk
 
 MAX_MOVE_STATES = 400
-"""Flat-folded states that are looked at, at most."""
+"""Greatest number of flat-folded states that are visited."""
 MOVE_STEP_TURN = 0.1
 """Turn of the fastest hinge between two states of a move (rad)."""
 MOVE_CLOSURE_TOLERANCE = 1e-9
-"""Closure residual of states that are closed, and difference of lines that are one."""
+"""Greatest closure residual of closed states, and greatest difference of equal lines."""
 MAX_MOVE_CANDIDATES = 20000
-"""Sets of hinges that are tried, at most: those of a large array are too many."""
+"""Greatest number of sets of hinges that are tried: a large array has too many."""
 MIN_LEAVING_RATE = 1e-6
-"""A hinge that leaves its stop no faster than this, over all of them, stays there."""
+"""Least rate, relative to that of all hinges, at which a hinge leaves its stop; slower ones stay there."""
 COLLINEAR_HINGE_COUNTS = (2, 4, 6, 8)
-"""Hinges on one line that turn together."""
+"""Numbers of hinges on one line that turn together."""
 
 
 class SimpleMoves:
@@ -56,7 +57,7 @@ class SimpleMoves:
         self.pairs = np.ascontiguousarray(pairs.prisms)
 
     def path(self) -> Reals | None:
-        """The states of a path from packed to flat, (k, n_hinges), by the fewest moves; None without one."""
+        """Return the states of a path from packed to flat, (k, n_hinges), by the fewest moves; None without one."""
         if not self.linkage.loops:
             return None
         first, last = _key(self.linkage.folded.astype(float)), _key(self.linkage.flat)
@@ -77,7 +78,7 @@ class SimpleMoves:
         return np.concatenate([self.linkage.folded[None], *(move[1:] for move in moves[::-1])])
 
     def _moves(self, state: Reals, known: dict[bytes, tuple[bytes, Reals] | None]) -> Iterator[Reals]:
-        """The states of each simple move from a flat-folded state to one that is not known, in turn."""
+        """Yield the states of each simple move from a flat-folded state to one that is not visited."""
         _, jacobian = self.linkage.closure(state)
         leaving = jacobian * np.where(state > 1.0, -1.0, 1.0)
         whole = whole_end(self.linkage, state)
@@ -101,7 +102,7 @@ class SimpleMoves:
                 yield move
 
     def _along(self, state: Reals, end: Reals, hinges: list[int], rates: Reals | None) -> Reals | None:
-        """The closed states of a move; None where some hinge turns back, or does not come to its stop.
+        """Return the closed states of a move; None where some hinge turns back, or does not reach its stop.
 
         rates : of the hinges as they leave their stops, or None where all turn by the same angle.
         """
@@ -130,17 +131,17 @@ class SimpleMoves:
         return None
 
     def _apart(self, states: Reals) -> bool:
-        """Whether panels keep apart in all states, as they are shrunk."""
+        """Whether the shrunk panels keep apart in all states."""
         return not deepest_overlap(self.linkage.chain, self.prisms, self.pairs, np.ascontiguousarray(states))
 
 
 def _key(state: Reals) -> bytes:
-    """Which hinges of a flat-folded state are closed."""
+    """A key of a flat-folded state: which hinges are closed."""
     return (state > 1.0).tobytes()
 
 
 def _candidates(leaving: Reals) -> Iterator[list[int]]:
-    """Hinges of possible simple moves, few first.
+    """Yield the hinges of possible simple moves, small sets first.
 
     leaving : (n_rows, n_hinges), screws in the sense in which hinges leave their stops.
     """
@@ -157,7 +158,7 @@ def _candidates(leaving: Reals) -> Iterator[list[int]]:
 
 
 def _rates(leaving: Reals) -> Reals | None:
-    """How fast four parallel hinges leave their stops; None where there is no one way, or one of them does not.
+    """The rates at which four parallel hinges leave their stops; None where they are not unique, or one is too slow.
 
     leaving : (n_rows, 4), their screws in the sense in which they do.
     """
@@ -169,7 +170,7 @@ def _rates(leaving: Reals) -> Reals | None:
 
 
 def _equal_columns(leaving: Reals, rows: list[int]) -> list[list[int]]:
-    """Hinges whose screws have the same entries in some rows, but for the sense."""
+    """Group hinges whose screws have the same entries in some rows, up to the sense."""
     groups: list[list[int]] = []
     for h in range(leaving.shape[1]):
         for group in groups:
@@ -183,7 +184,7 @@ def _equal_columns(leaving: Reals, rows: list[int]) -> list[list[int]]:
 
 
 def _lines(leaving: Reals, group: list[int]) -> list[tuple[list[int], list[int]]]:
-    """Hinges that lie on each line, as they leave their stops the one way and the other."""
+    """The hinges on each line, in two lists by the sense in which they leave their stops."""
     lines: list[tuple[list[int], list[int]]] = []
     for own in _equal_columns(leaving[:, group], list(range(len(leaving)))):
         hinges = [group[k] for k in own]
@@ -193,24 +194,24 @@ def _lines(leaving: Reals, group: list[int]) -> list[tuple[list[int], list[int]]
 
 
 def simple_path(linkage: Linkage, margin: float) -> Reals | None:
-    """The states of a path of simple moves, (k, n_hinges), from packed to flat; None where there is none.
+    """Return the states of a path of simple moves, (k, n_hinges), from packed to flat; None where there is none.
 
-    margin : m, by which panels are shrunk. The gaps are those at the states: `proofs.Prover` proves the path.
+    margin : m, by which panels are shrunk. Gaps are checked at the states only: `path_proofs.Prover` proves the path.
     """
     return SimpleMoves(linkage, margin).path()
 
 
 MAX_JUNCTION_LOOP_HINGES = 36
-"""Hinges of the longest loop whose junctions are listed: there are 2^18 products of each half."""
+"""Greatest number of hinges in a loop whose junctions are listed: there are 2^18 products of each half."""
 MAX_JUNCTION_COUNT = 20_000
-"""Junctions that are listed, at most."""
+"""Greatest number of junctions that are listed."""
 EQUAL_POSE_TOLERANCE = 1e-9
-"""Poses whose entries, lengths over the pattern's size, differ by no more are one; rounding is 1e-14."""
+"""Greatest difference of entries of equal poses, lengths over the pattern's size; rounding is 1e-14."""
 
 
 @dataclass(frozen=True, eq=False)
 class Junctions(ByValue):
-    """Flat-folded closed states, in the order of their hinges as binary numbers.
+    """Flat-folded closed states, sorted by their hinges as binary numbers.
 
     states : (k, n_hinges), rad, entries 0 and pi. complete : whether these are all; else a loop has more than
     `MAX_JUNCTION_LOOP_HINGES` hinges, or there are more than `MAX_JUNCTION_COUNT`.
@@ -221,7 +222,7 @@ class Junctions(ByValue):
 
 
 def junctions_of(linkage: Linkage) -> Junctions:
-    """All flat-folded closed states of a linkage, packed and flat among them."""
+    """Return all flat-folded closed states of a linkage, including packed and flat."""
     known, complete = np.zeros((1, linkage.n_hinges), bool), True
     listed: set[int] = set()
     for walk in linkage.loops:
@@ -244,7 +245,7 @@ def junctions_of(linkage: Linkage) -> Junctions:
 
 
 def clear_junctions(linkage: Linkage, space: Space, stack: StateStack) -> Reals:
-    """The junctions beside packed and flat at which all pairs of a space keep apart, shape (k, n_hinges)."""
+    """Return the junctions other than packed and flat at which all pairs of a space keep apart, shape (k, n_hinges)."""
     states = junctions_of(linkage).states
     inner = states.any(axis=1) & (states != space.folded).any(axis=1)
     return np.array(
@@ -253,7 +254,7 @@ def clear_junctions(linkage: Linkage, space: Space, stack: StateStack) -> Reals:
 
 
 def _closed(linkage: Linkage, walk: Walk) -> tuple[Flags, bool]:
-    """Which hinges of a loop are closed, a row for each state in which the loop is; and whether these are all."""
+    """Closed hinges of a loop, a row for each state in which the loop closes; and whether the list is complete."""
     hinges = [hinge for hinge, _ in walk]
     turns = _half_turns(linkage.directions[hinges], linkage.points[hinges] / linkage.pattern.size)
     middle = len(hinges) // 2
@@ -266,7 +267,7 @@ def _closed(linkage: Linkage, walk: Walk) -> tuple[Flags, bool]:
 
 
 def _half_turns(directions: Reals, points: Reals) -> Reals:
-    """Half turns about lines, shape (k, 4, 4): x -> 2 u (u . x) - x, seen from a point of the line."""
+    """Half turns about lines, shape (k, 4, 4): x -> 2 u (u . x) - x, about a point of the line."""
     turns = np.zeros((len(directions), 4, 4))
     turns[:, :3, :3] = 2.0 * directions[:, :, None] * directions[:, None] - np.eye(3)
     turns[:, :3, 3] = points - np.einsum("kij,kj->ki", turns[:, :3, :3], points)
@@ -289,7 +290,7 @@ def _bits(numbers: WholeNumbers, count: int) -> Flags:
 
 
 def _numbers(bits: Flags) -> WholeNumbers:
-    """Rows of bits, no more than `MAX_JUNCTION_LOOP_HINGES`, as numbers, the lowest first."""
+    """Rows of up to `MAX_JUNCTION_LOOP_HINGES` bits, the lowest first, as numbers."""
     numbers: WholeNumbers = bits @ (1 << np.arange(bits.shape[1]))
     return numbers
 
@@ -297,7 +298,8 @@ def _numbers(bits: Flags) -> WholeNumbers:
 def _matching_entries(one: Reals, two: Reals) -> tuple[WholeNumbers, WholeNumbers]:
     """A number for each pose of two lists: the same where poses are equal, and seldom where they are not.
 
-    Poses are sorted by one sum of their entries; a number ends where the next sum is further off than by rounding.
+    Poses are sorted by one weighted sum of their entries; a new number begins where the next sum differs by more than
+    rounding.
     """
     weights = np.random.default_rng(0).uniform(0.5, 1.0, 12)
     sums = np.concatenate([one, two])[:, :3].reshape(-1, 12) @ weights
@@ -308,7 +310,7 @@ def _matching_entries(one: Reals, two: Reals) -> tuple[WholeNumbers, WholeNumber
 
 
 def _matched(one: WholeNumbers, two: WholeNumbers) -> tuple[WholeNumbers, WholeNumbers, bool]:
-    """Places of equal numbers in two lists, all pairs or the first `MAX_JUNCTION_COUNT`; and whether these are all."""
+    """Indices of equal numbers in two lists, all pairs or the first `MAX_JUNCTION_COUNT`; and whether these are all."""
     order = np.argsort(two, kind="stable")
     low, high = (np.searchsorted(two[order], one, side) for side in ("left", "right"))
     ends = np.cumsum(high - low)

@@ -1,8 +1,8 @@
-"""Stretches of a path between closed states: what is proved of each, and the switch states between them.
+"""Stretches of a path between closed states: the proof of each, and the switch states between them.
 
 A path is cut at flat-folded closed states in its middle. In a stretch between two of these often few hinges turn, about
-parallel lines or about one, and loops close in a smaller group (`planning.groups`), in which closure is regular where
-it is not in that of all motions. Hinges that do not turn stay as they are, exactly.
+parallel lines or about one, and loops close in a smaller group (`planning.problems`), in which closure may be regular
+where it is singular in the group of all motions. Hinges that do not turn stay as they are, exactly.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from hcsearch.motion.planning.problems import loops_of, turns_equally
 from hcsearch.shape.linkage import Linkage
 
 MAX_SWITCH_STEPS = 30
-"""Newton steps to a switch state."""
+"""Greatest number of Newton steps to a switch state."""
 REDUNDANT_CLOSURE_SHARE = 1e-8
-"""Singular directions of closure up to this share of the greatest count as none."""
+"""Singular values of closure up to this share of the greatest count as zeros."""
 MAX_SWITCH_DISTANCE_RATIO = 2.0
-"""A switch state is no further from either state than this many times what these are apart."""
+"""Greatest distance of a switch state from either state, over their distance."""
 
 
 def switch_between(loops: Loops, one: Reals, two: Reals, work: Closing) -> Reals | None:
-    """The closed state between two, (m,) each, with all hinges at their stops that are there in either state.
+    """Return the closed state between two, (m,) each, with all hinges at stops that are at stops in either state.
 
     Hinges that leave their stops together, some at first order and some at second, do so in such a state: on a straight
-    way from a state before it to one after it, some would have to leave too soon. None where both states have the same
+    line from a state before it to one after it, some would have to leave too soon. None where both states have the same
     hinges at stops, or where there is no such state near by.
     """
     stopped = _stopped(one), _stopped(two)
@@ -66,32 +66,32 @@ def switch_between(loops: Loops, one: Reals, two: Reals, work: Closing) -> Reals
 
 
 def _stopped(state: Reals) -> NDArray[np.bool_]:
-    """Which hinges are at a stop."""
+    """Flags of the hinges that are at a stop."""
     return (state < STOPPED_HINGE_ANGLE) | (state > math.pi - STOPPED_HINGE_ANGLE)
 
 
 FIRST_STEP_LENGTHS = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
-"""Lengths of the first step (rad) that are tried, one after the other."""
+"""Lengths of the first step (rad), in the order of trial."""
 MAX_STRETCH_HALVINGS = 14
-"""Closed states are put between two states of a path no more often than this."""
+"""Greatest number of times that closed states are inserted between two states of a path."""
 MAX_STRETCH_STATES = 20000
-"""States of a path with those that are put between them."""
+"""Greatest number of states of a path, including inserted ones."""
 SAME_STATE_DISTANCE = 1e-9
-"""States that differ by less (rad) are one."""
+"""Distance (rad) below which states count as one."""
 MAX_SWITCH_STATES = 6
-"""Switch states that are put into a path, at most."""
+"""Greatest number of switch states that are inserted into a path."""
 STRAIGHT_ANGLE_ROUNDING = 2e-14
-"""What rounding makes of an angle up to pi on a straight way (rad), a few times over."""
+"""A few times the rounding error of an angle up to pi on a straight line (rad)."""
 MAX_CLOSING_CHANGE = 1e-3
-"""A path with a state that is further from closed states within the stops (rad) is none."""
+"""Greatest distance (rad) of a state of a path from closed states within the stops."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tube(ByValue):
-    """What is proved of a stretch.
+    """The proof of a stretch.
 
-    track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, what those
-    differ by from it, summed over hinges. reach : rad, how far the proof stays away from both ends. even : whether
+    track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, greatest
+    deviation of those from it, summed over hinges. reach : rad, distances of the proof from both ends. even : whether
     hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
     """
 
@@ -114,9 +114,9 @@ class Stretch:
         self.polished = float(polishing_residual(self.loops))
 
     def equal(self, states: Reals) -> Tube | None:
-        """What is known where hinges leave a flat-folded state by the same angle throughout; None where they do not.
+        """Return the tube where hinges leave a flat-folded state by the same angle throughout; None where they do not.
 
-        Closed at every angle, exactly (`groups.turns_equally`): only rounding of the cubics makes them differ.
+        Loops are closed at every angle, exactly (`problems.turns_equally`): deviations are only rounding of the cubics.
         """
         first, last = states[0], states[-1]
         own = self.group.moving
@@ -138,7 +138,7 @@ class Stretch:
         return Tube(track, STRAIGHT_ANGLE_ROUNDING * float(own.sum()), (0.0, 0.0), even=True)
 
     def close(self, states: Reals) -> Reals | None:
-        """States closed to rounding, each once; None where they do not go from end to end by closed states."""
+        """Close states to rounding and drop repeated ones; return None where they do not lead from end to end."""
         ends = np.array([end.angles for end in self.ends])
         if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= SAME_STATE_DISTANCE:
             return None
@@ -155,10 +155,10 @@ class Stretch:
         return np.array([*polished, ends[1]])
 
     def enclose(self, states: Reals, limit: float) -> Tube:
-        """Prove that closed states lie beside a path through closed states, (k, n_hinges), no further than a limit.
+        """Prove that closed states deviate from a path through closed states, (k, n_hinges), by no more than a limit.
 
-        limit : rad, summed over hinges. Where that fails in a step in which hinges leave or reach stops, the state at
-        which they do is put into it.
+        limit : rad, summed over hinges. Where that fails in a step in which hinges leave or reach stops, the switch
+        state at which they do is inserted.
         """
         m, reach = self.linkage.n_hinges, (0.0, 0.0)
         for _ in range(1 + MAX_SWITCH_STATES):
@@ -187,7 +187,7 @@ class Stretch:
         return Tube(None, 0.0, reach)
 
     def _switched(self, states: Reals, path: Track, time: float) -> Reals | None:
-        """The states with a switch state put into the step of their path in which a time lies; None without one."""
+        """Insert a switch state into the step of the path that contains a time; None without one."""
         count = int(path.filled[0])
         after = int(np.searchsorted(path.times[:count], time, side="right"))
         own = np.flatnonzero((states == path.angles[after % count]).all(axis=1))
@@ -197,7 +197,11 @@ class Stretch:
         return None if switch is None else np.insert(states, own[0], switch, axis=0)
 
     def _joined(self, states: Reals, limit: float) -> tuple[Track, Reals, tuple[float, float]]:
-        """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
+        """Join a path to both ends and compute its rates.
+
+        Returns the path with rates, shares and deviations of both end steps, and the distances of the proof from both
+        ends.
+        """
         heads = [
             None if end.regular else self._left(end, line, limit)
             for end, line in zip(self.ends, (states, states[::-1]), strict=True)
@@ -243,7 +247,7 @@ class Stretch:
     def _left(
         self, end: EndClosure, line: Reals, limit: float
     ) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
-        """How a path leaves an end: a state near it, slopes of the step at both its ends, and what is proved of it."""
+        """Prove that a path leaves an end; return a state near it, slopes at both ends of the step, and the proof."""
         direction = end.direction((line[1] - line[0]) / np.abs(line[1] - line[0]).max())
         if direction is None:
             return None
@@ -270,20 +274,20 @@ class Stretch:
         return bool(prove_tube(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
-        """The part of a rate that keeps loops closed and hinges at their stops."""
+        """The projection of a rate onto those that keep loops closed and hinges at their stops."""
         row = rate[None].copy()
         keep_closed(self.loops, state, row, 0, self.work)
         return row.ravel()
 
     def _leaving(self, end: EndClosure, way: Reals) -> Reals:
-        """The rate at a regular end, at unit speed, at which loops stay closed, nearest to a way."""
+        """The rate at a regular end, at unit speed, nearest to a direction, at which loops stay closed."""
         equations = end.across @ end.jacobian
         rate: Reals = way - np.linalg.pinv(equations) @ (equations @ way)
         rate[~self.group.moving] = 0.0
         return rate / max(float(np.linalg.norm(rate)), SAME_STATE_DISTANCE)
 
     def rates(self, times: Reals, path: Reals) -> Reals:
-        """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""
+        """Rates at the states of a path: of the parabola through three of them, projected to keep loops closed."""
         if len(path) < 2:
             return np.zeros_like(path)
         h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]
@@ -294,13 +298,13 @@ class Stretch:
 
 
 def cubics_of(times: Reals, angles: Reals, rates: Reals) -> Reals:
-    """Coefficients of Hermite's cubics between states, in the share of each step, (steps, n_hinges, 4)."""
+    """Coefficients of Hermite cubics between states, in the share of each step, (steps, n_hinges, 4)."""
     steps, rise = np.diff(times)[:, None], np.diff(angles, axis=0)
     before, after = steps * rates[:-1], steps * rates[1:]
     return np.stack([angles[:-1], before, 3.0 * rise - 2.0 * before - after, before + after - 2.0 * rise], axis=-1)
 
 
 def times_of(path: Reals) -> Reals:
-    """Times at which a path is gone along at unit speed."""
+    """Times along a path at unit speed."""
     times: Reals = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
     return times
