@@ -34,7 +34,7 @@ class Array:
 
     @staticmethod
     def from_cells(grid: Grid | str, cells: Iterable[Cell]) -> Array:
-        """The array of some cells of a grid, given by itself or its name.
+        """Make the array of some cells of a grid, which is given by itself or by its name.
 
         Errors: ArrayError for cells of another form, repeated or not connected, or none; SizeError for too many.
         """
@@ -67,7 +67,7 @@ class Array:
 
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
-        """The cells, row by row from the bottom, each row from the left."""
+        """The cells, row by row from the bottom, left to right in each row."""
         return tuple(_cells(self.grid, self.rows))
 
     @cached_property
@@ -104,7 +104,7 @@ class Array:
         )
 
     def canonical(self) -> Array:
-        """One array for all congruent ones: the image with the fewest rows, and of those the least in order."""
+        """The canonical array of all congruent ones: the image of fewest rows, and of those the least in order."""
         return min(self._images, key=lambda image: (len(image.rows), image.rows))
 
     @property
@@ -123,7 +123,7 @@ class Array:
         return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
-        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their places in `cells`."""
+        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their indices in `cells`."""
         index = {point: i for i, point in enumerate(self.points)}
         edges = []
         for i, point in enumerate(self.points):
@@ -144,13 +144,13 @@ class Array:
 
 
 def check_size(n: int, what: str) -> None:
-    """SizeError when there are more cells than arrays may have."""
+    """Raise SizeError for more cells than arrays may have."""
     if n > MAX_CELLS:
         raise SizeError(f"{what} is larger than {MAX_CELLS} cells: take a smaller one")
 
 
 def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
-    """A cell in whole numbers; ArrayError for what is none."""
+    """Check a cell and convert it to a tuple of integers; ArrayError if it is no cell of the grid."""
     try:
         numbers = tuple(map(operator.index, cell))
     except TypeError:
@@ -162,7 +162,7 @@ def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
 
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
-    """Number of connected components."""
+    """Number of connected components of some cells."""
     left = set(map(grid.point, cells))
     parts = 0
     while left:
@@ -177,7 +177,7 @@ def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
 
 
 def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
-    """Rows of cells moved to touch x = 0 and y = 0."""
+    """Encode cells, moved to touch x = 0 and y = 0, as integers, one for each row."""
     listed = list(cells)
     x0, y0 = min(c[0] for c in listed), min(c[1] for c in listed)
     rows = [0] * (max(c[1] for c in listed) - y0 + 1)
@@ -188,11 +188,11 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 
 
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
-    """Cells of rows, row by row."""
+    """Decode rows into cells, row by row."""
     cells: list[Cell] = []
     for y, left in enumerate(rows):
         row = left
-        while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
+        while row:  # visit set bits only: a row may be thousands wide, and hold one cell
             lowest = row & -row
             bit = lowest.bit_length() - 1
             cells.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))

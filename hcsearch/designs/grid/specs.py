@@ -1,4 +1,4 @@
-"""Array specifications: what a person types for an array (`6x5`, `3-4-3`, `p5x4`, `t5`, `h3`, `@file`)."""
+"""Array specifications, the short texts for arrays that users type (`6x5`, `3-4-3`, `p5x4`, `t5`, `h3`, `@file`)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     for pattern, make in _SHAPES:
         match = re.fullmatch(pattern, spec)
         if match:
-            # more digits than these are too large whatever they are
+            # nine digits suffice to show that a size is too large
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
                 raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
@@ -127,7 +127,7 @@ _SHAPES = (
 
 
 def _read_cells(grid: Grid, path: str) -> list[Cell]:
-    """Cells of a text file, one a line; empty lines and lines that begin with # are passed over."""
+    """Read the cells of a text file, one in each line; empty lines and comments from # on are skipped."""
     lines = read_text(path, "the cells in").splitlines()
     wanted = 3 if grid.is_triangle else 2
     cells: list[Cell] = []

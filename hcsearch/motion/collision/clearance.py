@@ -1,8 +1,8 @@
-"""Whether a motion is clear of collisions at all of its times, certified, and its smallest gap.
+"""Certified clearance of motions: whether panels collide at any time, and the smallest gap.
 
-Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
-keep apart (`solids.kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels
-are placed by a tree of hinges; what that leaves open of the loops is asked for as slack
+A motion is clear if panels shrunk by a margin on every face never overlap; pairs that the stops of their hinge keep
+apart (`panel_prisms.kept_apart`) may be left out. Between the states of a motion the fold angles are polynomials, and
+panels are placed by a tree of hinges; the error of closed loops that this leaves is given as slack
 (docs/explanation/collision.md).
 """
 
@@ -40,16 +40,17 @@ from hcsearch.shape.linkage import Linkage
 
 @dataclass(frozen=True)
 class Clearance:
-    """The verdict on a motion.
+    """The verdict on the collisions of a motion.
 
-    kind : `clear` at all times, with the margin; `collides`, for sure, at a time; `undecided`, nearer than the slack at
-        a time, but overlapping by more at none. time : s, of what is not clear; panels : which two, the lower first.
-    gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
-        none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
-        neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
-        within the resolution, and the slack, of it.
-    looks : how often the gap of a pair was bounded in an interval. speed : at which the panels come together where it
-        is not clear, m/s.
+    kind : `clear` at all times, with the margin; `collides`, for certain, at some time; `undecided`: nearer than the
+        slack at some time, but never overlapping by more. time : s, of the contact; panels : the two panels of it, the
+        lower number first.
+    gap : for a clear motion, the smallest gap (m) at which two panels approach each other and part again; None where
+        none do. Only gaps between two states at which the pair is further apart by two margins more count, as
+        neighbours touch in the packed and in the flat state. The true least gap is within the resolution, and the
+        slack, of it.
+    looks : number of times that the gap of a pair was bounded in an interval. speed : approach speed of the panels
+        where the motion is not clear, m/s.
     """
 
     kind: Literal["clear", "collides", "undecided"]
@@ -71,12 +72,12 @@ def certify_clearance(
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
 ) -> Clearance:
-    """Certify a motion of the fold angles of a linkage.
+    """Certify that a motion of the fold angles of a linkage is clear of collisions, or find one.
 
-    margin : by which panels are shrunk on every face, m. resolution : to which the smallest gap is known, m.
-    slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
-    apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
-    motion is wanted.
+    margin : by which panels are shrunk on every face, m. resolution : of the smallest gap, m.
+    slack : bound of the placement error of panels by the tree of hinges, m, for all times or for each step, (k - 1,).
+    apart : pairs of panels, the lower number first, that are left out. measured : whether to compute the smallest gap
+    of a clear motion.
     """
     solids = collision_solids(linkage, margin, apart)
     if not len(solids.pairs.prisms) or len(course.times) < 2:
@@ -87,10 +88,11 @@ def certify_clearance(
 def least_gap_of_motion(
     linkage: Linkage, course: Course, *, resolution: float = TOUCHING_DISTANCE, apart: Collection[tuple[int, int]] = ()
 ) -> float | None:
-    """The least gap (m) of two panels as they are at any time of a motion, below 0 where they overlap.
+    """The least gap (m) between two panels as built over all times of a motion; negative where they overlap.
 
-    An overlap is as deep as the least way by which the panels would have to be moved apart. No gap is less by more
-    than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a pair.
+    The depth of an overlap is the shortest translation that separates the panels. The true least gap is lower by no
+    more than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a
+    pair.
     """
     prisms = prisms_of(linkage)
     pairs = solid_pairs(linkage, prisms, apart)
@@ -99,7 +101,7 @@ def least_gap_of_motion(
 
 
 class _Certificate:
-    """The search of one motion for collisions."""
+    """Search for collisions in one motion."""
 
     def __init__(self, linkage: Linkage, solids: Solids, resolution: float) -> None:
         self.linkage, self.solids, self.resolution = linkage, solids, resolution
@@ -121,7 +123,7 @@ class _Certificate:
         if undecided is not None:
             return replace(undecided, looks=looks)
         gap = math.inf
-        if measured:  # where pairs come back to shows in the whole motion only
+        if measured:  # where pairs approach and part again shows in the whole motion only
             chain, own_solids = self.linkage.chain, self.solids
             threshold = 2.0 * own_solids.margin
             gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)

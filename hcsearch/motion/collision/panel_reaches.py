@@ -1,4 +1,4 @@
-"""How far panels reach: beyond their hinges, by way of others, and elsewhere where loops are open."""
+"""Bounds of the extent of panels: from their hinges, across the linkage, and by the error of open loops."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hcsearch.shape.linkage import Linkage
 
 
 def slack_of(linkage: Linkage, gap: float) -> float:
-    """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
+    """Bound of the displacement of panels (m) by a closure residual (rad, or gap over the pattern's size).
 
-    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
-    which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
-    what lies between the places at which gaps are computed.
+    A panel that is reached the other way around a loop is rotated by up to sqrt(3) residuals about a point of the loop,
+    from which no panel is further than the longest way, and translated by as much times the size. The rest of the
+    factor covers panels between the places at which residuals are computed.
     """
     if not linkage.loops:
         return 0.0
@@ -23,10 +23,10 @@ def slack_of(linkage: Linkage, gap: float) -> float:
 
 
 def longest_way(linkage: Linkage) -> float:
-    """What no two corners are further apart, however the hinges are folded (m).
+    """An upper bound (m) of the distance between any two corners, however the hinges are folded.
 
-    The greatest length of the shortest ways from corner to corner that are straight in each panel and go over from one
-    to the next at an end of their hinge: panels are rigid, so such a way keeps its length.
+    It is the greatest of the shortest paths between corners that are straight in each panel and pass from one panel to
+    the next at an end of their hinge: panels are rigid, so such a path keeps its length.
     """
     pattern = linkage.pattern
     ends, panels = [], []
@@ -64,7 +64,7 @@ def longest_way(linkage: Linkage) -> float:
 
 
 def reaches(linkage: Linkage) -> Reals:
-    """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
+    """The greatest distance of the corners of a hinge's two panels from its line (m), for each hinge, (n_hinges,)."""
     pattern, farthest = linkage.pattern, np.zeros(linkage.n_hinges)
     for k, hinge in enumerate(pattern.hinges):
         for panel in (hinge.first, hinge.second):

@@ -1,4 +1,4 @@
-"""A state of a linkage and what it is like nearby: tangents, curvature, and how far it is from singular."""
+"""Local analysis of a linkage at a state: tangent space, curvature, and distance from singularity."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from hcsearch.motion.kinematics.numerical_rank import Rank, decide_rank
 from hcsearch.shape.linkage import Linkage
 
 MIN_PIVOT_SHARE = 0.618
-"""Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
+"""Hinges whose squared residual projection exceeds this share of the greatest are candidates for the next basis vector;
+the first one is taken, as by symmetry many are equal but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocalState(ByValue):
-    """Fold angles (rad) with the closure Jacobian there, split into row space and null space by its singular values.
+    """Fold angles (rad) and the closure Jacobian at them, split into row space and null space by its singular values.
 
     jacobian : shape (n_rows, n_hinges).
     rank : decided or not; `kept` says how many singular values count as non-zero either way.
@@ -42,7 +43,7 @@ class LocalState(ByValue):
 
     @property
     def least(self) -> float:
-        """Least singular value that counts; infinite in an open chain."""
+        """Least singular value that counts as non-zero; infinite in an open chain."""
         return float(self.values[-1]) if self.kept else np.inf
 
     @property
@@ -51,15 +52,15 @@ class LocalState(ByValue):
         return -1 if self.rank.nullity is None else self.rank.nullity
 
     def tangent(self, vector: Reals) -> Reals:
-        """The part of a velocity that keeps the loops closed to first order."""
+        """Project a velocity onto the null space, where the loops stay closed to first order."""
         tangential: Reals = vector - self.right.T @ (self.right @ vector)
         return tangential
 
     def turn(self, velocity: Reals) -> Reals:
-        """The shortest acceleration that keeps the loops closed to second order, at a velocity that does to first.
+        """The shortest acceleration that keeps the loops closed to second order, for a tangent velocity.
 
-        A motion whose acceleration is this one is a geodesic: it runs on straight as far as the closure lets it. With
-        one degree of freedom that is the motion itself, by arc length.
+        A motion with this acceleration is a geodesic of the closed states. With one degree of freedom it is the motion
+        itself, parametrised by arc length.
         """
         if not self.kept:
             return np.zeros_like(velocity)
@@ -68,10 +69,10 @@ class LocalState(ByValue):
         return acceleration
 
     def null_space(self) -> Reals:
-        """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m).
+        """An orthonormal basis of the null space of the Jacobian, shape (n_hinges, m).
 
-        The singular vectors of zero are any basis, another on another processor. This one is that of the projections
-        of single hinges' velocities, one after another of those that add much, so it depends on the space alone.
+        The singular vectors of zero are an arbitrary basis, which differs between processors. This one is built from
+        projections of unit velocities of single hinges, pivoted as in Gram-Schmidt, so it depends on the space alone.
         """
         n = len(self.angles)
         left = np.eye(n) - self.right.T @ self.right
@@ -88,11 +89,11 @@ class LocalState(ByValue):
 def local_at(
     linkage: Linkage, angles: Reals, *, kept: int | None = None, closure: tuple[Reals, Reals] | None = None
 ) -> LocalState:
-    """What a linkage is like at a state.
+    """Analyse a linkage at given fold angles.
 
-    kept : how many singular values count as non-zero, where that is known better than from the values, as between two
-        closed states; else those above the noise.
-    closure : residual and Jacobian there, where they are at hand.
+    kept : number of singular values that count as non-zero, where that is known better than from the values, as between
+        two closed states; else those above the noise.
+    closure : residual and Jacobian at these angles, if already evaluated.
     """
     residual, jacobian = linkage.closure(angles) if closure is None else closure
     if not len(residual):
@@ -108,10 +109,10 @@ def local_at(
 
 
 def same_orientation(one: LocalState, two: LocalState) -> bool:
-    """Whether as many kept singular values go through zero between two near states as come back: none, two, ...
+    """Whether an even number of the kept singular values change sign between two near states.
 
-    Singular values followed as smooth functions change sign where they vanish, which the singular vectors remember:
-    det(U1' U2) det(V1' V2) < 0 says that an odd number did (thesis appendix asks only for the rank).
+    Singular values that are continued as smooth functions change sign where they vanish, and the singular vectors show
+    it: det(U1' U2) det(V1' V2) < 0 if an odd number did (the thesis appendix asks only for the rank).
     """
     if one.kept != two.kept or not one.kept:
         return True
@@ -121,7 +122,7 @@ def same_orientation(one: LocalState, two: LocalState) -> bool:
 
 
 def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
-    """Values of the form that `bend` is of a vector with itself, for all pairs, shape (n, n, n_rows).
+    """Values of the symmetric bilinear form of the quadratic form `bend`, for all pairs of vectors, (n, n, n_rows).
 
     vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
     """

@@ -1,4 +1,4 @@
-"""Two small problems within the stops 0 <= rho <= pi: the nearest closed state, and rates of fold angles."""
+"""Closed states within the stops 0 <= rho <= pi: the nearest one, links between two, and least-energy velocities."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.shape.linkage import Linkage
 
 UNMOVED_HINGE_TURN = 1e-9
-"""A hinge stands still in a tangent space whose unit vectors turn it by no more than this."""
+"""A hinge counts as fixed in a tangent space whose unit vectors turn it by no more than this."""
 STRAIGHT_DEVIATION_SHARE, MAX_DEVIATION_SHARE = 0.1, 0.5
-"""Half-way between two states the closed ones may be off by this share of half the way, and if looked into by that."""
+"""Deviations of the closed state at the middle of a step, as shares of half the step: up to the first the states are
+linked; up to the second both halves are examined in turn; beyond it they are not linked."""
 
 
 def close_within_stops(
     linkage: Linkage, angles: Reals, *, held: Flags | None = None, max_steps: int = 25
 ) -> tuple[LocalState | None, int]:
-    """The closed state nearest to some fold angles that keeps the stops, and how often closure was evaluated.
+    """The closed state within the stops that is nearest to some fold angles, and the number of closure evaluations.
 
-    Hinges that are held stay as they are, and those that corrections would take beyond a stop stay there; None where
-    the others cannot close the loops.
+    Held hinges do not turn. Hinges that a correction would take beyond a stop are clamped there; None where the others
+    cannot close the loops.
     """
     angles = np.clip(angles, 0.0, math.pi)
     held = np.zeros(len(angles), bool) if held is None else held.copy()
@@ -46,9 +47,10 @@ def close_within_stops(
 def states_are_linked(
     linkage: Linkage, one: Reals, two: Reals, *, held: Flags | None = None, depth: int = 5
 ) -> tuple[bool, int]:
-    """Whether closed states lead from one to another beside the straight way, and how often closure was evaluated.
+    """Whether closed states near the straight line connect two of them, and the number of closure evaluations.
 
-    The state nearest to half-way must be near it. Where it is off by more than a little, so must those of both halves.
+    The closed state nearest to the midpoint must be near it. Where it deviates by more than a little, both halves are
+    examined likewise.
     """
     half = 0.5 * float(np.linalg.norm(two - one))
     middle, count = close_within_stops(linkage, 0.5 * (one + two), held=held)
@@ -68,7 +70,7 @@ def states_are_linked(
 
 
 def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: Reals) -> Reals:
-    """The velocity v = basis z that makes 1/2 sum k (rho + v)^2 least, with low <= v <= high.
+    """The velocity v = basis z that minimises 1/2 sum k (rho + v)^2 subject to low <= v <= high.
 
     basis : orthonormal columns, shape (n_hinges, m). springs : k > 0, shape (n_hinges,). low <= 0 <= high, so that
     v = 0 is allowed; it is also the answer where rounding hides all others.
@@ -81,7 +83,7 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     root = np.sqrt(springs)
     q, r = np.linalg.qr(root[:, None] * basis)
     aim = q.T @ (root * angles)  # the energy is that of y = r z + aim, and a constant
-    moved = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # rounding must not make walls of what stands still
+    moved = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # fixed hinges must not become constraints by rounding
     rows = np.linalg.solve(r.T, basis[moved].T).T
     shift = rows @ aim
     walls = np.vstack([rows, -rows])

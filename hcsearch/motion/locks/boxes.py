@@ -1,6 +1,6 @@
 """Boxes of fold angles: faces, differences, and boxes around one part of the closed states.
 
-A box is its lowest and its highest angles, (n,) each; a face is one that has no width along a hinge.
+A box is a pair of its lowest and its highest angles, (n,) each; a face has no width along one hinge.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hcsearch.basics.array_values import ByValue, Reals
 Box = tuple[Reals, Reals]
 
 MAX_BOX_ANGLE = float(np.nextafter(math.pi, 4.0))
-"""The double above pi, at which boxes end that hold states with closed hinges."""
+"""The next double above pi, the upper end of boxes that hold states with closed hinges."""
 
 
 def whole_box(n: int) -> Box:
@@ -26,7 +26,7 @@ def whole_box(n: int) -> Box:
 
 @dataclass(frozen=True, eq=False)
 class BoxFace(ByValue):
-    """A face, or a part of one, across a hinge. Its `low` and `high` are equal there."""
+    """A face of a box, or a part of one, across a hinge, along which `low` and `high` are equal."""
 
     hinge: int
     low: Reals
@@ -34,11 +34,11 @@ class BoxFace(ByValue):
 
     @property
     def level(self) -> float:
-        """The angle of its hinge."""
+        """The angle of the hinge on the face."""
         return float(self.low[self.hinge])
 
     def halves(self) -> tuple[BoxFace, BoxFace]:
-        """Its halves across its longest side."""
+        """The halves of the face, cut across its longest side."""
         side = int((self.high - self.low).argmax())
         middle = 0.5 * (self.low[side] + self.high[side])
         most, least = self.high.copy(), self.low.copy()
@@ -47,7 +47,7 @@ class BoxFace(ByValue):
 
 
 def boxes_outside(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
-    """Boxes that cover what others do not cover, and share no inner points if these boxes share none."""
+    """Cover the difference of two unions of boxes by boxes, without common inner points if the first have none."""
     left = list(boxes)
     for other in others:
         left = [part for box in left for part in _outside(box, other)]
@@ -55,7 +55,7 @@ def boxes_outside(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
 
 
 def _outside(box: Box, other: Box) -> list[Box]:
-    """What another box leaves of one: slabs, the widest first, so that few of them are long and thin."""
+    """Subtract a box from one: slabs that cover the difference, the widest first, so that few are long and thin."""
     (low, high), (least, most) = box, other
     common = np.minimum(high, most) - np.maximum(low, least)
     wide = high > low
@@ -77,7 +77,7 @@ def _outside(box: Box, other: Box) -> list[Box]:
 
 
 def box_faces(boxes: Sequence[Box], top: float) -> list[BoxFace]:
-    """Faces between what boxes cover, which share no inner points, and what they do not, from 0 to a top."""
+    """The boundary faces of a union of boxes without common inner points, at angles between 0 and a top."""
     lows, highs = np.array([low for low, _ in boxes]), np.array([high for _, high in boxes])
     faces = []
     for low, high in boxes:
@@ -91,44 +91,44 @@ def box_faces(boxes: Sequence[Box], top: float) -> list[BoxFace]:
 
 
 def _across(low: Reals, high: Reals, hinge: int, level: float) -> Box:
-    """A box without width along a hinge."""
+    """The section of a box at an angle of a hinge."""
     low, high = low.copy(), high.copy()
     low[hinge] = high[hinge] = level
     return low, high
 
 
 def excess_over_box(box: Box, states: Reals) -> Reals:
-    """By how much angles of states, (m, n), are outside a box, below 0 for those inside."""
+    """The distance of each angle of some states, (m, n), from a box, negative inside."""
     low, high = box
     away: Reals = np.maximum(low - states, states - high)
     return away
 
 
 def states_in(box: Box, states: Reals) -> Reals:
-    """Which of the states, (m, n), a box holds."""
+    """The states, of shape (m, n), that lie in a box."""
     low, high = box
     held: Reals = states[((low <= states) & (states <= high)).all(axis=1)]
     return held
 
 
 LAYOUT_FACE_OFFSET = 0.1
-"""How far faces are from the states of a part (rad)."""
+"""Distance of faces from the states of a part (rad)."""
 LAYOUT_STOP_DISTANCE = 0.05
-"""A part that comes so near to a stop, or to a face of the box that it lies in (rad), counts as reaching it."""
+"""A part that is nearer than this (rad) to a stop, or to a face of the enclosing box, counts as reaching it."""
 MIN_LAYOUT_SPACE = 0.05
-"""Faces are not moved inward where less than this is between the states on either side of them (rad)."""
+"""Faces are not moved inward between states that are nearer than this (rad)."""
 MAX_LAYOUT_DEPTH, MAX_LAYOUT_BOXES = 6, 300
-"""Boxes within boxes, and boxes in all, at most."""
+"""Maximum depth of nesting, and maximum number of boxes."""
 
 ReachFunction = Callable[[Reals, Box], Reals]
-"""States of a part, (m, n), within a box, and those to which they lead in it."""
+"""From states of a part, (m, n), in a box: these states, and others in the box that can be reached from them."""
 
 
 def region_around(own: Reals, others: Sequence[Reals], reach: ReachFunction) -> list[Box] | None:
-    """Boxes without common inner points that hold states of one part, (m, n), and none of others; None without any.
+    """Enclose one part, (m, n), but no state of others, in boxes without common inner points; None if not possible.
 
-    One box around the part, less one around what it holds of each other part; less one in that, around what it holds of
-    the first part, and so on.
+    One box around the part, minus a box around the states of each other part in it, minus a box in that around the
+    states of the first part in it, and so on.
     """
     outer = _box_around(own, np.concatenate(others), whole_box(own.shape[1]))
     region = [outer]
@@ -145,7 +145,7 @@ def region_around(own: Reals, others: Sequence[Reals], reach: ReachFunction) -> 
 
 
 def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, deepest: int) -> list[Box] | None:
-    """Boxes around states in a box, less others in these; None where there would be too many."""
+    """Enclose states in boxes within a box, without others, by nesting; None where there would be too many boxes."""
     states = reach(states, box)
     around = _box_around(states, others, box)
     held = states_in(around, others)
@@ -158,7 +158,7 @@ def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, deepes
 
 
 def _box_around(states: Reals, others: Reals, within: Box) -> Box:
-    """A box around states which holds none of the others that lie beside the least box around these."""
+    """A box around states, with faces moved inward to exclude others that lie outside the states' bounding box."""
     least, most = states.min(axis=0), states.max(axis=0)
     low = np.where(
         least < within[0] + LAYOUT_STOP_DISTANCE, within[0], np.maximum(least - LAYOUT_FACE_OFFSET, within[0])

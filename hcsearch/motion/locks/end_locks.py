@@ -8,18 +8,18 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
 Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
-checked in whole numbers, with rays computed anew (`lattice`, `certificates`), and counts only if it holds there:
-`Lock.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to rounding.
-Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
-y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
+checked in whole numbers, with rays computed anew (`lattice`, `exact_checks`), and counts only if it holds there:
+`LockVerdict.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to
+rounding. Contacts between layers (`LayerContact`) narrow K by C x >= 0. At first order they push with forces f >= 0,
+and the proof is y . A_i > f . C_i for every hinge; at second order they only narrow K, as a contact has an order of its
 own and may slide off.
-Locked means that the state is isolated: panels, hinges and stops are exact. Others may lie near it, behind a gap of
-micrometres. Nothing here says that a linkage moves: that is for a path to show.
+Locked means that the state is isolated: panels, hinges and stops are exact. Other states may lie near it, behind a gap
+of micrometres. Nothing here says that a linkage moves: only a path shows that.
 
-Folded, every panel lies flat in a layer and every hinge is level. So the points of a panel rise, to first order, by an
-affine function of their place in the plan: the sum of what the hinges between it and the panel that stays do. Two
-panels that touch must not come nearer to each other anywhere where they do; at the corners of that area is enough.
-Panels of one stack share hinges and their stops say the same (docs/explanation/theory.md, 26); in general linkages they
+In the folded state every panel lies flat in a layer and every hinge is level. So the points of a panel rise, to first
+order, by an affine function of their place in the plan: the sum over the hinges between it and the base panel. Two
+panels that touch must not approach each other anywhere in the area of contact, for which its corners are sufficient.
+Panels of one stack share hinges, and their stops imply this (docs/explanation/theory.md, 26); in general linkages they
 need not. Side walls that touch are left out: panels have some clearance there.
 """
 
@@ -39,7 +39,7 @@ from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.linkage import Linkage, hinge_tree
 
 WRENCH_MARGIN = 1e-7
-"""A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is
+"""Minimum by which the inequalities of a candidate wrench hold, with screws and wrench of unit length; rounding is
 1e-13."""
 
 CONTACT_VIOLATION_TOLERANCE = 1e-7
@@ -49,23 +49,23 @@ ZERO_SCREW_SHARE = 1e-9
 """Singular values of hinges' screws below this share of the greatest are zeros; rounding is 1e-15."""
 
 MAX_PROOF_RAYS = 60
-"""Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
+"""Maximum number of rays of a second-order proof, which has an inequality for every two of them."""
 
 
 @dataclass(frozen=True, eq=False)
 class LockVerdict(ByValue):
-    """What is known about leaving one state.
+    """The verdict on whether a linkage can leave a state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
-    tried : whether a proof by second order was looked for; there may be too many motions at first order to try.
-    wrench : of a proof, shape (n_rows,); margin : the least of what it proves positive.
-    forces : of a proof, how hard layers push at each contact, shape (n_contacts,), none negative, all 0 by second
-        order. The greatest entry of wrench and forces is 1.
-    motion : turns of the hinges to first order that stops, loops and contacts allow, summing to 1; None where there
+    tried : whether a proof by second order was tried; there may be too many motions at first order for that.
+    wrench : of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
+    forces : of a proof, forces of layers at each contact, shape (n_contacts,), none negative, all 0 by second order.
+        The greatest entry of wrench and forces is 1.
+    motion : turns of the hinges that stops, loops and contacts allow to first order, summing to 1; None where there
         are none.
     stuck : hinges that no motion turns at first order.
     exact : whether it is proved in whole numbers. If not, a lock is proved but for rounding: the linkage is on no
-        tiling, or contacts are given that are none of its lattice.
+        tiling, or some given contacts are not on its lattice.
     """
 
     order: Literal[1, 2] | None
@@ -79,7 +79,7 @@ class LockVerdict(ByValue):
 
     @property
     def locked(self) -> bool:
-        """Whether no motion leaves the state: proved."""
+        """Whether it is proved that no motion leaves the state."""
         return self.order is not None
 
     @property
@@ -99,7 +99,7 @@ class LockVerdict(ByValue):
 
 
 def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> LockVerdict:
-    """Look for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
+    """Search for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
     contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
     in the folded state. Two-stack foldings of one circuit need none, as their stops imply them
@@ -116,7 +116,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
         return linkage.bend(jacobian, senses * x)
 
     used: list[int] = []
-    while True:  # what is proved with some contacts holds with all, and few matter
+    while True:  # a proof with some contacts holds with all, and few are needed
         lock, motions = _lock(columns, rows[used], bend)
         apart = (rows @ motions.T).min(axis=1, initial=0.0)
         apart[used] = 0.0
@@ -135,7 +135,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
 
 
 def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
-    """Whether a proof holds in whole numbers; None where the linkage or a contact has none."""
+    """Whether a proof holds in whole numbers; None where the linkage or a contact is not on a lattice."""
     assert lock.wrench is not None
     end = whole_end(linkage, angles)
     rows = None if end is None else end.contacts(contacts)
@@ -148,13 +148,13 @@ def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals
 
 
 def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
-    """What is known with some contacts, and motions that stops, loops and these contacts allow at first order.
+    """The verdict with some contacts, and the motions that stops, loops and these contacts allow at first order.
 
-    columns : shape (n, n_rows), screws in the sense in which hinges turn. motions : shape (n_motions, n), each of
-    sum 1; all extreme ones where there are not too many.
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. Motions have the shape (n_motions, n), each
+    of sum 1; all extreme ones where there are not too many.
     """
     n, height = columns.shape
-    # with s >= 0 for how fast contacts part: A x = 0, C x - s = 0
+    # with s >= 0, the speeds at which contacts part: A x = 0, C x - s = 0
     full = np.block([[columns, contacts.T], [np.zeros((len(contacts), height)), -np.eye(len(contacts))]])
     lengths = np.sqrt((full**2).sum(axis=1))
     free = np.flatnonzero(lengths == 0.0)  # hinges in no loop
@@ -182,7 +182,7 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
-    """The x >= 0 of sum 1 with A x nearest to 0, the wrench of greatest entry 1 that parts them, and its least power.
+    """The x >= 0 of sum 1 with the least |A x|, the separating wrench of greatest entry 1, and its least power.
 
     Where the power is positive the wrench holds every hinge shut; else A x is 0 but for rounding.
     """
@@ -196,10 +196,10 @@ def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
 def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, float] | None:
     """A wrench y, of greatest entry 1, that excludes motions at second order, and its margin; None without one.
 
-    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends : `products` of
-        the rays.
-    On hinges that can turn at first order y has no power; it is asked to hold the others shut, that y . bend of every
-    ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends :
+        `bilinear_products` of the rays.
+    On hinges that can turn at first order y has no power. It must hold the others shut, with y . bend positive for
+    every ray and not negative for every two rays, which suffices for all their sums.
     """
     from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
@@ -226,7 +226,7 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
 
 
 def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
-    """The wrench in the middle of those with positive powers, by least squares; None where there is none."""
+    """A wrench in the interior of the cone of positive powers, by least squares; None where it is empty."""
     rows = np.r_[positive, nonnegative_]
     lengths = np.sqrt((rows**2).sum(axis=1))
     if (lengths[: len(positive)] < ZERO_SCREW_SHARE).any():
@@ -237,10 +237,10 @@ def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None
 
 
 def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
-    """The wrench of the greatest margin by a linear program."""
+    """The wrench of the greatest margin, by a linear program; None where that fails."""
     from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
-    # the wrench's entries are bounded, not its coordinates, so that its margin does not depend on the basis
+    # bound the wrench's entries, not its coordinates, so that its margin does not depend on the basis
     upper = np.r_[-positive, -nonnegative_, basis, -basis]
     least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
     most = np.r_[np.zeros(len(positive) + len(nonnegative_)), np.ones(2 * len(basis))]
@@ -254,21 +254,21 @@ def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
 
 
 TOUCHING_LAYER_SHARE = 1e-3
-"""Layers nearer than this share of the thickness touch; folded states have them at whole multiples of it."""
+"""Layers nearer than this share of the thickness touch; folded states have them at whole multiples of the thickness."""
 CONTACT_GRID_SHARE = 1e-12
-"""Areas in which facets touch are cut on a grid as fine as this share of a panel's size; without one, triangles that
-lie beside each other but for rounding are taken for one."""
+"""Grid of areas of contact, as a share of a panel's size; without a grid, rounding merges triangles that lie beside
+each other."""
 MIN_CONTACT_SHARE = 1e-8
-"""What is shorter or smaller than this share of a panel is rounding, and facets touch there along an edge at most."""
+"""Lengths and areas of contact below this share of a panel are due to rounding: facets touch along an edge at most."""
 MIN_PARTING_SHARE = 1e-9
-"""A hinge parts two panels where, turned by 1 rad, it changes their height by more than this share of their size."""
+"""A hinge parts two panels if a turn by 1 rad changes their vertical distance by more than this share of their size."""
 
 
 @dataclass(frozen=True, eq=False)
 class LayerContact(ByValue):
-    """A facet that lies on a facet of another panel in the folded state.
+    """The contact of two facets of different panels, one on the other, in the folded state.
 
-    corners : of the area in which they touch, seen from above, shape (k, 2), in metres, where the base panel stays.
+    corners : of the area of contact, seen from above, shape (k, 2), in metres, in the frame of the base panel.
     """
 
     below: int
@@ -277,9 +277,9 @@ class LayerContact(ByValue):
 
 
 def layer_contacts(linkage: Linkage) -> list[LayerContact]:
-    """All facets that lie on facets of other panels in the folded state, but not across a crease.
+    """All contacts between facets of different panels in the folded state, except across a crease.
 
-    Across a crease a facet lies on one side of the hinge, and the stop keeps it from what it lies on.
+    Two facets that share a crease lie on one side of its hinge, whose stop keeps them apart.
     """
     import shapely  # noqa: PLC0415 - takes longer to load than most proofs take
 
@@ -305,13 +305,13 @@ def layer_contacts(linkage: Linkage) -> list[LayerContact]:
 
 
 def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
-    """How fast hinges that leave their stops by 1 rad a unit of time part panels, at all corners of some contacts.
+    """Speeds at which panels part at the corners of contacts, for each hinge that leaves its stop at unit rate.
 
-    Shape (n_corners, n_hinges), as shares of the pattern's size; rows of different corners of one contact follow each
-    other. Panels that no hinges join have zeros.
+    Shape (n_corners, n_hinges), as shares of the pattern's size; the corners of one contact are consecutive rows.
+    Panels that no hinges connect have zeros.
     """
     panel, rise = linkage.pattern.panel_of, _rise(linkage)
-    # the shortest way between two panels that share a hinge is that hinge, and their row has no other entry
+    # the shortest path between two panels that share a hinge is that hinge, and their row has no other entry
     trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
     rows = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
@@ -326,9 +326,9 @@ def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
 
 
 def _rise(linkage: Linkage) -> Reals:
-    """What each hinge does to heights as it leaves its stop in the folded state, shape (n_hinges, 3).
+    """Coefficients of the rise that each hinge causes as it leaves its stop in the folded state, shape (n_hinges, 3).
 
-    Seen from its first panel the second rises by a x + b y + c at a point (x, y) of the plan, all in units of size.
+    Relative to its first panel the second rises by a x + b y + c at a point (x, y) of the plan, in units of size.
     """
     first = [hinge.first for hinge in linkage.pattern.hinges]
     poses = linkage.poses(linkage.folded)[first]
@@ -341,9 +341,10 @@ def _rise(linkage: Linkage) -> Reals:
 
 
 def contact_rows(linkage: Linkage) -> Reals:
-    """Contacts of the folded state as conditions C x >= 0 on the turns x >= 0 of its hinges, as `lock_at` takes them.
+    """Contacts of the folded state as conditions C x >= 0 on the turns x >= 0 of its hinges, for `lock_at`.
 
-    Shape (n_conditions, n_hinges), as shares of the pattern's size; none twice, and none that x >= 0 implies.
+    Shape (n_conditions, n_hinges), as shares of the pattern's size; without duplicates and conditions that x >= 0
+    implies.
     """
     rows = parting_rates(linkage, layer_contacts(linkage))
     rows[np.abs(rows) < MIN_PARTING_SHARE] = 0.0

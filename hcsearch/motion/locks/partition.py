@@ -1,9 +1,9 @@
 """Parts of the closed states, and cuts of all fold angles into boxes that separate one part from the others.
 
-Parts are far apart, but a part of six freedoms is shown by a hundred thousand states so sparsely that the nearest one
-may be of another part. So a state belongs to a part if small steps lead from it to a state of that.
+Parts are far apart, but a hundred thousand states sample a part of six degrees of freedom so sparsely that the nearest
+state may be of another part. So a state belongs to a part if small steps lead from it to a state of that part.
 
-Boxes within boxes need fewer faces, but parts that wind about each other leave none of those.
+Nested boxes (`boxes.region_around`) need fewer faces than cuts, but do not exist for parts that wind about each other.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, Box, boxes_outside, state
 PART_WALK_STEPS, PART_CLIMB_STEPS = 2000, 200
 """Steps of the walk from a state, and of each climb from there."""
 MAX_APPROACH_STEPS, APPROACH_ROUNDS = 1000, 3
-"""Steps towards the nearest state of a part, and how often the nearest one is chosen anew."""
+"""Maximum number of steps towards the nearest state of a part, and number of times that it is chosen anew."""
 NEAREST_PART_COUNT = 3
-"""Parts towards which steps are tried: those that have the nearest states."""
+"""Number of parts that are approached: those with the nearest states."""
 ARRIVED_DISTANCE = 0.05
-"""Steps that come so near to a state (rad, the root of the sum of squares) lead to it."""
+"""A state is reached from within this distance (rad, root of the sum of squares)."""
 APPROACH_START_COUNT = 3
-"""States from which steps are tried, the one that was met first, then others of the walk from it."""
+"""Number of starts of an approach: the new state first, then states of the walk from it."""
 
 
 class StateParts:
     """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
 
-    own, others : (m, n), to which walks from both ends lead. seed : of further walks. work : tables.
-    steps : of walks, all together, as boxes of the search are counted.
+    own, others : (m, n), states of walks from both ends. seed : of further walks. work : tables.
+    steps : total number of steps of walks, counted like boxes of the search.
     """
 
     def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, work: Refutation) -> None:
@@ -43,15 +43,16 @@ class StateParts:
         self.steps = 0
 
     def climbed(self, states: Reals, box: Box, steps: int) -> Reals:
-        """States, and those to which climbs from them lead, within a box."""
+        """Extend states by climbs from them within a box."""
         climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.work)
         self.steps += len(climbed) - len(states)
         return climbed
 
     def add(self, state: Reals, box: Box) -> int:
-        """Add a closed state, (n,), with what a walk from it leads to, and climbs within a box; the number of its part.
+        """Add a closed state, (n,), and states of a walk and of climbs in a box from it; return the number of its part.
 
-        It is a part by itself where steps lead to none that is known, STARTS * NEAREST * AGAIN * TOWARDS at most.
+        It is a new part where no approach reaches a known one, from `APPROACH_START_COUNT` starts to
+        `NEAREST_PART_COUNT` parts in `APPROACH_ROUNDS` rounds of `MAX_APPROACH_STEPS`.
         """
         walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.work)
         self.steps += PART_WALK_STEPS
@@ -66,7 +67,7 @@ class StateParts:
         return len(self.states) - 1
 
     def _leads_to(self, state: Reals, passed: list[Reals]) -> int | None:
-        """The part to which steps lead from a state, if to any; the states that they pass are listed."""
+        """The part that small steps from a state reach, or None; append the states on the way to `passed`."""
         order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
         for number in order[:NEAREST_PART_COUNT].tolist():
             here = state
@@ -82,60 +83,60 @@ class StateParts:
 
 
 def _nearest(states: Reals, state: Reals) -> tuple[int, float]:
-    """Which of some states, (m, n), is nearest to one, (n,), and the square of how far away it is."""
+    """The number of the nearest neighbour of a state, (n,), among others, (m, n), and its squared distance."""
     away = ((states - state) ** 2).sum(axis=1)
     number = int(away.argmin())
     return number, float(away[number])
 
 
 CUT_FACE_OFFSET = 0.1
-"""How far the outermost faces are from the states of the part (rad)."""
+"""Distance of the outermost faces from the states of the part (rad)."""
 CUT_STOP_DISTANCE = 0.05
-"""A part that comes so near to a stop (rad) counts as reaching it."""
+"""A part that is nearer than this to a stop (rad) counts as reaching it."""
 MAX_VOID_WIDTH, VOID_WIDTH_WEIGHT = 0.3, 0.15
-"""Of cuts that leave states as mixed, one through a wider void is better: its score falls by WORTH for each radian
-of the void's width, up to VOID (rad)."""
+"""Of cuts of equal impurity, one through a wider void is better: its score falls by `VOID_WIDTH_WEIGHT` for each radian
+of the void's width, up to `MAX_VOID_WIDTH` (rad)."""
 MIN_CUT_WIDTH = 1e-9
-"""States are not cut apart along an angle where less than this is between them (rad)."""
+"""States are not separated along an angle in which they differ by less than this (rad)."""
 MAX_CUT_SAMPLES = 100_000
-"""States of each kind by which a cut is chosen, at most."""
+"""Maximum number of states of each kind from which a cut is chosen."""
 MAX_CUT_BOXES = 1000
-"""Boxes in all, at most."""
+"""Maximum number of boxes."""
 MAX_RECUTS = 8
-"""How often all are cut anew; then boxes alone are cut further that hold states which they should not."""
+"""Number of complete recuts; after them only boxes that hold states of both kinds are cut further."""
 
 
 class BoxCuts:
-    """How all angles are cut, by states that are more each time."""
+    """The current cuts of all angles, which are updated as states are added."""
 
     def __init__(self) -> None:
         self._leaves: list[CutLeaf] = []
         self._left = MAX_RECUTS
 
     def lay(self, own: Reals, others: Reals) -> list[Box] | None:
-        """Boxes that hold the states of a part, (m, n), and none of the others, (k, n); None as `leaves_around`."""
+        """Boxes that hold the states of a part, (m, n), and no others, (k, n); None where `leaves_around` has none."""
         leaves = leaves_around(own, others) if self._left else divided_leaves(self._leaves, own, others)
         self._left = max(self._left - 1, 0)
         self._leaves = leaves or []
         return None if leaves is None else [leaf.box for leaf in leaves if leaf.inside]
 
     def keep(self) -> None:
-        """Cut no more anew, as proofs of faces are at stake."""
+        """Allow no more complete recuts, which would discard proofs of faces."""
         self._left = 0
 
 
 @dataclass(frozen=True, eq=False)
 class CutLeaf(ByValue):
-    """A box, and whether it is taken in."""
+    """A box, and whether it belongs to the region."""
 
     box: Box
     inside: bool
 
 
 def leaves_around(own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """Boxes that cover all angles: those inside hold the states of a part, (m, n), the rest all others, (k, n).
+    """Cut all angles into boxes: those inside hold the states of a part, (m, n), the rest all others, (k, n).
 
-    None where it would take too many, or states of both kinds are nearly the same.
+    None where there would be too many, or where states of both kinds nearly coincide.
     """
     around = _around(own)
     beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(own.shape[1])], [around])]
@@ -143,7 +144,7 @@ def leaves_around(own: Reals, others: Reals) -> list[CutLeaf] | None:
 
 
 def divided_leaves(leaves: list[CutLeaf], own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """The same leaves, but for those that hold states of both kinds, which are cut; None as `leaves_around`."""
+    """Cut the leaves that hold states of both kinds; None as for `leaves_around`."""
     parts: list[CutLeaf] = []
     for leaf in leaves:
         mine, rest = states_in(leaf.box, own), states_in(leaf.box, others)
@@ -160,7 +161,7 @@ def divided_leaves(leaves: list[CutLeaf], own: Reals, others: Reals) -> list[Cut
 
 
 def _cut_apart(box: Box, own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """Halves of a box, and of these, until each holds states of one kind alone."""
+    """Cut a box recursively until each leaf holds states of one kind only; None as for `leaves_around`."""
     leaves: list[CutLeaf] = []
     left = [(box, own, others)]
     while left:
@@ -181,9 +182,9 @@ def _cut_apart(box: Box, own: Reals, others: Reals) -> list[CutLeaf] | None:
 
 
 def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
-    """The hinge and the angle at which a cut leaves the least mixed, (m, n) states of each kind; None for none.
+    """The hinge and the angle of the cut that leaves the least impurity of two kinds of states, (m, n); None for none.
 
-    How mixed is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
+    The measure is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
     Trees, 1984).
     """
     own, others = own[:: len(own) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
@@ -205,7 +206,7 @@ def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
 
 
 def _around(states: Reals) -> Box:
-    """A box around states, with faces beside them."""
+    """A box around states, with faces at `CUT_FACE_OFFSET` from them, or at the stops."""
     least, most = states.min(axis=0), states.max(axis=0)
     low = np.where(least < CUT_STOP_DISTANCE, 0.0, np.maximum(least - CUT_FACE_OFFSET, 0.0))
     high = np.where(

@@ -1,7 +1,7 @@
-"""A few boxes of fold angles around all states to which an end leads, if their faces hold no closed state.
+"""Regions of few boxes of fold angles, which enclose all states that an end leads to if no face holds a closed state.
 
-Faces of wide boxes take many boxes of the search, but about how many is known beforehand; and unlike a flood of cubes,
-such a region takes in no other part of the closed states for a cube that both have in common.
+Faces of wide boxes take many boxes of the search, but their number can be estimated beforehand; and unlike a flood of
+cubes, such a region does not include another part of the closed states because of a common cube.
 """
 
 from __future__ import annotations
@@ -42,22 +42,23 @@ from hcsearch.motion.locks.partition import BoxCuts, StateParts
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""
 MAX_REGION_SAMPLES, FACE_NEWTON_STARTS = 20_000, 40
-"""States of each part among which those near a face are looked for, and how many of these Newton's method starts at."""
+"""Maximum number of states of each part that are searched for those near a face, and number of the nearest of these at
+which Newton's method starts."""
 FACE_PROBE_COUNT = 60
-"""Branches by which the number of boxes is estimated that a face takes."""
+"""Number of random branches for the estimate of the boxes that a face takes."""
 MAX_FACE_BOXES = 4e6
-"""A face that is expected to take more boxes is searched in halves: what a closed state undoes is less."""
+"""A face that is expected to take more boxes is searched in halves, so that a closed state voids less work."""
 MAX_NESTED_MET_STATES, MAX_MET_STATES = 100, 1000
-"""Closed states that are met on faces until boxes within boxes are given up for cuts, and at most."""
+"""Numbers of closed states met on faces at which nested boxes are given up for cuts, and the region altogether."""
 MAX_STATES_BEFORE_RECUT = 60
-"""Closed states that are met on faces before cuts are laid anew, at most."""
+"""Maximum number of closed states met on faces before cuts are laid anew."""
 FACE_CLIMB_DISTANCE = 0.7
-"""How far climbs from a state on a face lead away from that (rad)."""
+"""Maximum distance (rad) of climbs from a state on a face along the face's hinge."""
 
 
 @dataclass(eq=False)
 class _Part:
-    """A part of a face that is to be proved, and how many boxes that is expected to take, still."""
+    """A part of a face that is to be proved, and the estimated number of boxes that this still takes."""
 
     face: BoxFace
     expected: float
@@ -66,14 +67,14 @@ class _Part:
 class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
-    states : (m, n), to which walks and climbs from the end lead. others : (k, n), the same of the other end.
+    states : (m, n), of walks and climbs from the end. others : (k, n), the same from the other end.
     seed : of estimates and further walks. search, aside : tables of its own, for the search of a face, which is
-    interrupted, and for what comes in between.
-    Where a closed state is met on a face, what a walk from there leads to is added to the part to which small steps
-    lead, or is a part by itself. Then boxes are laid anew; of their faces, what is proved stays so. They are boxes
-    within boxes as long as some of these leave out the other end; parts by themselves are left out, or taken in if they
-    cannot be left out. Afterwards all angles are cut into boxes, and all other parts are left out. A step of a walk,
-    and one try of Newton's method, count as a box of the search, as they take about as long.
+    interrupted, and for computations in between.
+    Where a closed state is met on a face, the states of a walk from there are added to the part that small steps reach,
+    or form a new part. Then boxes are laid anew; proved parts of faces stay proved. Boxes are nested as long as nested
+    boxes exclude the other end; new parts are excluded, or included if they cannot be excluded. Afterwards all angles
+    are cut into boxes, and all other parts are excluded. A step of a walk, and one trial of Newton's method, count as a
+    box of the search, as they take about as long.
     """
 
     def __init__(
@@ -102,32 +103,32 @@ class Region:
 
     @property
     def boxes(self) -> int:
-        """Boxes of the search, and steps of walks."""
+        """Number of boxes tested plus steps of walks."""
         return self._taken + self._parts.steps
 
     @property
     def cubes(self) -> int:
-        """Of how many boxes it consists."""
+        """Number of boxes of the region."""
         return len(self._region)
 
     @property
     def taken_in(self) -> tuple[Reals, Reals]:
-        """Lowest and highest angles of its boxes, (cubes, n) each."""
+        """Lowest and highest angles of the boxes, (cubes, n) each."""
         low, high = zip(*self._region, strict=True)
         return np.array(low), np.array(high)
 
     @property
     def boxes_expected(self) -> float:
-        """How many boxes it will have taken at its end, about; infinite until all faces were probed once.
+        """Estimate of the total number of boxes at the end; infinite until all faces were probed once.
 
-        Where boxes were laid anew, those that were expected before, until all faces are probed again.
+        After boxes were laid anew, the former estimate holds until all faces are probed again.
         """
         if self._unprobed or self._new or not self._region:
             return self._expected
         return self.boxes + sum(part.expected for part in self._waiting)
 
     def go_on(self, boxes: int) -> bool:
-        """Search its faces until it has taken so many boxes in all; whether all of them are proved."""
+        """Search the faces up to a total number of boxes; return whether all of them are proved."""
         while self.going and self.boxes < boxes:
             if self._is_stale:
                 self._lay_out()
@@ -141,17 +142,17 @@ class Region:
 
     @property
     def _is_stale(self) -> bool:
-        """Whether boxes are to be laid anew.
+        """Whether boxes must be laid anew.
 
-        Boxes within boxes are after each state that is met; cuts after AT_ONCE of them, or when all faces were probed,
-        as that moves all faces.
+        Nested boxes are laid anew after each new state; cuts after `MAX_STATES_BEFORE_RECUT` of them, or when all faces
+        were probed, as that moves all faces.
         """
         if self._cuts is None:
             return self._new > 0 or not self._region
         return self._new == MAX_STATES_BEFORE_RECUT or (self._new > 0 and not self._unprobed)
 
     def _lay_out(self) -> None:
-        """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
+        """Lay boxes around the parts that are included; then list the parts of their faces that are not yet proved."""
         self._region = self._boxes() or []
         self._new = 0
         self.going = bool(self._region) and self._met < MAX_MET_STATES
@@ -162,7 +163,7 @@ class Region:
                 self._list(BoxFace(face.hinge, *part))
 
     def _boxes(self) -> list[Box] | None:
-        """Boxes within boxes, or by cuts where there are none, or closed states were met on too many of their faces."""
+        """Nested boxes, or cuts where there are none, or where too many closed states were met on faces."""
         if self._cuts is None and self._met < MAX_NESTED_MET_STATES:
             region = self._boxes_within_boxes()
             if region is None and self._last > 1:
@@ -175,14 +176,14 @@ class Region:
         return self._cuts.lay(own, np.concatenate(others))
 
     def _boxes_within_boxes(self) -> list[Box] | None:
-        """Boxes within boxes around the parts that are taken in, without the others; None where there are none."""
+        """Nested boxes around the parts that are included, without the others; None where there are none."""
         states = self._parts.states
         own = [states[number] for number in sorted(self._inside)]
         others = [part for number, part in enumerate(states) if number not in self._inside]
         return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=REGION_CLIMB_STEPS))
 
     def _list(self, face: BoxFace) -> None:
-        """List a face as one to be probed, or to be searched if it was probed before; or its halves, as by then."""
+        """Enqueue a face for probing, or for search if its number of boxes is known; halve it if that is too great."""
         expected = self._known.get(_key(face))
         if expected is None:
             self._unprobed.append(face)
@@ -193,7 +194,7 @@ class Region:
             self._waiting.append(_Part(face, expected))
 
     def _probe(self, face: BoxFace) -> None:
-        """Look for a closed state on a face; without one, list it with the boxes that it is to take."""
+        """Search for a closed state on a face; without one, enqueue it with an estimate of its boxes."""
         if self._meets_at(face):
             self._take_in(self.aside.state.copy(), face)
             return
@@ -210,7 +211,7 @@ class Region:
             self.going = False
 
     def _meets_at(self, face: BoxFace) -> bool:
-        """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
+        """Whether Newton's method from states near a face finds a closed state on it, then stored in `aside.state`."""
         for part in self._parts.states:
             states = part[:: len(part) // MAX_REGION_SAMPLES + 1]
             away = excess_over_box((face.low, face.high), states).max(axis=1)
@@ -222,7 +223,7 @@ class Region:
         return False
 
     def _search(self, part: _Part, boxes: int) -> None:
-        """Search a part of a face on, until it has taken so many boxes in all."""
+        """Continue the search of a part of a face, up to a total number of boxes of the region."""
         face = part.face
         self._expected = self.boxes_expected
         if part is not self._searched:
@@ -246,9 +247,9 @@ class Region:
             self.going = False
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
-        """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
+        """Add a closed state that was met on a face, with the states of a walk from it, to its part."""
         low, high = whole_box(self.rings.folds)
-        if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
+        if self._cuts is not None:  # with many states, unbounded climbs would take too long
             low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
             high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
         self._last = self._parts.add(state, (low, high))
@@ -257,5 +258,5 @@ class Region:
 
 
 def _key(face: BoxFace) -> bytes:
-    """What tells a face from others."""
+    """A key that identifies a face."""
     return face.low.tobytes() + face.high.tobytes()

@@ -1,10 +1,10 @@
-"""A motion from the stacks to flat, searched by going down the energy of springs that pull every hinge flat.
+"""Search for a motion from the stacks to flat by descent of the energy of springs that pull every hinge flat.
 
-With many degrees of freedom there are many motions. Going down 1/2 sum k rho^2 over the closed states within the stops
-0 <= rho <= pi is what slow springs do; where it ends in a local minimum, other springs may not. Each step has the
-least energy that the tangent space, the stops and a bound on its length allow, closes the loops again without leaving
-the stops, and counts when closed states lead there. A reported motion may have panels that collide; where none is
-reported there may still be one.
+With many degrees of freedom there are many motions. Descent of 1/2 sum k rho^2 over the closed states within the stops
+0 <= rho <= pi is the motion of slow springs; where it ends in a local minimum, other springs may not. Each step
+minimises the energy within the tangent space, the stops and a bound on its length, closes the loops again within the
+stops, and is accepted if closed states connect both ends. A reported motion may have panels that collide; where none
+is reported there may still be one.
 """
 
 from __future__ import annotations
@@ -33,32 +33,33 @@ from hcsearch.shape.linkage import Linkage
 DescentGoal = Literal["flat", "folded"]
 
 FIRST_TRUST_RADIUS, MAX_TRUST_RADIUS, MIN_DESCENT_CHANGE = 0.2, 0.4, 1e-6
-"""Bounds (rad) on the change of a hinge in one step: in the first, in any, and below which nothing moves."""
+"""Bounds (rad) on the change of a hinge in one step: of the first step, of any step, and below which a change is
+zero."""
 DESCENT_GOAL_DISTANCE = 1e-5
-"""From this near (rad, every hinge) the goal is reached."""
+"""The goal is reached where every hinge is this near to it (rad)."""
 LOOSENING_STEP, LOOSENING_SINGULAR_VALUE, LOOSENING_INTERVAL = 0.01, 0.1, 0.02
 """Where steps are shorter than `LOOSENING_STEP` (rad), singular values below `LOOSENING_SINGULAR_VALUE` are taken for
 zeros on trial, and not again until the path is longer by `LOOSENING_INTERVAL` (rad)."""
 GOAL_CONE_RADIUS = 0.3
-"""Within this (rad, every hinge) of its goal a descent that is stuck is tried straight towards it."""
+"""A stuck descent tries a straight step to its goal from within this distance (rad, every hinge)."""
 MIN_PROMISED_SHARE = 1e-9
-"""A state from which the tangent space promises less than this share of its energy is a local minimum."""
+"""A state is a local minimum if the predicted decrease in its tangent space is below this share of its energy."""
 MIN_DECREASE_SHARE = 0.1
-"""A step must have this share of the decrease that the tangent space promises."""
+"""A step must realise this share of the predicted decrease."""
 REOPENED_ANGLE_SHARE, UNMOVED_START_DISTANCE = 0.999, 1e-3
-"""Share of the folded state's angles at which a descent starts again, where the one from the folded state itself ends
-within `UNMOVED_START_DISTANCE` (rad) of it."""
+"""Share of the folded state's angles from which a descent restarts if the one from the folded state itself ends within
+`UNMOVED_START_DISTANCE` (rad) of it."""
 SOFTEST_STIFFNESS_RATIO = 0.01
 """Stiffness of the softest spring in a set over that of the stiffest."""
 
 
 @dataclass(frozen=True, eq=False)
 class DescentSearch(ByValue):
-    """What became of the attempts: a path from the stacks to flat, or the one that came nearest to flat.
+    """Result of `find_descent`: a path from the stacks to flat, or the one that came nearest to flat.
 
     springs : stiffness of each hinge on that path (Nm/rad, or any unit).
     backwards : whether the descent began at the flat state, with springs that pull hinges into the stacks.
-    tried : names of the attempts, and how each ended.
+    tried : names and outcomes of the attempts.
     """
 
     path: MotionPath
@@ -75,8 +76,8 @@ class DescentSearch(ByValue):
 def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> DescentSearch:
     """Descend with one spring set after another until one leads from folded to flat; then from flat to folded.
 
-    The sets: all springs alike; stiff where the folded package is outermost, so that it opens from outside in; the
-    reverse; `random` ones. Then the same with hinges held that are flat in the stacks too, if there are any.
+    The sets are: equal springs; springs that are stiffest at the outside of the folded package, so that it opens from
+    outside in; the reverse; and `random` ones. Then the same with hinges held that are flat in the stacks, if any.
     """
     tried: list[tuple[str, str]] = []
     best: tuple[MotionPath, Reals] | None = None
@@ -96,7 +97,7 @@ def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> 
 
 
 def _from_the_end(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> MotionPath | None:
-    """A path that reached its goal, led back to the other end where it began beside it; None if nothing leads there."""
+    """Extend a path to its goal back to the other end, if it began beside that; None where no descent leads there."""
     other: DescentGoal = "folded" if goal == "flat" else "flat"
     if (path.angles[0] == getattr(linkage, other)).all():
         return path
@@ -105,7 +106,7 @@ def _from_the_end(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> Moti
 
 
 def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags | None, DescentGoal]]:
-    """Names, springs, hinges held and goals of the attempts of a search."""
+    """The attempts of a search: names, springs, held hinges and goals."""
     pairs = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
     sets = list(descent_springs(linkage, random))
     goals: tuple[DescentGoal, DescentGoal] = ("flat", "folded")
@@ -117,7 +118,7 @@ def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags
 
 
 def descent_springs(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
-    """Named sets of stiffnesses from 1 to `SOFTEST_STIFFNESS_RATIO`, always the same ones."""
+    """Named sets of stiffnesses from `SOFTEST_STIFFNESS_RATIO` to 1, the same in every call."""
     yield "uniform", np.ones(linkage.n_hinges)
     poses, points = linkage.poses(linkage.folded), linkage.points
     panels = [hinge.first for hinge in linkage.pattern.hinges]
@@ -139,12 +140,12 @@ def descend_energy(
     goal: DescentGoal = "flat",
     max_steps: int = 200,
 ) -> MotionPath:
-    """Go down the energy of springs over the closed states within the stops.
+    """Minimise the energy of springs by descent over the closed states within the stops.
 
-    start : fold angles near a closed state; None for the folded state or, where closure and stops leave no way out of
-        it that goes down, for the closed state nearest to 0.999 of its angles.
+    start : fold angles near a closed state; None for the folded state or, where closure and stops allow no descent from
+        it, for the closed state nearest to 0.999 of its angles.
     springs : stiffness of each hinge (Nm/rad); None for equal ones.
-    held : hinges that stay as they are, shape (n_hinges,).
+    held : hinges that do not turn, shape (n_hinges,).
     goal : state in which the springs are at rest; towards `folded` the start is the flat state.
     The outcome is the goal, `stuck` (a local minimum), `lost closure` (no closed state near the start) or `out of
     budget`.
@@ -163,7 +164,7 @@ def descend_energy(
 
 
 class _Descent:
-    """A descent while it goes on."""
+    """The state of a running descent."""
 
     def __init__(self, linkage: Linkage, springs: Reals, held: Flags, goal: DescentGoal, max_steps: int) -> None:
         self.goal, self.target = goal, linkage.flat if goal == "flat" else linkage.folded
@@ -218,14 +219,14 @@ class _Descent:
         return None
 
     def _aim(self, last: LocalState, basis: Reals, trust: float) -> tuple[Reals, float]:
-        """The change that promises most, and how much."""
+        """The change of least energy in the space of a basis, and the predicted decrease of energy."""
         low, high = np.maximum(-last.angles, -trust), np.minimum(math.pi - last.angles, trust)
         low[self.held] = high[self.held] = 0.0
         change = least_energy(basis, self.springs, last.angles - self.target, low, high)
         return change, self.energies[-1] - self._energy(last.angles + change)
 
     def _try(self, last: LocalState, change: Reals, promised: float, trust: float) -> bool:
-        """Whether a change, closed, goes down enough; then it is made."""
+        """Make a step if the closed state after it decreases the energy enough; return whether it was made."""
         local, count = close_within_stops(self.linkage, last.angles + change, held=self.held)
         self.evaluations += count
         reached = math.inf if local is None else self._energy(local.angles)
@@ -241,10 +242,10 @@ class _Descent:
         return True
 
     def _loosened(self, last: LocalState) -> bool:
-        """Whether there is a way down with the last or the last two singular values taken for zeros.
+        """Try steps with the last one or two singular values taken for zeros; return whether one was made.
 
-        Beside singular states tangents bend within a step of the size of the least singular value: what they forbid
-        to first order a longer step does.
+        Near singular states tangents turn within a step of the size of the least singular value: longer steps may go
+        where the tangent space forbids it.
         """
         self.loosened = self.lengths[-1]
         for fewer in (1, 2):
@@ -255,7 +256,7 @@ class _Descent:
                 change, promised = self._aim(last, basis, trust)
                 if promised > MIN_PROMISED_SHARE * self.energies[-1] and self._try(last, change, promised, trust):
                     return True
-        # near the goal the closed states are nearly a cone: towards its tip
+        # near the goal the closed states are nearly a cone: step towards its tip
         away = last.angles - self.target
         change = np.where(self.held, 0.0, -0.5 * away)
         return bool(

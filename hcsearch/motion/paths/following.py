@@ -1,8 +1,8 @@
-"""Motions of one parameter, followed from state to state by prediction and correction (thesis appendix A1 and A2).
+"""Numerical continuation of motions of one parameter by prediction and correction (thesis appendix A1 and A2).
 
 The thesis adds a fixed increment along the tangent and corrects it. Here the motion is followed by its arc length in
-the space of fold angles, with predictors of higher order and steps chosen by the error of the prediction. It ends at
-the flat or the folded state, both of them singular, or where a hinge comes to its stop.
+the space of fold angles, with predictors of higher order and error control of the step. It ends at the flat or the
+folded state, both of them singular, or where a hinge reaches its stop.
 """
 
 from __future__ import annotations
@@ -35,25 +35,28 @@ PathGoal = Literal["flat", "folded", "end", "none"]
 PathEnd = Literal["flat", "folded"]
 
 MIN_PATH_STEP = 1e-10
-"""No step is made shorter than this (rad)."""
+"""Minimum step (rad)."""
 LANDING_DISTANCE, SURE_LANDING_DISTANCE, MAX_LANDING_MISS = 0.1, 1e-4, 1e-8
-"""An end is reached from less than `SURE_LANDING_DISTANCE` (rad a hinge) when the path would miss it by no more than
-`MAX_LANDING_MISS` (rad), and from less than `LANDING_DISTANCE` where states between cannot be trusted."""
+"""The last step to an end is made from less than `SURE_LANDING_DISTANCE` (rad a hinge) if the path would miss the end
+by no more than `MAX_LANDING_MISS` (rad), and from less than `LANDING_DISTANCE` where states in between cannot be
+trusted."""
 CLOSURE_ROUNDING, BLURRED_STATE_SHARE = 1e-14, 1e-6
-"""Rounding of the closure, and the share of its distance from a singular state to which a state must be known."""
+"""Rounding error of the closure, and the error that is allowed for a state as a share of its distance from a singular
+one."""
 LOST_CLOSURE_RESIDUAL = 0.1
-"""A state is lost when it is open by more than this."""
+"""Closure is lost where the residual is greater than this."""
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """How a path is stepped along.
+    """Step control of a path.
 
     method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
         `runge-kutta` (fourth), `hermite` (fifth, from two states).
-    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every one if not adaptive.
-    tolerance : distance from prediction to corrected state that steps are chosen for (rad).
-    corrections : Newton corrections a step; None until closed. Fewer serve to compare methods, with fixed steps.
+    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every step if not adaptive.
+    tolerance : distance (rad) from the predicted to the corrected state at which adaptive steps aim.
+    corrections : Newton corrections in each step; None for as many as closure needs. A number serves to compare
+        methods, with fixed steps.
     """
 
     method: str = "hermite"
@@ -74,7 +77,7 @@ class Stepping:
         return self.adaptive and self.method != "increment"
 
     def first(self, n_hinges: int) -> float:
-        """The first step: short, as it usually leaves a singular state; later ones grow by the error of prediction."""
+        """The first step: short, as it usually leaves a singular state; later steps grow by error control."""
         if self.step is not None:
             return self.step
         return (
@@ -86,11 +89,11 @@ class Stepping:
 
 @dataclass(frozen=True)
 class PathLimits:
-    """What ends a path.
+    """Conditions that end a path.
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
-        at 0 and pi; else they turn on. events : whether to look for singular states between the states. branch :
-        whether to pass a bifurcation straight on, or to stop there. length : arc length (rad) at which to end.
+        at 0 and pi; else they turn on. events : whether to search for singular states between the states. branch :
+        whether to pass bifurcations straight on, or to stop at the first. length : arc length (rad) at which to end.
     """
 
     goal: PathGoal = "end"
@@ -114,8 +117,8 @@ def follow_path(
 ) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
-    direction : velocity of the fold angles, of which the part that keeps the loops closed counts; None for the part
-        of the straight way to the goal (flat, where either end will do). A singular state needs one (`branches`).
+    direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
+        to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
     """
     begin = np.array(start, float)
@@ -125,7 +128,7 @@ def follow_path(
 
 
 class _Landing(NamedTuple):
-    """An end that the path leads to, and how far it is (rad)."""
+    """An end that the path leads to, and its distance (rad)."""
 
     name: PathEnd
     state: Reals
@@ -133,7 +136,7 @@ class _Landing(NamedTuple):
 
 
 class _Following:
-    """A path while it is followed."""
+    """The state of a path that is being followed."""
 
     def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
         self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
@@ -196,10 +199,10 @@ class _Following:
         return None
 
     def _ending(self) -> PathEnding | None:
-        """Why the path ends where it is, if it does."""
+        """The reason why the path ends at its last state; None if it goes on."""
         last = self.last
         if self.limits.stops:
-            # to first order; what turns outward later is seen when it is there
+            # to first order; hinges that turn outward later are detected by later steps
             outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
             blocked = np.flatnonzero((stop_margins(last.angles) <= STOP_TOLERANCE) & (outward > 1e-6))
             if len(blocked):
@@ -218,7 +221,7 @@ class _Following:
         sure = self.landing
         distance, self.landing = self._approach(distance)
         landing = self.landing or sure
-        # once the path was seen to lead to an end, states beside it that say otherwise are rounding
+        # once the path leads to an end, contrary states beside the end are due to rounding
         if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
             return self._land(landing)
         if self.grows and len(self.states) == 1:
@@ -237,14 +240,14 @@ class _Following:
         return self._pass(self.before, self.last, tried.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
-        """A step that leaves a fifth of the way to an end that is near, and that end, if the path leads to it."""
+        """Shorten a step towards a near end to four fifths of the way; also return that end if the path leads to it."""
         landing = None
         for name, state in self.ends.items():
             away = state - self.last.angles
             left = float(np.linalg.norm(away))
             if left >= 2.0 * distance or away @ self.last.tangent <= 0.9 * left:
                 continue
-            if self.last.local.nullity > 1:  # a geodesic among many would just miss it: turn to it
+            if self.last.local.nullity > 1:  # one geodesic of many would miss the end: turn towards it
                 tangent = self.last.local.tangent(away)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
             distance = min(distance, 0.8 * left)
@@ -253,7 +256,7 @@ class _Following:
         return distance, landing
 
     def _first(self, distance: float) -> tuple[float, Advance | None]:
-        """The first step: short, but long enough to leave a singular state behind by more than rounding."""
+        """Make the first step: short, but so long that the distance from a singular state exceeds rounding."""
         taken: tuple[float, Advance | None] = (distance, None)
         for power in range(10):
             longer = distance * 2**power
@@ -267,7 +270,7 @@ class _Following:
         return taken
 
     def _again(self, distance: float, *, lost: bool) -> PathEnding | None:
-        """Take a shorter step, if there is one to take."""
+        """Reject a step and shorten the next one; end the path if steps become too short."""
         self.rejected += 1
         self.step = 0.4 * distance
         if self.step >= MIN_PATH_STEP and not lost:
@@ -282,7 +285,7 @@ class _Following:
         return PathEnding(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
 
     def _pass(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
-        """Add a state, with what happened on the way to it."""
+        """Add a state, with the stop or the singular states between it and the last one."""
         if self.limits.stops and stop_margins(after.angles).min() < -STOP_TOLERANCE:
             stop = first_stop(self.walker, before, last, after)
             if stop is None:
@@ -310,7 +313,7 @@ def _is_near(last: PathStep, landing: _Landing, size: float) -> bool:
 
 
 def _blurred(step: PathStep, distance: float) -> bool:
-    """Whether rounding, over the least singular value, shows at a distance from a singular state."""
+    """Whether rounding, over the least singular value, is significant at a distance from a singular state."""
     return BLURRED_STATE_SHARE * step.local.least * distance < CLOSURE_ROUNDING
 
 

@@ -1,4 +1,4 @@
-"""What following or searching a motion gives: its states, how it ended, where hinges reach stops, singular states."""
+"""Motions as paths of closed states: states, outcome, singular events, and hinges at their stops."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ PathOutcome = Literal[
 
 @dataclass(frozen=True, eq=False)
 class SingularEvent(ByValue):
-    """A singular state on the way of a motion.
+    """A singular state on a path.
 
-    kind : `bifurcation` where singular values vanish and the second-order equations leave several ways to go on,
-        `shaky` where they leave only this one, `dip` where the least singular value comes near zero and turns back.
+    kind : `bifurcation` where singular values vanish and the second-order equations allow several continuations,
+        `shaky` where they allow only this one, `dip` at a local minimum of the least singular value near zero.
     angles, length : fold angles (rad), and arc length from the start (rad).
-    least, nullity : least singular value that counts as non-zero there, and number of hinges less the number of these.
+    least, nullity : least singular value that counts as non-zero, and number of hinges minus number of such values.
     """
 
     kind: Literal["bifurcation", "shaky", "dip"]
@@ -38,7 +38,7 @@ class SingularEvent(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class MotionPath(ByValue):
-    """A motion as a list of closed states, and how it ended.
+    """A motion as a list of closed states, and its outcome.
 
     angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.
     lengths : arc length in the space of fold angles (rad) up to each state.
@@ -46,9 +46,9 @@ class MotionPath(ByValue):
     nullities, least : of the closure Jacobian at each state: first-order degrees of freedom (-1 where undecided), and
         least non-zero singular value (infinite in an open chain).
     outcome, sentence : how it ended, in a word and in a sentence.
-    rejected, evaluations : steps tried again shorter, evaluations of closure and Jacobian.
-    stopped : hinges at the stops that ended the motion.
-    events : singular states passed on the way, ends left out.
+    rejected, evaluations : numbers of rejected steps, and of evaluations of closure and Jacobian.
+    stopped : hinges whose stops ended the motion.
+    events : singular states between the ends.
     velocity : unit velocity of the fold angles at the end; of a descent None.
     energies : of a descent, the energy of each state (J for springs in Nm/rad).
     """
@@ -80,13 +80,13 @@ class MotionPath(ByValue):
 
     @property
     def success(self) -> bool:
-        """Whether the motion reached the flat or the folded state, or the length that was asked for."""
+        """Whether the motion reached the flat or the folded state, or the given length."""
         return self.outcome in {"flat", "folded", "length"}
 
 
 @dataclass(frozen=True)
 class PathEnding:
-    """Why a motion ends."""
+    """The reason why a motion ends."""
 
     outcome: PathOutcome
     sentence: str
@@ -104,7 +104,7 @@ def motion_path_of(
     velocity: Reals | None = None,
     energies: Sequence[float] | None = None,
 ) -> MotionPath:
-    """The path of states that were passed."""
+    """Assemble a path from its states."""
     return MotionPath(
         np.array([state.angles for state in states]),
         np.array(lengths),
@@ -123,7 +123,7 @@ def motion_path_of(
 
 
 def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
-    """The same states in the other order; the outcome is what the first one is. Energies are left out."""
+    """The path in reverse order; the outcome names its first state. Energies are left out."""
     return replace(
         path,
         angles=path.angles[::-1].copy(),
@@ -140,7 +140,7 @@ def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
 
 
 def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
-    """One path after another that begins where it ends. Energies are left out."""
+    """Concatenate two paths, of which the second begins where the first ends. Energies are left out."""
     return replace(
         second,
         angles=np.vstack([first.angles[:-1], second.angles]),
@@ -161,15 +161,15 @@ STOP_TOLERANCE = 1e-9
 
 
 def stop_margins(angles: Reals) -> Reals:
-    """How far each hinge is from the nearer of its stops (rad), negative beyond."""
+    """The distance of each hinge from the nearer of its stops (rad), negative beyond it."""
     distances: Reals = np.minimum(angles, math.pi - angles)
     return distances
 
 
 def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: PathStep) -> PathStep | None:
-    """The state at which the first hinge reaches its stop, between a state and one that lies beyond stops.
+    """Locate the state at which the first hinge reaches its stop, between a state and one beyond stops.
 
-    None where states between cannot be closed.
+    None where states in between cannot be closed.
     """
     beyond = stop_margins(after.angles) < -STOP_TOLERANCE
     if stop_margins(last.angles)[beyond].min() <= STOP_TOLERANCE:

@@ -1,4 +1,4 @@
-"""Singular states between the states of a path: detected, located, and distinguished to second order."""
+"""Singular states between the states of a path: detection, location, and classification to second order."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from hcsearch.motion.paths.quadrics import LOCATED_STATE_RESIDUAL, second_order_
 from hcsearch.motion.paths.stepping import PathStep, Walker
 
 CROSSED_VALUE_SHARE, TOUCHED_VALUE_SHARE = 0.2, 1e-2
-"""At a located singular state, singular values below this share of the least at the states around it are zeros: where
-orientations differ one is, and rounding alone can hide it; where they agree it has to be shown."""
+"""At a located singular state, singular values below this share of the least at the states around it are zeros. The
+first share holds where orientations differ, so that a zero exists and only rounding can hide it; the second where they
+agree, and a zero has to be shown."""
 DIP_VALUE_SHARE = 1e-3
-"""A least singular value that turns back is reported where it comes below this share of the greatest."""
+"""A local minimum of the least singular value is reported where it is below this share of the greatest value."""
 MIN_EVENT_STEP = 0.002
-"""Steps are looked into down to this length (rad)."""
+"""Steps are halved down to this length (rad) in search of singular states."""
 LOOKAHEAD_STEPS = 1.2
-"""A singular value that would come to zero within this many times the step, as it changes now, is looked into."""
+"""A step is halved if a singular value, extrapolated linearly, vanishes within this many times the step."""
 
 
 def singular_states(walker: Walker, before: PathStep | None, last: PathStep, after: PathStep) -> list[SingularEvent]:
-    """The singular states between two states of a path.
+    """Find the singular states between two states of a path.
 
-    Where orientations differ there is one, or three. Where they agree there may be none or two, so a step on which
-    some singular value heads for zero, seen from either end, is looked into by halves.
+    Where orientations differ their number is odd. Where they agree there may be none or two, so a step on which some
+    singular value tends to zero from either end is searched by bisection.
     """
     if last.local.kept != after.local.kept or not last.local.kept:
         return []
@@ -52,9 +53,9 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
 
 
 def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
-    """The singular state between two near states of different orientation, by interpolation.
+    """Locate the singular state between two near states of different orientation, by interpolation.
 
-    Beside it the states themselves are blurred, by rounding over the least singular value; these two are not.
+    Closed states near the singular one are inaccurate, by rounding over the least singular value; these two are not.
     """
     one, two = last.local.least, after.local.least
     length = after.length - last.length
@@ -66,7 +67,7 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
 
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:
-    """The state between two at which the least singular value turns back, if it comes near to zero there."""
+    """Locate the local minimum of the least singular value between two states; None if it is not near zero."""
     lower = min(last.local.least, after.local.least)
 
     def least(distance: float) -> float:
@@ -84,9 +85,9 @@ def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent |
 
 
 def _event(local: LocalState, length: float, usual: int, zero: float) -> SingularEvent:
-    """A singular state, with the motions that its second-order equations allow.
+    """Classify a singular state by the motions that its second-order equations allow.
 
-    usual : number of singular values that count around it; zero : what counts as zero at the state.
+    usual : number of non-zero singular values around it; zero : values up to this count as zero at the state.
     """
     values = local.rank.singular_values
     kept = min(usual, int(np.count_nonzero(values > zero)))
