@@ -49,8 +49,8 @@ class Clearance:
         none do. Only gaps between two states at which the pair is further apart by two margins more count, as
         neighbours touch in the packed and in the flat state. The true least gap is within the resolution, and the
         slack, of it.
-    looks : number of times that the gap of a pair was bounded in an interval. speed : approach speed of the panels
-        where the motion is not clear, m/s.
+    bound_count : number of times that the gap of a pair was bounded in an interval. speed : approach speed of the
+        panels where the motion is not clear, m/s.
     """
 
     kind: Literal["clear", "collides", "undecided"]
@@ -58,7 +58,7 @@ class Clearance:
     time: float | None
     panels: tuple[int, int] | None
     gap: float | None
-    looks: int
+    bound_count: int
     speed: float = 0.0
 
 
@@ -82,7 +82,7 @@ def certify_clearance(
     solids = collision_solids(linkage, margin, apart)
     if not len(solids.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    return _Certificate(linkage, solids, resolution).of(course, slack, measured)
+    return _Certificate(linkage, solids, resolution).certify(course, slack, measured)
 
 
 def least_gap_of_motion(
@@ -106,42 +106,42 @@ class _Certificate:
     def __init__(self, linkage: Linkage, solids: Solids, resolution: float) -> None:
         self.linkage, self.solids, self.resolution = linkage, solids, resolution
 
-    def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
+    def certify(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
         """As `certify_clearance`."""
         if np.ndim(slack) == 0:
             return self._judged(course, float(slack), measured)
-        own, looks, undecided = np.asarray(slack), 0, None
+        own, bound_count, undecided = np.asarray(slack), 0, None
         changes = np.flatnonzero(np.diff(own)) + 1
         for first, last in pairwise([0, *changes.tolist(), len(own)]):
             times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
             piece = Course(times, angles, rates, accelerations, course.cubic)
             clearance = self._judged(piece, float(own[first]), False)
-            looks += clearance.looks
+            bound_count += clearance.bound_count
             if clearance.kind == "collides":
-                return replace(clearance, looks=looks)
+                return replace(clearance, bound_count=bound_count)
             undecided = undecided or (clearance if clearance.kind == "undecided" else None)
         if undecided is not None:
-            return replace(undecided, looks=looks)
+            return replace(undecided, bound_count=bound_count)
         gap = math.inf
         if measured:  # where pairs approach and part again shows in the whole motion only
             chain, own_solids = self.linkage.chain, self.solids
             threshold = 2.0 * own_solids.margin
             gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)
-            gap, looks = max(gap - float(own.max()), 0.0), looks + more
-        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+            gap, bound_count = max(gap - float(own.max()), 0.0), bound_count + more
+        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
         answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
         own = self.solids
-        wanted = ClearanceTolerances(slack, own.margin, own.deepest, self.resolution)
+        wanted = ClearanceTolerances(slack, own.margin, own.max_margin, self.resolution)
         verdict = judge_clearance(
             self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer
         )
-        looks, gap = int(answer.looks[0]), float(answer.gaps[0])
+        bound_count, gap = int(answer.looks[0]), float(answer.gaps[0])
         if verdict == MOTION_CLEAR:
-            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
         one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == MOTION_COLLIDES else "undecided"
         pair, time = int(answer.pairs[0]), float(answer.times[0])
         speed = approach_speed(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
-        return Clearance(kind, self.solids.margin, time, (one, two), None, looks, speed)
+        return Clearance(kind, self.solids.margin, time, (one, two), None, bound_count, speed)

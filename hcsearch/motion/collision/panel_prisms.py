@@ -159,21 +159,21 @@ def check_margin(linkage: Linkage, margin: float) -> float:
 class Solids(NamedTuple):
     """The panels of a linkage for the kernels: prisms as built, prisms shrunk by the margin, and pairs of them.
 
-    margin : by which panels are shrunk on every face, m. deepest : the margin at which a panel vanishes, m.
+    margin : by which panels are shrunk on every face, m. max_margin : the margin at which a panel vanishes, m.
     """
 
     prisms: Prisms
     shrunk: Prisms
     pairs: PrismPairs
     margin: float
-    deepest: float
+    max_margin: float
 
 
 def collision_solids(linkage: Linkage, margin: float, apart: Collection[tuple[int, int]] = ()) -> Solids:
     """Solids of a linkage with a margin (m). apart : pairs of panels, the lower number first, that are left out."""
-    deepest = check_margin(linkage, margin)
+    max_margin = check_margin(linkage, margin)
     prisms = prisms_of(linkage)
-    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), deepest)
+    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), max_margin)
 
 
 def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> PrismPairs:

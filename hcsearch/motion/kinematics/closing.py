@@ -20,7 +20,7 @@ class ClosingResult(ByValue):
     angles: Reals
     residual: float
     steps: int
-    success: bool
+    closed: bool
 
 
 def correction(jacobian: Reals, residual: Reals) -> Reals:

@@ -22,9 +22,9 @@ class LocalState(ByValue):
     """Fold angles (rad) and the closure Jacobian at them, split into row space and null space by its singular values.
 
     jacobian : shape (n_rows, n_hinges).
-    rank : decided or not; `kept` says how many singular values count as non-zero either way.
-    left, values, right : the singular vectors and values that are kept, shapes (n_rows, kept), (kept,),
-        (kept, n_hinges).
+    rank : decided or not; `kept_rank` is the number of singular values that count as non-zero.
+    left, values, right : the singular vectors and values that are kept, shapes
+        (n_rows, kept_rank), (kept_rank,), (kept_rank, n_hinges).
     """
 
     linkage: Linkage
@@ -37,14 +37,14 @@ class LocalState(ByValue):
     right: Reals
 
     @property
-    def kept(self) -> int:
+    def kept_rank(self) -> int:
         """Number of singular values that count as non-zero."""
         return len(self.values)
 
     @property
-    def least(self) -> float:
+    def least_singular_value(self) -> float:
         """Least singular value that counts as non-zero; infinite in an open chain."""
-        return float(self.values[-1]) if self.kept else np.inf
+        return float(self.values[-1]) if self.kept_rank else np.inf
 
     @property
     def nullity(self) -> int:
@@ -56,13 +56,13 @@ class LocalState(ByValue):
         tangential: Reals = vector - self.right.T @ (self.right @ vector)
         return tangential
 
-    def turn(self, velocity: Reals) -> Reals:
+    def geodesic_acceleration(self, velocity: Reals) -> Reals:
         """The shortest acceleration that keeps the loops closed to second order, for a tangent velocity.
 
         A motion with this acceleration is a geodesic of the closed states. With one degree of freedom it is the motion
         itself, parametrised by arc length.
         """
-        if not self.kept:
+        if not self.kept_rank:
             return np.zeros_like(velocity)
         bend = self.linkage.bend(self.jacobian, velocity)
         acceleration: Reals = -self.right.T @ ((self.left.T @ bend) / self.values)
@@ -76,7 +76,7 @@ class LocalState(ByValue):
         """
         n = len(self.angles)
         left = np.eye(n) - self.right.T @ self.right
-        basis = np.empty((n, n - self.kept))
+        basis = np.empty((n, n - self.kept_rank))
         for k in range(basis.shape[1]):
             sizes = left.diagonal()
             column = left[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
@@ -87,12 +87,12 @@ class LocalState(ByValue):
 
 
 def local_at(
-    linkage: Linkage, angles: Reals, *, kept: int | None = None, closure: tuple[Reals, Reals] | None = None
+    linkage: Linkage, angles: Reals, *, kept_rank: int | None = None, closure: tuple[Reals, Reals] | None = None
 ) -> LocalState:
     """Analyse a linkage at given fold angles.
 
-    kept : number of singular values that count as non-zero, where that is known better than from the values, as between
-        two closed states; else those above the noise.
+    kept_rank : number of singular values that count as non-zero, where that is known better than from the values, as
+        between two closed states; else those above the noise.
     closure : residual and Jacobian at these angles, if already evaluated.
     """
     residual, jacobian = linkage.closure(angles) if closure is None else closure
@@ -103,9 +103,9 @@ def local_at(
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     worst = float(np.abs(residual).max())
     rank = decide_rank(s, linkage.n_hinges, worst)
-    if kept is None:
-        kept = int(np.count_nonzero(s > rank.noise))
-    return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept], s[:kept], vt[:kept])
+    if kept_rank is None:
+        kept_rank = int(np.count_nonzero(s > rank.noise))
+    return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept_rank], s[:kept_rank], vt[:kept_rank])
 
 
 def same_orientation(one: LocalState, two: LocalState) -> bool:
@@ -114,7 +114,7 @@ def same_orientation(one: LocalState, two: LocalState) -> bool:
     Singular values that are continued as smooth functions change sign where they vanish, and the singular vectors show
     it: det(U1' U2) det(V1' V2) < 0 if an odd number did (the thesis appendix asks only for the rank).
     """
-    if one.kept != two.kept or not one.kept:
+    if one.kept_rank != two.kept_rank or not one.kept_rank:
         return True
     ranges = np.linalg.slogdet(one.left.T @ two.left)[0]
     rows = np.linalg.slogdet(one.right @ two.right.T)[0]

@@ -40,7 +40,7 @@ are due at once if nothing else is active. Walks estimate the number of cubes to
 later walks serve where regions around earlier ones are given up."""
 TRAILING_BOX_WEIGHT = 20
 """Weight, in the order of turns, of the boxes of contenders that are not expected to end first."""
-UNSETTLED_BOXES_AND_WEIGHT = 300_000, 4
+UNSETTLED_BOXES, UNSETTLED_BOX_WEIGHT = 300_000, 4
 """Number of boxes after which an estimate should exist for a contender, and the weight of its boxes where none does."""
 WALK_CLIMB_STEPS = 1000
 """Steps of each climb from a walk."""
@@ -54,8 +54,9 @@ class Enclosure(ByValue):
 
     end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : number of
     cubes, or boxes of a region, that enclose all states that a motion from that end can reach, and number of faces
-    tested; sums over all contenders where nothing is proved. boxes : of the search, of all contenders. open : whether
-    more boxes may prove more; not where each flood reached the other end and no region is active, or without a loop.
+    tested; sums over all contenders where nothing is proved. boxes : of the search, of all contenders. unfinished :
+    whether more boxes may prove more; not where each flood reached the other end and no region is active, or without a
+    loop.
     lows, highs : (cubes, k), lowest and highest angles of the cubes of a proved lock, rad, for the k hinges in loops.
     margin : m, the greatest at which a lock by collisions holds; None where it holds at every margin.
     """
@@ -64,7 +65,7 @@ class Enclosure(ByValue):
     cubes: int
     faces: int
     boxes: int
-    open: bool
+    unfinished: bool
     margin: float | None = None
     lows: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     highs: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
@@ -79,7 +80,7 @@ class _Contender(Protocol):
     """A candidate enclosure of an end: a flood, or a region of few boxes."""
 
     side: int
-    going: bool
+    active: bool
 
     @property
     def boxes(self) -> int: ...
@@ -90,8 +91,8 @@ class _Contender(Protocol):
     @property
     def boxes_expected(self) -> float: ...
     @property
-    def taken_in(self) -> tuple[Reals, Reals]: ...
-    def go_on(self, boxes: int) -> bool: ...
+    def bounds(self) -> tuple[Reals, Reals]: ...
+    def advance(self, boxes: int) -> bool: ...
 
 
 def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
@@ -105,22 +106,22 @@ def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> 
     plates : those of `plates_of`, if panels must not pass through each other; then the proof holds up to their margin.
     """
     if not linkage.loops:
-        return Enclosure(None, 0, 0, 0, open=False)
+        return Enclosure(None, 0, 0, 0, unfinished=False)
     rings, hinges = rings_of(linkage)
     contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates)
     while contest.boxes < boxes:
         if contest.is_due:
             if not contest.walk(boxes):
                 break
-        elif not contest.going:
-            return contest.summary(open_=False)
+        elif not contest.active:
+            return contest.summary(unfinished=False)
         elif (proof := contest.next_turn(boxes)) is not None:
-            lows, highs = proof.taken_in
+            lows, highs = proof.bounds
             margin = None if plates is None else plates.margin
             return Enclosure(
                 MOTION_ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
             )
-    return contest.summary(open_=True)
+    return contest.summary(unfinished=True)
 
 
 class _Contest:
@@ -128,10 +129,10 @@ class _Contest:
 
     def __init__(self, rings: HingeRings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
-        self.aside = self._tables()
+        self.walk_tables = self._tables()
         self.floods = floods_from(rings, ends, self._tables)
         self.regions: list[Region] = []
-        self._walked, self._steps = 0, 0
+        self._walks_made, self._walk_steps = 0, 0
 
     def _tables(self) -> Refutation:
         return new_refutation(self.rings) if self.plates is None else refutation_with(self.rings, self.plates)
@@ -144,30 +145,30 @@ class _Contest:
     @property
     def boxes(self) -> int:
         """Number of boxes of all contenders plus steps of walks, which take about as long."""
-        return self._steps + sum(contender.boxes for contender in self.contenders)
+        return self._walk_steps + sum(contender.boxes for contender in self.contenders)
 
     @property
-    def going(self) -> list[_Contender]:
+    def active(self) -> list[_Contender]:
         """The contenders that have not ended."""
-        return [contender for contender in self.contenders if contender.going]
+        return [contender for contender in self.contenders if contender.active]
 
     @property
     def is_due(self) -> bool:
         """Whether walks are due: after enough boxes, or at once where no contender is active and regions may help."""
-        if self._walked == len(WALK_SCHEDULE):
+        if self._walks_made == len(WALK_SCHEDULE):
             return False
-        return self.boxes >= WALK_SCHEDULE[self._walked][1] or (self.plates is None and not self.going)
+        return self.boxes >= WALK_SCHEDULE[self._walks_made][1] or (self.plates is None and not self.active)
 
     def walk(self, boxes: int) -> bool:
         """Make and use the walks that are due, within a total number of boxes; return whether that allowed them."""
-        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
-        steps, seed = WALK_SCHEDULE[self._walked][0], FIRST_WALK_SEED + self._walked
+        sides = [side for side in (0, 1) if not any(region.active for region in self.regions if region.side == side)]
+        steps, seed = WALK_SCHEDULE[self._walks_made][0], FIRST_WALK_SEED + self._walks_made
         if sides and self.boxes + len(self.ends) * steps > boxes:
             return False
-        self._walked += 1
+        self._walks_made += 1
         if sides:
-            walks = [random_walk(self.rings, end, steps, seed, self.aside) for end in self.ends]
-            self._steps += len(self.ends) * steps
+            walks = [random_walk(self.rings, end, steps, seed, self.walk_tables) for end in self.ends]
+            self._walk_steps += len(self.ends) * steps
             expected = [expected_cube_counts(walk) for walk in walks]
             for flood in self.floods:
                 flood.cubes_expected = expected[flood.side][flood.level]
@@ -178,7 +179,7 @@ class _Contest:
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around the walks from some ends."""
         seen = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.aside)
+            climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.walk_tables)
             for walk in walks
         ]
         self.regions += [
@@ -187,23 +188,23 @@ class _Contest:
 
     def next_turn(self, boxes: int) -> _Contender | None:
         """Advance one contender, within a total number of boxes; return it if it has enclosed its end."""
-        spent, going = self.boxes, self.going
-        first = min(going, key=lambda own: own.boxes_expected)
-        chosen = min(going, key=lambda own: max(own.boxes, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
-        ended = chosen.go_on(chosen.boxes + min(max(FIRST_TURN_BOXES, chosen.boxes), boxes - spent))
+        spent, active = self.boxes, self.active
+        first = min(active, key=lambda own: own.boxes_expected)
+        chosen = min(active, key=lambda own: max(own.boxes, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
+        ended = chosen.advance(chosen.boxes + min(max(FIRST_TURN_BOXES, chosen.boxes), boxes - spent))
         return chosen if ended else None
 
-    def summary(self, *, open_: bool) -> Enclosure:
+    def summary(self, *, unfinished: bool) -> Enclosure:
         """The result of all contenders where none has enclosed its end."""
         cubes, faces = (sum(getattr(own, name) for own in self.contenders) for name in ("cubes", "faces"))
-        return Enclosure(None, cubes, faces, self.boxes, open_)
+        return Enclosure(None, cubes, faces, self.boxes, unfinished)
 
 
 def _weight(own: _Contender) -> int:
     """Weight of the boxes of a contender that is not expected to end first; 1 early on, before there is an estimate."""
     if math.isfinite(own.boxes_expected):
         return TRAILING_BOX_WEIGHT
-    return 1 if own.boxes < UNSETTLED_BOXES_AND_WEIGHT[0] else UNSETTLED_BOXES_AND_WEIGHT[1]
+    return 1 if own.boxes < UNSETTLED_BOXES else UNSETTLED_BOX_WEIGHT
 
 
 def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:

@@ -57,23 +57,23 @@ class LockVerdict(ByValue):
     """The verdict on whether a linkage can leave a state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
-    tried : whether a proof by second order was tried; there may be too many motions at first order for that.
+    second_order_tried : whether a proof by second order was tried; there may be too many first-order motions for that.
     wrench : of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
     forces : of a proof, forces of layers at each contact, shape (n_contacts,), none negative, all 0 by second order.
         The greatest entry of wrench and forces is 1.
     motion : turns of the hinges that stops, loops and contacts allow to first order, summing to 1; None where there
         are none.
-    stuck : hinges that no motion turns at first order.
+    held_hinges : hinges that no motion turns at first order.
     exact : whether it is proved in whole numbers. If not, a lock is proved but for rounding: the linkage is on no
         tiling, or some given contacts are not on its lattice.
     """
 
     order: Literal[1, 2] | None
-    tried: bool
+    second_order_tried: bool
     wrench: Reals | None
     margin: float
     motion: Reals | None
-    stuck: tuple[int, ...]
+    held_hinges: tuple[int, ...]
     forces: Reals | None = None
     exact: bool = False
 
@@ -91,7 +91,7 @@ class LockVerdict(ByValue):
             return "a wrench in the loops loads every hinge onto its stop, so none can open"
         if self.order == 2:
             return "every motion that is possible at first order opens the loops at second order"
-        if self.tried:
+        if self.second_order_tried:
             return "the stops allow a motion at first order, and no wrench was found that excludes it at second order"
         return (
             "the stops allow too many motions at first order to search for a wrench that excludes them at second order"
@@ -174,11 +174,11 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
         return LockVerdict(None, False, None, 0.0, motions[0], ()), motions
     motions = motions[1:]
     proof = excluding_wrench(columns, motions, bilinear_products(motions, bend))
-    stuck = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
+    held_hinges = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
     motion = motions.mean(axis=0)
     if proof is None:
-        return LockVerdict(None, True, None, 0.0, motion, stuck), motions
-    return LockVerdict(2, True, proof[0], proof[1], motion, stuck), motions
+        return LockVerdict(None, True, None, 0.0, motion, held_hinges), motions
+    return LockVerdict(2, True, proof[0], proof[1], motion, held_hinges), motions
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:

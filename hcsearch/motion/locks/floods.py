@@ -42,8 +42,8 @@ BOXES_PER_KERNEL_CALL = 10_000
 class CubeFlood:
     """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is allocated at its first turn.
 
-    tables : factory of the tables of its search. cubes_expected : estimate of its final number of cubes, or None.
-    earlier : numbers of boxes, cubes and tested cubes when the boxes had last doubled.
+    new_tables : factory of the tables of its search. cubes_expected : estimate of its final number of cubes, or None.
+    progress_at_doubling : numbers of boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
     rings: HingeRings
@@ -51,12 +51,12 @@ class CubeFlood:
     level: int
     start: Reals
     goal: Reals
-    tables: Callable[[], Refutation]
+    new_tables: Callable[[], Refutation]
     flood: Flood | None = None
     search: Refutation | None = None
     cubes_expected: float | None = None
-    going: bool = True
-    earlier: tuple[int, int, int] = (0, 0, 0)
+    active: bool = True
+    progress_at_doubling: tuple[int, int, int] = (0, 0, 0)
 
     @property
     def boxes(self) -> int:
@@ -76,21 +76,21 @@ class CubeFlood:
     def _count(self, entry: int) -> int:
         return 0 if self.flood is None else int(self.flood.counts[entry])
 
-    def go_on(self, boxes: int) -> bool:
+    def advance(self, boxes: int) -> bool:
         """Advance the flood up to a total number of boxes; return whether it has ended without the other end."""
         if self.flood is None or self.search is None:
             self.flood, self.search = (
                 new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY),
-                self.tables(),
+                self.new_tables(),
             )
-        if self.boxes >= 2 * self.earlier[0]:
-            self.earlier = self._progress
+        if self.boxes >= 2 * self.progress_at_doubling[0]:
+            self.progress_at_doubling = self._progress
         state = flooding.FLOOD_GOING
         while state == flooding.FLOOD_GOING and self.boxes < boxes:
             state = int(
                 spread_flood(self.rings, self.flood, min(self.boxes + BOXES_PER_KERNEL_CALL, boxes), self.search)
             )
-        self.going = state == flooding.FLOOD_GOING
+        self.active = state == flooding.FLOOD_GOING
         return state == flooding.FLOOD_ENCLOSED
 
     @property
@@ -103,10 +103,10 @@ class CubeFlood:
         """
         if self.flood is None or self.cubes_expected is None:
             return math.inf
-        now, before = self._expected_at(*self._progress), self._expected_at(*self.earlier)
-        if not self.boxes > self.earlier[0] > SETTLED_FLOOD_BOXES:
+        now, before = self._expected_at(*self._progress), self._expected_at(*self.progress_at_doubling)
+        if not self.boxes > self.progress_at_doubling[0] > SETTLED_FLOOD_BOXES:
             return now
-        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.earlier[0])
+        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.progress_at_doubling[0])
         return now * math.pow(max(now / before, 1.0), doublings)
 
     @property
@@ -121,17 +121,19 @@ class CubeFlood:
         return WAITING_FACE_COST_RATIO * boxes * most / max(tested, 0.5)
 
     @property
-    def taken_in(self) -> tuple[Reals, Reals]:
+    def bounds(self) -> tuple[Reals, Reals]:
         """Lowest and highest angles of the cubes."""
         assert self.flood is not None
         cubes, grid = self.flood.cubes[: self.cubes].astype(np.int64), self.flood.grid
         return grid[cubes], grid[cubes + 1]
 
 
-def floods_from(rings: HingeRings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
+def floods_from(rings: HingeRings, ends: tuple[Reals, Reals], new_tables: Callable[[], Refutation]) -> list[CubeFlood]:
     """Coarse and fine floods from the packed and the flat end, not yet started."""
     levels = range(len(FLOOD_GRID_ANGLES))
-    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], tables) for side in (0, 1) for level in levels]
+    return [
+        CubeFlood(rings, side, level, ends[side], ends[1 - side], new_tables) for side in (0, 1) for level in levels
+    ]
 
 
 def flood_grid(level: int) -> Reals:

@@ -33,31 +33,31 @@ APPROACH_START_COUNT = 3
 class StateParts:
     """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
 
-    own, others : (m, n), states of walks from both ends. seed : of further walks. work : tables.
+    own, others : (m, n), states of walks from both ends. seed : of further walks. tables : of the kernels.
     steps : total number of steps of walks, counted like boxes of the search.
     """
 
-    def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, work: Refutation) -> None:
-        self.rings, self.seed, self.work = rings, seed, work
+    def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, tables: Refutation) -> None:
+        self.rings, self.seed, self.tables = rings, seed, tables
         self.states = [own, others]
         self.steps = 0
 
-    def climbed(self, states: Reals, box: Box, steps: int) -> Reals:
+    def climb_within(self, states: Reals, box: Box, steps: int) -> Reals:
         """Extend states by climbs from them within a box."""
-        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.work)
+        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.tables)
         self.steps += len(climbed) - len(states)
         return climbed
 
-    def add(self, state: Reals, box: Box) -> int:
+    def add_state(self, state: Reals, box: Box) -> int:
         """Add a closed state, (n,), and states of a walk and of climbs in a box from it; return the number of its part.
 
         It is a new part where no approach reaches a known one, from `APPROACH_START_COUNT` starts to
         `NEAREST_PART_COUNT` parts in `APPROACH_ROUNDS` rounds of `MAX_APPROACH_STEPS`.
         """
-        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.work)
+        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.tables)
         self.steps += PART_WALK_STEPS
         held = states_in(box, walked)
-        passed = [walked, self.climbed(held, box, PART_CLIMB_STEPS)[len(held) :]]
+        passed = [walked, self.climb_within(held, box, PART_CLIMB_STEPS)[len(held) :]]
         for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
             number = self._leads_to(start, passed)
             if number is not None:
@@ -73,7 +73,9 @@ class StateParts:
             here = state
             for again in range(APPROACH_ROUNDS):
                 goal = self.states[number][_nearest(self.states[number], here)[0]]
-                states, steps = approach_goal(self.rings, here, goal, MAX_APPROACH_STEPS, self.seed + again, self.work)
+                states, steps = approach_goal(
+                    self.rings, here, goal, MAX_APPROACH_STEPS, self.seed + again, self.tables
+                )
                 self.steps += steps
                 passed.append(states)
                 here = states[-1]
@@ -111,18 +113,18 @@ class BoxCuts:
 
     def __init__(self) -> None:
         self._leaves: list[CutLeaf] = []
-        self._left = MAX_RECUTS
+        self._recuts_left = MAX_RECUTS
 
-    def lay(self, own: Reals, others: Reals) -> list[Box] | None:
+    def boxes_around(self, own: Reals, others: Reals) -> list[Box] | None:
         """Boxes that hold the states of a part, (m, n), and no others, (k, n); None where `leaves_around` has none."""
-        leaves = leaves_around(own, others) if self._left else divided_leaves(self._leaves, own, others)
-        self._left = max(self._left - 1, 0)
+        leaves = leaves_around(own, others) if self._recuts_left else divided_leaves(self._leaves, own, others)
+        self._recuts_left = max(self._recuts_left - 1, 0)
         self._leaves = leaves or []
         return None if leaves is None else [leaf.box for leaf in leaves if leaf.inside]
 
-    def keep(self) -> None:
+    def freeze(self) -> None:
         """Allow no more complete recuts, which would discard proofs of faces."""
-        self._left = 0
+        self._recuts_left = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ FACE_CLIMB_DISTANCE = 0.7
 
 
 @dataclass(eq=False)
-class _Part:
+class _FacePart:
     """A part of a face that is to be proved, and the estimated number of boxes that this still takes."""
 
     face: BoxFace
@@ -68,7 +68,7 @@ class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
     states : (m, n), of walks and climbs from the end. others : (k, n), the same from the other end.
-    seed : of estimates and further walks. search, aside : tables of its own, for the search of a face, which is
+    seed : of estimates and further walks. search, probe_tables : tables of its own, for the search of a face, which is
     interrupted, and for computations in between.
     Where a closed state is met on a face, the states of a walk from there are added to the part that small steps reach,
     or form a new part. Then boxes are laid anew; proved parts of faces stay proved. Boxes are nested as long as nested
@@ -85,26 +85,26 @@ class Region:
         others: Reals,
         seed: int,
         search: Refutation,
-        aside: Refutation,
+        probe_tables: Refutation,
     ) -> None:
         self.rings, self.side, self.seed = rings, side, seed
-        self.search, self.aside = search, aside
-        self.faces, self.going = 0, True
-        self._parts = StateParts(rings, states, others, seed, aside)
-        self._inside, self._last = {0}, 0
+        self.search, self.probe_tables = search, probe_tables
+        self.faces, self.active = 0, True
+        self._parts = StateParts(rings, states, others, seed, probe_tables)
+        self._inside_parts, self._last_part = {0}, 0
         self._cuts: BoxCuts | None = None
         self._region: list[Box] = []
         self._unprobed: list[BoxFace] = []
-        self._waiting: list[_Part] = []
-        self._searched: _Part | None = None
+        self._waiting: list[_FacePart] = []
+        self._searched: _FacePart | None = None
         self._proved: dict[tuple[int, float], list[Box]] = defaultdict(list)
-        self._known: dict[bytes, float] = {}
-        self._taken, self._met, self._new, self._expected = 0, 0, 0, math.inf
+        self._expected_by_face: dict[bytes, float] = {}
+        self._boxes_taken, self._met_count, self._new_count, self._expected = 0, 0, 0, math.inf
 
     @property
     def boxes(self) -> int:
         """Number of boxes tested plus steps of walks."""
-        return self._taken + self._parts.steps
+        return self._boxes_taken + self._parts.steps
 
     @property
     def cubes(self) -> int:
@@ -112,7 +112,7 @@ class Region:
         return len(self._region)
 
     @property
-    def taken_in(self) -> tuple[Reals, Reals]:
+    def bounds(self) -> tuple[Reals, Reals]:
         """Lowest and highest angles of the boxes, (cubes, n) each."""
         low, high = zip(*self._region, strict=True)
         return np.array(low), np.array(high)
@@ -123,13 +123,13 @@ class Region:
 
         After boxes were laid anew, the former estimate holds until all faces are probed again.
         """
-        if self._unprobed or self._new or not self._region:
+        if self._unprobed or self._new_count or not self._region:
             return self._expected
         return self.boxes + sum(part.expected for part in self._waiting)
 
-    def go_on(self, boxes: int) -> bool:
+    def advance(self, boxes: int) -> bool:
         """Search the faces up to a total number of boxes; return whether all of them are proved."""
-        while self.going and self.boxes < boxes:
+        while self.active and self.boxes < boxes:
             if self._is_stale:
                 self._lay_out()
             elif self._unprobed:
@@ -148,81 +148,81 @@ class Region:
         were probed, as that moves all faces.
         """
         if self._cuts is None:
-            return self._new > 0 or not self._region
-        return self._new == MAX_STATES_BEFORE_RECUT or (self._new > 0 and not self._unprobed)
+            return self._new_count > 0 or not self._region
+        return self._new_count == MAX_STATES_BEFORE_RECUT or (self._new_count > 0 and not self._unprobed)
 
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are included; then list the parts of their faces that are not yet proved."""
         self._region = self._boxes() or []
-        self._new = 0
-        self.going = bool(self._region) and self._met < MAX_MET_STATES
+        self._new_count = 0
+        self.active = bool(self._region) and self._met_count < MAX_MET_STATES
         self._unprobed, self._waiting, self._searched = [], [], None
         for face in box_faces(self._region, MAX_BOX_ANGLE):
             proved = self._proved[face.hinge, face.level]
             for part in boxes_outside([(face.low, face.high)], proved):
-                self._list(BoxFace(face.hinge, *part))
+                self._enqueue(BoxFace(face.hinge, *part))
 
     def _boxes(self) -> list[Box] | None:
         """Nested boxes, or cuts where there are none, or where too many closed states were met on faces."""
-        if self._cuts is None and self._met < MAX_NESTED_MET_STATES:
+        if self._cuts is None and self._met_count < MAX_NESTED_MET_STATES:
             region = self._boxes_within_boxes()
-            if region is None and self._last > 1:
-                self._inside ^= {self._last}
+            if region is None and self._last_part > 1:
+                self._inside_parts ^= {self._last_part}
                 region = self._boxes_within_boxes()
             if region is not None:
                 return region
         self._cuts = self._cuts or BoxCuts()
         own, *others = self._parts.states
-        return self._cuts.lay(own, np.concatenate(others))
+        return self._cuts.boxes_around(own, np.concatenate(others))
 
     def _boxes_within_boxes(self) -> list[Box] | None:
         """Nested boxes around the parts that are included, without the others; None where there are none."""
         states = self._parts.states
-        own = [states[number] for number in sorted(self._inside)]
-        others = [part for number, part in enumerate(states) if number not in self._inside]
-        return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=REGION_CLIMB_STEPS))
+        own = [states[number] for number in sorted(self._inside_parts)]
+        others = [part for number, part in enumerate(states) if number not in self._inside_parts]
+        return region_around(np.concatenate(own), others, partial(self._parts.climb_within, steps=REGION_CLIMB_STEPS))
 
-    def _list(self, face: BoxFace) -> None:
+    def _enqueue(self, face: BoxFace) -> None:
         """Enqueue a face for probing, or for search if its number of boxes is known; halve it if that is too great."""
-        expected = self._known.get(_key(face))
+        expected = self._expected_by_face.get(_key(face))
         if expected is None:
             self._unprobed.append(face)
         elif expected > MAX_FACE_BOXES:
             for half in face.halves():
-                self._list(half)
+                self._enqueue(half)
         else:
-            self._waiting.append(_Part(face, expected))
+            self._waiting.append(_FacePart(face, expected))
 
     def _probe(self, face: BoxFace) -> None:
         """Search for a closed state on a face; without one, enqueue it with an estimate of its boxes."""
         if self._meets_at(face):
-            self._take_in(self.aside.state.copy(), face)
+            self._take_in(self.probe_tables.state.copy(), face)
             return
         expected, verdict, tested = estimate_box_count(
-            self.rings, face.low, face.high, FACE_PROBE_COUNT, self.seed, self.aside
+            self.rings, face.low, face.high, FACE_PROBE_COUNT, self.seed, self.probe_tables
         )
-        self._taken += tested
+        self._boxes_taken += tested
         if verdict == BOX_CLOSED:
-            self._take_in(self.aside.state.copy(), face)
+            self._take_in(self.probe_tables.state.copy(), face)
         elif verdict == BOX_EMPTY:
-            self._known[_key(face)] = expected
-            self._list(face)
+            self._expected_by_face[_key(face)] = expected
+            self._enqueue(face)
         else:
-            self.going = False
+            self.active = False
 
     def _meets_at(self, face: BoxFace) -> bool:
-        """Whether Newton's method from states near a face finds a closed state on it, then stored in `aside.state`."""
+        """Whether Newton's method from states near a face finds a closed state on it, kept in `probe_tables.state`."""
         for part in self._parts.states:
             states = part[:: len(part) // MAX_REGION_SAMPLES + 1]
             away = excess_over_box((face.low, face.high), states).max(axis=1)
             for number in np.argsort(away, kind="stable")[:FACE_NEWTON_STARTS]:
-                self.aside.state[:] = np.clip(states[number], face.low, face.high)
-                self._taken += 1
-                if reaches_closed_state(self.rings, face.low, face.high, self.aside.state, self.aside):
+                self.probe_tables.state[:] = np.clip(states[number], face.low, face.high)
+                self._boxes_taken += 1
+                if reaches_closed_state(self.rings, face.low, face.high, self.probe_tables.state, self.probe_tables):
                     return True
         return False
 
-    def _search(self, part: _Part, boxes: int) -> None:
+    def _search(self, part: _FacePart, boxes: int) -> None:
         """Continue the search of a part of a face, up to a total number of boxes of the region."""
         face = part.face
         self._expected = self.boxes_expected
@@ -230,12 +230,12 @@ class Region:
             self._searched = part
             self.faces += 1
             if self._cuts is not None:
-                self._cuts.keep()
+                self._cuts.freeze()
             start_refutation(self.rings, face.low, face.high, self.search)
         before = int(self.search.counts[REFUTATION_TESTED_BOXES])
         verdict = continue_refutation(self.rings, before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search)
         taken = int(self.search.counts[REFUTATION_TESTED_BOXES]) - before
-        self._taken += taken
+        self._boxes_taken += taken
         part.expected = max(part.expected - taken, 0.0)
         if verdict == BOX_CLOSED:
             self._take_in(self.search.state.copy(), face)
@@ -244,7 +244,7 @@ class Region:
             self._searched = None
             self._proved[face.hinge, face.level].append((face.low, face.high))
         elif verdict != BOX_UNFINISHED:
-            self.going = False
+            self.active = False
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
         """Add a closed state that was met on a face, with the states of a walk from it, to its part."""
@@ -252,9 +252,9 @@ class Region:
         if self._cuts is not None:  # with many states, unbounded climbs would take too long
             low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
             high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
-        self._last = self._parts.add(state, (low, high))
-        self._met += 1
-        self._new += 1
+        self._last_part = self._parts.add_state(state, (low, high))
+        self._met_count += 1
+        self._new_count += 1
 
 
 def _key(face: BoxFace) -> bytes:

@@ -68,10 +68,10 @@ def tightness(linkage: Linkage, angles: Reals, *, most: float | None = None) -> 
         return None
     loops = _Loops(linkage, angles)
     most = linkage.pattern.thickness if most is None else most
-    there = _there(loops, most)
-    if not loops.shut(there[-1]):
+    there = _forward_path(loops, most)
+    if not loops.is_closed(there[-1]):
         return Tightness(most, most, float(there[-1].sum()), None)
-    return _best(loops, there, _back(loops, there))
+    return _best(loops, there, _backward_path(loops, there))
 
 
 class _Loops:
@@ -83,7 +83,7 @@ class _Loops:
         self.total = math.pi * linkage.n_hinges
         self.weights = _weights(linkage, angles)
 
-    def open(self, turns: Reals) -> tuple[Reals, Reals]:
+    def residuals(self, turns: Reals) -> tuple[Reals, Reals]:
         """The residual, a vector whose length is the opening in metres, and its derivative."""
         residual, jacobian = self.linkage.closure(self.angles + self.senses * turns)
         count = len(residual) // 6
@@ -92,14 +92,14 @@ class _Loops:
         return opened[:, 0], opened[:, 1:]
 
     def opening(self, turns: Reals) -> float:
-        return float(np.linalg.norm(self.open(turns)[0]))
+        return float(np.linalg.norm(self.residuals(turns)[0]))
 
-    def least(self, turns: Reals, total: float) -> Reals:
+    def least_opening_turns(self, turns: Reals, total: float) -> Reals:
         """Minimise the opening over turns of a given sum, from a start of the same sum.
 
         Least squares with x >= 0, damped by Levenberg and Marquardt's method.
         """
-        value, slope = self.open(turns)
+        value, slope = self.residuals(turns)
         damping, n = 1e-3, len(turns)
         for _ in range(MAX_OPENING_STEPS):
             square = float(value @ value)
@@ -107,7 +107,7 @@ class _Loops:
             size = float(np.linalg.norm(across)) / math.sqrt(n)
             while damping < 1e6:
                 trial = _within(_solved(across, across @ turns - value, damping * size, turns), total)
-                residual, derivative = self.open(trial)
+                residual, derivative = self.residuals(trial)
                 if residual @ residual < square:
                     break
                 damping *= 4.0
@@ -121,12 +121,12 @@ class _Loops:
     def _shut(self, value: Reals) -> bool:
         return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
 
-    def worst(self, one: Reals, two: Reals) -> tuple[float, float]:
+    def greatest_opening(self, one: Reals, two: Reals) -> tuple[float, float]:
         """The greatest opening on the straight line between two states, and the sum of turns at it."""
         between = [one + share * (two - one) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
         return max((self.opening(turns), float(turns.sum())) for turns in between)
 
-    def shut(self, turns: Reals) -> bool:
+    def is_closed(self, turns: Reals) -> bool:
         """Whether the loops are closed."""
         return self.opening(turns) < SHUT_OPENING_SHARE * self.linkage.pattern.size
 
@@ -177,32 +177,34 @@ def _first(loops: _Loops) -> Reals:
     n = loops.linkage.n_hinges
     rng = np.random.default_rng(0)
     starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=LEAVING_START_COUNT - 1)]
-    return min((loops.least(FIRST_TURN_SUM * start, FIRST_TURN_SUM) for start in starts), key=loops.opening)
+    return min(
+        (loops.least_opening_turns(FIRST_TURN_SUM * start, FIRST_TURN_SUM) for start in starts), key=loops.opening
+    )
 
 
-def _there(loops: _Loops, most: float) -> list[Reals]:
+def _forward_path(loops: _Loops, most: float) -> list[Reals]:
     """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds `most`."""
     states = [_first(loops)]
     total = FIRST_TURN_SUM
-    while total < loops.total and not loops.shut(states[-1]) and loops.opening(states[-1]) <= most:
+    while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= most:
         total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
-        states.append(loops.least(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_within(states[-1], total), total))
     return states
 
 
-def _back(loops: _Loops, there: list[Reals]) -> list[Reals]:
+def _backward_path(loops: _Loops, there: list[Reals]) -> list[Reals]:
     """Turns of least opening with the sums of the forward path, in its order, computed from its end."""
     states = [there[-1]]
     for turns in there[-2::-1]:
         total = float(turns.sum())
-        states.append(loops.least(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_within(states[-1], total), total))
     return states[::-1]
 
 
 def _best(loops: _Loops, there: list[Reals], back: list[Reals]) -> Tightness:
     """The best path: along the forward path, over to the backward one where that costs least, and along that."""
-    ahead, home = ([loops.worst(*pair) for pair in pairwise(way)] for way in (there, back))
-    over = [loops.worst(*pair) for pair in zip(there, back, strict=True)]
+    ahead, home = ([loops.greatest_opening(*pair) for pair in pairwise(way)] for way in (there, back))
+    over = [loops.greatest_opening(*pair) for pair in zip(there, back, strict=True)]
     before = list(accumulate(ahead, max, initial=(0.0, 0.0)))
     after = list(accumulate(reversed(home), max, initial=(0.0, 0.0)))[::-1]
     opening, turn = min(map(max, before, over, after))

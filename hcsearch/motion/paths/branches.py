@@ -47,7 +47,7 @@ class Branch(ByValue):
     dimension : of the family of such directions around it; 0 when it is isolated.
     residual : of the second-order equations.
     power : order, in the step, of the distance of the nudged and closed states from the line.
-    within : whether the nudged states lie within the stops 0 and pi.
+    within_stops : whether the nudged states lie within the stops 0 and pi.
     """
 
     direction: Reals
@@ -55,7 +55,7 @@ class Branch(ByValue):
     residual: float
     status: BranchStatus
     power: float
-    within: bool
+    within_stops: bool
 
 
 @dataclass(frozen=True)
@@ -64,18 +64,18 @@ class Branches:
 
     nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
     stresses : number of independent self-stresses, which is the number of second-order equations.
-    stops : whether only velocities within the stops were searched, each in its own sense; else v and -v count as one.
+    keeps_stops : whether only velocities within the stops were searched, each in its own sense; else v and -v are one.
     branches : the isolated ones first, in an order that does not depend on where the search began.
-    reach : every velocity that solves the second-order equations is within this distance of a start of the search; at
-        0.05 (`MIN_CELL_RADIUS` of `quadrics`) no isolated one is missed, at much more some may be.
+    cover_radius : every velocity that solves the second-order equations is within this distance of a start of the
+        search; at 0.05 (`quadrics.MIN_CELL_RADIUS`) no isolated one is missed, at much more some may be.
     """
 
     nullity: int
     stresses: int
-    stops: bool
+    keeps_stops: bool
     branches: tuple[Branch, ...]
     sentence: str
-    reach: float = 0.0
+    cover_radius: float = 0.0
 
     @property
     def finite(self) -> tuple[Branch, ...]:
@@ -88,18 +88,18 @@ def find_branches(
     angles: Reals,
     *,
     stops: bool = False,
-    zero: float | None = None,
+    zero_below: float | None = None,
 ) -> Branches:
     """Find the motions that begin at a closed state, singular or not.
 
-    zero : singular values below it count as zero, where the state is near a singular one, such as an event of a path;
-        else the rank must be decided.
+    zero_below : singular values below it count as zero, where the state is near a singular one, such as an event of a
+        path; else the rank must be decided.
     stops : whether hinges stop at 0 and pi; then only velocities that leave the stops are searched.
     """
     angles = np.asarray(angles, float)
     local = local_at(linkage, angles)
-    if zero is not None:
-        local = local_at(linkage, angles, kept=int(np.count_nonzero(local.rank.singular_values > zero)))
+    if zero_below is not None:
+        local = local_at(linkage, angles, kept_rank=int(np.count_nonzero(local.rank.singular_values > zero_below)))
     elif local.rank.rank is None:
         sentence = f"the rank is not decided: a gap of {local.rank.gap:.1e} in the singular values"
         return Branches(-1, 0, stops, (), sentence)
@@ -109,8 +109,8 @@ def find_branches(
     if stops:
         inward = (angles <= STOP_TOLERANCE).astype(float) - (angles >= math.pi - STOP_TOLERANCE)
         cone = (inward[:, None] * basis)[inward != 0.0]
-    solved = SOLVED_RESIDUAL if zero is None else LOCATED_STATE_RESIDUAL
-    solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
+    solved = SOLVED_RESIDUAL if zero_below is None else LOCATED_STATE_RESIDUAL
+    solutions, cover_radius = solve_quadrics(forms, cone, both=not stops, solved=solved)
     nudged = []
     for solution in solutions:
         direction = basis @ solution.vector
@@ -128,7 +128,7 @@ def find_branches(
         nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
-    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, reach)
+    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, cover_radius)
 
 
 def _opening(direction: Reals) -> Reals:
@@ -143,13 +143,13 @@ def _nudged(local: LocalState, direction: Reals) -> tuple[float, bool]:
     distances, within = [], True
     for step in NUDGE_STEPS:
         line = local.angles + step * direction
-        closed = close_linkage(local.linkage, line, max_steps=100)
-        distance = float(np.linalg.norm(closed.angles - line))
-        if not closed.success or distance > 0.5 * step:
+        result = close_linkage(local.linkage, line, max_steps=100)
+        distance = float(np.linalg.norm(result.angles - line))
+        if not result.closed or distance > 0.5 * step:
             return 0.0, False
         distances.append(distance)
         # a state that leaves a stop along the line may be beyond it by the square of the step: no motion within stops
-        within = within and bool(stop_margins(closed.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
+        within = within and bool(stop_margins(result.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
     steps, off = np.array(NUDGE_STEPS), np.array(distances)
     seen = off > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
     if np.count_nonzero(seen) < 2:

@@ -59,13 +59,13 @@ class DescentSearch(ByValue):
 
     springs : stiffness of each hinge on that path (Nm/rad, or any unit).
     backwards : whether the descent began at the flat state, with springs that pull hinges into the stacks.
-    tried : names and outcomes of the attempts.
+    attempts : names and outcomes of the attempts.
     """
 
     path: MotionPath
     springs: Reals
     backwards: bool
-    tried: tuple[tuple[str, str], ...]
+    attempts: tuple[tuple[str, str], ...]
 
     @property
     def success(self) -> bool:
@@ -172,8 +172,8 @@ class _Descent:
         self.states: list[LocalState] = []
         self.energies: list[float] = []
         self.lengths = [0.0]
-        self.trust, self.rejected, self.evaluations = FIRST_TRUST_RADIUS, 0, 0
-        self.loosened = -math.inf
+        self.trust_radius, self.rejected, self.evaluations = FIRST_TRUST_RADIUS, 0, 0
+        self.loosened_length = -math.inf
 
     def run(self, start: Reals) -> MotionPath:
         local, self.evaluations = close_within_stops(self.linkage, start, held=self.held)
@@ -204,18 +204,18 @@ class _Descent:
             return PathEnding(self.goal, f"{self.goal} after {len(self.states) - 1} steps")
         if len(self.states) > self.max_steps:
             return PathEnding("out of budget", f"{self.max_steps} steps were not enough: raise max_steps")
-        change, promised = self._aim(last, last.null_space(), self.trust)
+        change, promised = self._aim(last, last.null_space(), self.trust_radius)
         size = float(np.abs(change).max())
         still = size < MIN_DESCENT_CHANGE or promised < MIN_PROMISED_SHARE * energy
-        if not still and self._try(last, change, promised, self.trust):
+        if not still and self._try(last, change, promised, self.trust_radius):
             return None
-        far = self.lengths[-1] >= self.loosened + LOOSENING_INTERVAL
+        far = self.lengths[-1] >= self.loosened_length + LOOSENING_INTERVAL
         if (still or (size < LOOSENING_STEP and far)) and self._loosened(last):
             return None
         if still:
             return self._stuck(last, energy)
         self.rejected += 1
-        self.trust = 0.4 * size
+        self.trust_radius = 0.4 * size
         return None
 
     def _aim(self, last: LocalState, basis: Reals, trust: float) -> tuple[Reals, float]:
@@ -237,7 +237,7 @@ class _Descent:
         self.evaluations += more
         if not leads:  # a leap, to states that perhaps no motion leads to
             return False
-        self.trust = min(2.0 * trust, MAX_TRUST_RADIUS) if gain > 0.7 * promised else trust
+        self.trust_radius = min(2.0 * trust, MAX_TRUST_RADIUS) if gain > 0.7 * promised else trust
         self._add(local, reached)
         return True
 
@@ -247,9 +247,9 @@ class _Descent:
         Near singular states tangents turn within a step of the size of the least singular value: longer steps may go
         where the tangent space forbids it.
         """
-        self.loosened = self.lengths[-1]
+        self.loosened_length = self.lengths[-1]
         for fewer in (1, 2):
-            if last.kept <= fewer or last.values[-fewer] > LOOSENING_SINGULAR_VALUE:
+            if last.kept_rank <= fewer or last.values[-fewer] > LOOSENING_SINGULAR_VALUE:
                 break
             basis = np.hstack([last.null_space(), last.right[-fewer:].T])
             for trust in (0.3, 0.1, 0.03, 0.01):

@@ -92,14 +92,15 @@ class PathLimits:
     """Conditions that end a path.
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
-        at 0 and pi; else they turn on. events : whether to search for singular states between the states. branch :
-        whether to pass bifurcations straight on, or to stop at the first. length : arc length (rad) at which to end.
+        at 0 and pi; else they turn on. events : whether to search for singular states between the states.
+    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first.
+    length : arc length (rad) at which to end.
     """
 
     goal: PathGoal = "end"
     stops: bool = True
     events: bool = True
-    branch: Literal["pass", "stop"] = "pass"
+    at_bifurcation: Literal["pass", "stop"] = "pass"
     max_steps: int = 2000
     length: float = math.inf
 
@@ -132,7 +133,7 @@ class _Landing(NamedTuple):
 
     name: PathEnd
     state: Reals
-    left: float
+    distance: float
 
 
 class _Following:
@@ -141,9 +142,9 @@ class _Following:
     def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
         self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
         self.limits, self.step = limits, stepping.first(linkage.n_hinges)
-        self.grows = stepping.adapts and stepping.step is None
+        self.adapts_first = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
-        self.watched = limits.events and stepping.corrections is None
+        self.watches_events = limits.events and stepping.corrections is None
         both: dict[PathEnd, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
         self.ends = {
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
@@ -166,7 +167,7 @@ class _Following:
     def run(self, start: Reals, direction: Reals) -> MotionPath:
         ending = self._begin(start, direction)
         while ending is None:
-            ending = self._ending() or self._go_on()
+            ending = self._ending() or self._advance()
         return motion_path_of(
             [state.local for state in self.states],
             [state.length for state in self.states],
@@ -178,7 +179,7 @@ class _Following:
         )
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
-        local = self.walker.local(start)
+        local = self.walker.state_at(start)
         tangent = local.tangent(direction)
         size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = size > 1e-9 * whole
@@ -213,7 +214,7 @@ class _Following:
             return PathEnding("out of budget", f"{self.limits.max_steps} steps were not enough: raise max_steps")
         return None
 
-    def _go_on(self) -> PathEnding | None:
+    def _advance(self) -> PathEnding | None:
         distance = self.step
         if self.walker.predictor.name == "increment":
             distance /= float(np.abs(self.last.tangent).max())
@@ -224,20 +225,20 @@ class _Following:
         # once the path leads to an end, contrary states beside the end are due to rounding
         if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
             return self._land(landing)
-        if self.grows and len(self.states) == 1:
+        if self.adapts_first and len(self.states) == 1:
             distance, tried = self._first(distance)
         else:
             tried = self.walker.advance(self.before, self.last, distance)
         if landing is not None and (tried is None or tried.step.local.rank.rank is None):
             return self._land(landing)  # its singularity hides the states before it
         if tried is None or tried.error > 4 * self.tolerance:
-            return self._again(distance, lost=tried is None and math.isinf(self.tolerance))
+            return self._shorten_step(distance, lost=tried is None and math.isinf(self.tolerance))
         if tried.step.local.residual > LOST_CLOSURE_RESIDUAL:
             return PathEnding("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
         if math.isfinite(self.tolerance):
             better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
             self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
-        return self._pass(self.before, self.last, tried.step)
+        return self._add_state(self.before, self.last, tried.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
         """Shorten a step towards a near end to four fifths of the way; also return that end if the path leads to it."""
@@ -269,7 +270,7 @@ class _Following:
                     break
         return taken
 
-    def _again(self, distance: float, *, lost: bool) -> PathEnding | None:
+    def _shorten_step(self, distance: float, *, lost: bool) -> PathEnding | None:
         """Reject a step and shorten the next one; end the path if steps become too short."""
         self.rejected += 1
         self.step = 0.4 * distance
@@ -279,26 +280,26 @@ class _Following:
         return PathEnding("lost closure", f"{sentence} (steps down to {distance:.1e})")
 
     def _land(self, landing: _Landing) -> PathEnding:
-        local = self.walker.local(landing.state)
+        local = self.walker.state_at(landing.state)
         left = float(np.linalg.norm(landing.state - self.last.angles))
         self.states.append(PathStep(local, self.last.tangent, self.last.length + left))
         return PathEnding(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
 
-    def _pass(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
+    def _add_state(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
         """Add a state, with the stop or the singular states between it and the last one."""
         if self.limits.stops and stop_margins(after.angles).min() < -STOP_TOLERANCE:
             stop = first_stop(self.walker, before, last, after)
             if stop is None:
-                return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
+                return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
             met = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
             return _stopped(self.walker.linkage, np.flatnonzero(met))
-        if self.watched:
+        if self.watches_events:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
-                if (self.limits.branch == "stop") and event.kind == "bifurcation":
-                    self.states.append(replace(last, local=self.walker.local(event.angles), length=event.length))
+                if (self.limits.at_bifurcation == "stop") and event.kind == "bifurcation":
+                    self.states.append(replace(last, local=self.walker.state_at(event.angles), length=event.length))
                     return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
         self.states.append(after)
         return None
@@ -309,12 +310,12 @@ def _is_closed(linkage: Linkage, state: Reals) -> bool:
 
 
 def _is_near(last: PathStep, landing: _Landing, size: float) -> bool:
-    return landing.left < SURE_LANDING_DISTANCE * size or _blurred(last, landing.left)
+    return landing.distance < SURE_LANDING_DISTANCE * size or _blurred(last, landing.distance)
 
 
 def _blurred(step: PathStep, distance: float) -> bool:
     """Whether rounding, over the least singular value, is significant at a distance from a singular state."""
-    return BLURRED_STATE_SHARE * step.local.least * distance < CLOSURE_ROUNDING
+    return BLURRED_STATE_SHARE * step.local.least_singular_value * distance < CLOSURE_ROUNDING
 
 
 def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> PathEnding:

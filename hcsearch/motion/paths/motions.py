@@ -26,13 +26,14 @@ class SingularEvent(ByValue):
     kind : `bifurcation` where singular values vanish and the second-order equations allow several continuations,
         `shaky` where they allow only this one, `dip` at a local minimum of the least singular value near zero.
     angles, length : fold angles (rad), and arc length from the start (rad).
-    least, nullity : least singular value that counts as non-zero, and number of hinges minus number of such values.
+    least_singular_value : least singular value that counts as non-zero.
+    nullity : number of hinges minus number of non-zero singular values.
     """
 
     kind: Literal["bifurcation", "shaky", "dip"]
     angles: Reals
     length: float
-    least: float
+    least_singular_value: float
     nullity: int
 
 
@@ -43,11 +44,12 @@ class MotionPath(ByValue):
     angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.
     lengths : arc length in the space of fold angles (rad) up to each state.
     residuals : greatest closure residual of each state (rad, or gap over the pattern's size).
-    nullities, least : of the closure Jacobian at each state: first-order degrees of freedom (-1 where undecided), and
-        least non-zero singular value (infinite in an open chain).
+    nullities : first-order degrees of freedom at each state (-1 where undecided).
+    least_singular_values : least non-zero singular value of the closure Jacobian at each state (infinite in an open
+        chain).
     outcome, sentence : how it ended, in a word and in a sentence.
     rejected, evaluations : numbers of rejected steps, and of evaluations of closure and Jacobian.
-    stopped : hinges whose stops ended the motion.
+    stopped_hinges : hinges whose stops ended the motion.
     events : singular states between the ends.
     velocity : unit velocity of the fold angles at the end; of a descent None.
     energies : of a descent, the energy of each state (J for springs in Nm/rad).
@@ -57,12 +59,12 @@ class MotionPath(ByValue):
     lengths: Reals
     residuals: Reals
     nullities: WholeNumbers
-    least: Reals
+    least_singular_values: Reals
     outcome: PathOutcome
     sentence: str
     rejected: int
     evaluations: int
-    stopped: tuple[int, ...] = ()
+    stopped_hinges: tuple[int, ...] = ()
     events: tuple[SingularEvent, ...] = ()
     velocity: Reals | None = None
     energies: Reals | None = None
@@ -90,7 +92,7 @@ class PathEnding:
 
     outcome: PathOutcome
     sentence: str
-    stopped: tuple[int, ...] = ()
+    stopped_hinges: tuple[int, ...] = ()
 
 
 def motion_path_of(
@@ -110,12 +112,12 @@ def motion_path_of(
         np.array(lengths),
         np.array([state.residual for state in states]),
         np.array([state.nullity for state in states]),
-        np.array([state.least for state in states]),
+        np.array([state.least_singular_value for state in states]),
         ending.outcome,
         ending.sentence,
         rejected,
         evaluations,
-        ending.stopped,
+        ending.stopped_hinges,
         tuple(events),
         velocity,
         None if energies is None else np.array(energies),
@@ -130,7 +132,7 @@ def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
         lengths=path.lengths[-1] - path.lengths[::-1],
         residuals=path.residuals[::-1].copy(),
         nullities=path.nullities[::-1].copy(),
-        least=path.least[::-1].copy(),
+        least_singular_values=path.least_singular_values[::-1].copy(),
         outcome=outcome,
         sentence=f"{outcome} after {path.steps} steps, found from there",
         events=(),
@@ -147,7 +149,7 @@ def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
         lengths=np.concatenate([first.lengths[:-1], first.lengths[-1] + second.lengths]),
         residuals=np.concatenate([first.residuals[:-1], second.residuals]),
         nullities=np.concatenate([first.nullities[:-1], second.nullities]),
-        least=np.concatenate([first.least[:-1], second.least]),
+        least_singular_values=np.concatenate([first.least_singular_values[:-1], second.least_singular_values]),
         sentence=f"{second.outcome} after {first.steps + second.steps} steps",
         rejected=first.rejected + second.rejected,
         evaluations=first.evaluations + second.evaluations,

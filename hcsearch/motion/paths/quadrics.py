@@ -147,7 +147,7 @@ class QuadricSolution(ByValue):
 def second_order_forms(local: LocalState, basis: Reals) -> Reals:
     """Quadratic forms of the second-order equations, shape (n_stresses, m, m): z' Q z = 0 for velocities basis z."""
     rows, m = local.jacobian.shape[0], basis.shape[1]
-    stresses = np.linalg.svd(local.left)[0][:, local.kept :] if local.kept else np.eye(rows)
+    stresses = np.linalg.svd(local.left)[0][:, local.kept_rank :] if local.kept_rank else np.eye(rows)
 
     def bend(velocity: Reals) -> Reals:
         return local.linkage.bend(local.jacobian, np.ascontiguousarray(velocity))

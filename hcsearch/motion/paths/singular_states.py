@@ -32,7 +32,7 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
     Where orientations differ their number is odd. Where they agree there may be none or two, so a step on which some
     singular value tends to zero from either end is searched by bisection.
     """
-    if last.local.kept != after.local.kept or not last.local.kept:
+    if last.local.kept_rank != after.local.kept_rank or not last.local.kept_rank:
         return []
     length = after.length - last.length
     differ = not same_orientation(last.local, after.local)
@@ -57,22 +57,22 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
 
     Closed states near the singular one are inaccurate, by rounding over the least singular value; these two are not.
     """
-    one, two = last.local.least, after.local.least
+    one, two = last.local.least_singular_value, after.local.least_singular_value
     length = after.length - last.length
     # the least singular value goes through zero: beyond, it counts as negative
     value = CubicHermiteSpline([0.0, length], [one, -two], [last.slopes[-1], -after.slopes[-1]])
     at = float(brentq(value, 0.0, length, xtol=1e-15))
     angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(at)
-    return _event(walker.local(angles), last.length + at, after.local.kept, CROSSED_VALUE_SHARE * max(one, two))
+    return _event(walker.state_at(angles), last.length + at, after.local.kept_rank, CROSSED_VALUE_SHARE * max(one, two))
 
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:
     """Locate the local minimum of the least singular value between two states; None if it is not near zero."""
-    lower = min(last.local.least, after.local.least)
+    lower = min(last.local.least_singular_value, after.local.least_singular_value)
 
     def least(distance: float) -> float:
         advance = walker.advance(None, last, distance)
-        return lower if advance is None else advance.step.local.least
+        return lower if advance is None else advance.step.local.least_singular_value
 
     turn = minimize_scalar(least, bounds=(0.0, after.length - last.length), method="bounded", options={"xatol": 1e-9})
     if turn.fun > min(0.5 * lower, DIP_VALUE_SHARE * float(last.local.rank.singular_values[0])):
@@ -80,8 +80,8 @@ def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent |
     advance = walker.advance(None, last, float(turn.x))
     if advance is None:
         return None
-    zero = TOUCHED_VALUE_SHARE * max(last.local.least, after.local.least)
-    return _event(advance.step.local, advance.step.length, after.local.kept, zero)
+    zero = TOUCHED_VALUE_SHARE * max(last.local.least_singular_value, after.local.least_singular_value)
+    return _event(advance.step.local, advance.step.length, after.local.kept_rank, zero)
 
 
 def _event(local: LocalState, length: float, usual: int, zero: float) -> SingularEvent:
@@ -90,11 +90,11 @@ def _event(local: LocalState, length: float, usual: int, zero: float) -> Singula
     usual : number of non-zero singular values around it; zero : values up to this count as zero at the state.
     """
     values = local.rank.singular_values
-    kept = min(usual, int(np.count_nonzero(values > zero)))
+    kept_rank = min(usual, int(np.count_nonzero(values > zero)))
     kind: Literal["bifurcation", "shaky", "dip"] = "dip"
-    if kept < usual:
-        singular = local_at(local.linkage, local.angles, kept=kept)
+    if kept_rank < usual:
+        singular = local_at(local.linkage, local.angles, kept_rank=kept_rank)
         ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=LOCATED_STATE_RESIDUAL)
         kind = "bifurcation" if len(ways) > 1 else "shaky"
-    least = float(values[kept - 1]) if kept else math.inf
-    return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept)
+    least = float(values[kept_rank - 1]) if kept_rank else math.inf
+    return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept_rank)

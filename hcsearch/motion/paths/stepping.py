@@ -32,9 +32,9 @@ class PathStep(ByValue):
     length: float
 
     @cached_property
-    def turn(self) -> Reals:
+    def acceleration(self) -> Reals:
         """Acceleration of the geodesic."""
-        return self.local.turn(self.tangent)
+        return self.local.geodesic_acceleration(self.tangent)
 
     @cached_property
     def slopes(self) -> Reals:
@@ -77,7 +77,7 @@ def _taylor(before: PathStep | None, last: PathStep, distance: float) -> Predict
     The velocity is that of the trapezoidal rule: its other half is normal to the closed states at the next one, and
     vanishes by projection there.
     """
-    velocity = last.tangent + 0.5 * distance * last.turn
+    velocity = last.tangent + 0.5 * distance * last.acceleration
     return last.angles + distance * velocity, velocity, 2
 
 
@@ -91,22 +91,26 @@ def _adams(before: PathStep | None, last: PathStep, distance: float) -> Predicte
         return _taylor(before, last, distance)
     assert before is not None
     h, k = distance, last.length - before.length
-    angles = last.angles + h * last.tangent + h * h * (0.5 * last.turn + h / (6 * k) * (last.turn - before.turn))
-    velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.turn - h * h / (h + k) * before.turn)
+    angles = (
+        last.angles
+        + h * last.tangent
+        + h * h * (0.5 * last.acceleration + h / (6 * k) * (last.acceleration - before.acceleration))
+    )
+    velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.acceleration - h * h / (h + k) * before.acceleration)
     return angles, velocity, 3
 
 
 def _runge_kutta(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Predict by the classical fourth-order Runge-Kutta method on angles and velocity of the geodesic."""
-    linkage, kept, h = last.local.linkage, last.local.kept, distance
+    linkage, kept_rank, h = last.local.linkage, last.local.kept_rank, distance
 
     def slopes(angles: Reals, velocity: Reals) -> tuple[Reals, Reals]:
-        local = local_at(linkage, angles, kept=kept)
+        local = local_at(linkage, angles, kept_rank=kept_rank)
         tangent = local.tangent(velocity)
-        return tangent, local.turn(tangent)
+        return tangent, local.geodesic_acceleration(tangent)
 
     q, v = last.angles, last.tangent
-    q1, v1 = last.tangent, last.turn
+    q1, v1 = last.tangent, last.acceleration
     q2, v2 = slopes(q + 0.5 * h * q1, v + 0.5 * h * v1)
     q3, v3 = slopes(q + 0.5 * h * q2, v + 0.5 * h * v2)
     q4, v4 = slopes(q + h * q3, v + h * v3)
@@ -118,15 +122,15 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
 
     Only with one degree of freedom, where the correction removes the errors that extrapolation amplifies; else Adams.
     """
-    if not _alike(before, last) or len(last.angles) - last.local.kept != 1:
+    if not _alike(before, last) or len(last.angles) - last.local.kept_rank != 1:
         return _adams(before, last, distance)
     assert before is not None
     h = last.length - before.length
     x = distance / h
     # the parabola of the last state is exact to x^2 at x = 0; three more terms match the state before, at x = -1
-    rest = before.angles - (last.angles - h * last.tangent + 0.5 * h * h * last.turn)
-    slope = h * (before.tangent - last.tangent + h * last.turn)
-    bend = h * h * (before.turn - last.turn)
+    rest = before.angles - (last.angles - h * last.tangent + 0.5 * h * h * last.acceleration)
+    slope = h * (before.tangent - last.tangent + h * last.acceleration)
+    bend = h * h * (before.acceleration - last.acceleration)
     # rest = -a + b - c, slope = 3 a - 4 b + 5 c, bend = -6 a + 12 b - 20 c
     c = -6 * rest - 3 * slope - 0.5 * bend
     b = -15 * rest - 7 * slope - bend
@@ -139,7 +143,7 @@ def _alike(before: PathStep | None, last: PathStep) -> bool:
     """Whether two states have comparable accelerations."""
     return (
         before is not None
-        and before.local.kept == last.local.kept
+        and before.local.kept_rank == last.local.kept_rank
         and last.length - before.length > DISTINCT_STATE_DISTANCE
     )
 
@@ -165,7 +169,7 @@ def arc_length(one: PathStep, two: PathStep) -> float:
     mean = 0.5 * (one.tangent + two.tangent)
     along = float(mean @ mean)
     chord = float((two.angles - one.angles) @ mean) / along
-    curve = float((one.turn - two.turn) @ mean) / along / 12
+    curve = float((one.acceleration - two.acceleration) @ mean) / along / 12
     s = chord
     for _ in range(3):
         s = chord - s * s * curve
@@ -207,7 +211,7 @@ class Walker:
     corrections: int | None = None
     evaluations: int = field(default=0, init=False)
 
-    def local(self, angles: Reals) -> LocalState:
+    def state_at(self, angles: Reals) -> LocalState:
         """Analyse the linkage at given fold angles."""
         self.evaluations += 1
         return local_at(self.linkage, angles)
@@ -216,7 +220,9 @@ class Walker:
         """Make a step of a given length; None if no trustworthy state results."""
         predicted, velocity, order = self.predictor.predict(before, last, distance)
         self.evaluations += self.predictor.evaluations
-        local = self._closed(predicted) if self.corrections is None else self._corrected(predicted, last.local.kept)
+        local = (
+            self._closed(predicted) if self.corrections is None else self._corrected(predicted, last.local.kept_rank)
+        )
         if local is None:
             return None
         tangent = local.tangent(velocity)
@@ -225,7 +231,7 @@ class Walker:
             return None
         step = PathStep(local, tangent / size, 0.0)
         # where the rank changes, the acceleration on one side is unknown
-        length = arc_length(last, step) if local.kept == last.local.kept else distance
+        length = arc_length(last, step) if local.kept_rank == last.local.kept_rank else distance
         if not 0.5 * distance < length < 2.0 * distance:  # much shorter or longer: on another branch
             return None
         error = float(np.linalg.norm(local.angles - predicted))
@@ -250,7 +256,7 @@ class Walker:
             angles = angles + correction(jacobian, residual)
         return None
 
-    def _corrected(self, angles: Reals, kept: int) -> LocalState | None:
+    def _corrected(self, angles: Reals, kept_rank: int) -> LocalState | None:
         """Correct a prediction a fixed number of times, closed or not; None where the residual is not finite."""
         for _ in range(self.corrections or 0):
             residual, jacobian = self._closure(angles)
@@ -258,7 +264,7 @@ class Walker:
         residual, jacobian = self._closure(angles)
         if not np.isfinite(residual).all():
             return None
-        return local_at(self.linkage, angles, kept=kept, closure=(residual, jacobian))
+        return local_at(self.linkage, angles, kept_rank=kept_rank, closure=(residual, jacobian))
 
     def _closure(self, angles: Reals) -> tuple[Reals, Reals]:
         self.evaluations += 1

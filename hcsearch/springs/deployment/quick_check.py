@@ -107,7 +107,7 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        deepest=solids.deepest,
+        deepest=solids.max_margin,
         reach=screen.reach,
     )
 
