@@ -136,13 +136,13 @@ class Circuit:
     @cached_property
     def _canonical(self) -> tuple[tuple[int, ...], int]:
         """The canonical word, and the number of congruences that map the circuit to it."""
-        least = min(self._keys())
-        right_turns, first = least
+        least_key = min(self._keys())
+        right_turns, first = least_key
         word = [first]
         for turn in right_turns[:-1]:
             word.append((word[-1] + _STRAIGHT - turn) % self.grid.directions)
         # computed twice rather than stored: keys together take memory of the square of the length
-        return tuple(word), sum(key == least for key in self._keys())
+        return tuple(word), sum(key == least_key for key in self._keys())
 
     def _keys(self) -> Iterator[tuple[bytes, int]]:
         """A key for each start of the circuit and of its mirror image, both walked counterclockwise.
@@ -170,9 +170,9 @@ class Circuit:
     def renumberings(self) -> list[Renumbering]:
         """The renumberings that make the circuit canonical, one for each of its symmetries."""
         keys = list(self._keys())
-        least = min(keys)
-        places = [divmod(place, 2) for place, key in enumerate(keys) if key == least]
-        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in places]
+        least_key = min(keys)
+        positions = [divmod(place, 2) for place, key in enumerate(keys) if key == least_key]
+        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in positions]
 
     def on(self, array: Array) -> Circuit:
         """Move the circuit to the cells of an array that is congruent with its own; ArrayError for another array.
@@ -185,13 +185,13 @@ class Circuit:
         True
         """
         expect_kind("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
-        places = set(array.points)
-        least, m = min(places), self.grid.directions
+        array_points = set(array.points)
+        array_corner, m = min(array_points), self.grid.directions
         for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
             images = [isometry(point) for point in self.points]
-            corner = min(images)
-            dx, dy = least[0] - corner[0], least[1] - corner[1]
-            if places == {(x + dx, y + dy) for x, y in images}:
+            image_corner = min(images)
+            dx, dy = array_corner[0] - image_corner[0], array_corner[1] - image_corner[1]
+            if array_points == {(x + dx, y + dy) for x, y in images}:
                 word = tuple((isometry.sign * d + isometry.offset) % m for d in self.word)
                 return Circuit(self.grid, word, (images[0][0] + dx, images[0][1] + dy))
         raise ArrayError(f"{self.notation} is no circuit of {array.notation}: its array is {self.array.notation}")

@@ -302,13 +302,17 @@ def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: Pane
 
     rows : row of the circuit of each folding, equal for foldings of one circuit.
     """
-    place = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
-    standing = []
+    index = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
+    indices = []
     for i, (row, folding) in enumerate(zip(rows, foldings, strict=True)):
-        like = folding.likeness(size)
-        found = None if like is None or like.folding.circuit.word != folding.circuit.word else like.folding.crease
-        standing.append(i if found is None else place.get((row, found), i))
-    return standing
+        congruent = folding.likeness(size)
+        crease = (
+            None
+            if congruent is None or congruent.folding.circuit.word != folding.circuit.word
+            else congruent.folding.crease
+        )
+        indices.append(i if crease is None else index.get((row, crease), i))
+    return indices
 
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
@@ -331,8 +335,8 @@ def no_folding_reason(n: int) -> str:
 def _no_folding(circuit: Circuit, crease: int) -> NotationError:
     """The error for a crease that is flat in no folding."""
     creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
-    why = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
-    others = f": its creases are {creases}" if creases else f" or any other{why}: choose a circuit that folds"
+    reason = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
+    others = f": its creases are {creases}" if creases else f" or any other{reason}: choose a circuit that folds"
     return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 
@@ -354,43 +358,44 @@ def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Link
 
     size = panel or default_panel(folding.circuit.grid.name)
     pattern = folding.pattern(size, flat_pairs=flat_pairs)
-    given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
-    words = ", ".join(word for word in given if word)
-    like, lowest, twin = folding.likeness(size), folding.crease, None
-    if like is not None:
+    arguments = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
+    argument_text = ", ".join(word for word in arguments if word)
+    congruent, lowest, twin = folding.likeness(size), folding.crease, None
+    if congruent is not None:
         # one panel of a hinged pair is the base: the one that corresponds to the base of the congruent folding
-        lowest = like.panels.index(like.folding.crease)
-        other = like.folding.linkage(size, flat_pairs=flat_pairs)
-        twin = CongruentLinkage.of(pattern, other, like.panels, np.array(like.turn))
-    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({words})", twin)
+        lowest = congruent.panels.index(congruent.folding.crease)
+        congruent_linkage = congruent.folding.linkage(size, flat_pairs=flat_pairs)
+        twin = CongruentLinkage.of(pattern, congruent_linkage, congruent.panels, np.array(congruent.turn))
+    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({argument_text})", twin)
 
 
 @lru_cache(maxsize=1024)
 def _likeness(circuit: Circuit, crease: int) -> CongruentFolding | None:
     """As `Folding.likeness`, for panels with all symmetries of the circuit's grid."""
     canonical, half = circuit.canonical(), circuit.n // 2
-    ways = circuit.renumberings()
+    renumberings = circuit.renumberings()
     # prefer a renumbering that keeps the lower crease below
-    way = min(ways, key=lambda way: (way(crease) % half, way(crease)))
-    lowest, over = way(crease) % half, way(crease) >= half
+    renumbering = min(renumberings, key=lambda renumbering: (renumbering(crease) % half, renumbering(crease)))
+    lowest, upside_down = renumbering(crease) % half, renumbering(crease) >= half
     if circuit.word == canonical.word and lowest == crease:
         return None
     # turned upside down, mountains become valleys where the number of layers is odd
-    upright = -1.0 if over and half % 2 else 1.0
-    (a, b), (c, d) = _turn(circuit, canonical, way)
+    upright = -1.0 if upside_down and half % 2 else 1.0
+    (a, b), (c, d) = _turn(circuit, canonical, renumbering)
     turn = ((a, b, 0.0), (c, d, 0.0), (0.0, 0.0, upright))
-    return CongruentFolding(Folding(canonical, lowest), tuple(map(way.panel, range(circuit.n))), turn)
+    return CongruentFolding(Folding(canonical, lowest), tuple(map(renumbering.panel, range(circuit.n))), turn)
 
 
-def _turn(circuit: Circuit, canonical: Circuit, way: Renumbering) -> NDArray[np.float64]:
+def _turn(circuit: Circuit, canonical: Circuit, renumbering: Renumbering) -> NDArray[np.float64]:
     """The matrix, shape (2, 2), that maps directions of a circuit's drawing to the canonical circuit's drawing."""
     grid, m = circuit.grid, circuit.grid.directions
-    back = m // 2 if way.backwards else 0
+    half_turn = m // 2 if renumbering.backwards else 0
     isometry = next(
-        own
-        for own in grid.point_group
+        candidate
+        for candidate in grid.point_group
         if all(
-            (own.sign * (d + back) + own.offset - canonical.word[way(k)]) % m == 0 for k, d in enumerate(circuit.word)
+            (candidate.sign * (d + half_turn) + candidate.offset - canonical.word[renumbering(k)]) % m == 0
+            for k, d in enumerate(circuit.word)
         )
     )
     basis = np.array([grid.position((1, 0)), grid.position((0, 1))]).T

@@ -107,11 +107,11 @@ def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
     factor : ratio of the given sides to the sides of the panel.
     """
     length, width, thickness = panel
-    side, turned = min(length, width), [length, width, thickness]
+    side, reordered = min(length, width), [length, width, thickness]
     if thickness > side:
-        turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
+        reordered = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
     for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
-        first, second, last = (scale * size for size in turned)
+        first, second, last = (scale * size for size in reordered)
         if last <= LIKELY_MAX_THICKNESS and not _faults((first / factor, second / factor, last)):
             return (first, second, last)
     return None

@@ -106,13 +106,13 @@ def _slant(line: list[LatticeVector], across: tuple[int, int], scale: int) -> li
     return [(scale * x + across[0] * z, scale * y + across[1] * z, z) for x, y, z in line]
 
 
-def _crossings(one: list[LatticeVector], two: list[LatticeVector]) -> int | None:
+def _crossings(first: list[LatticeVector], second: list[LatticeVector]) -> int | None:
     """Half the signed crossings of two closed lines seen from above; None when the view is not general."""
     total = 0
-    for i, a in enumerate(one):
-        b = one[i - 1]
-        for k, c in enumerate(two):
-            d = two[k - 1]
+    for i, a in enumerate(first):
+        b = first[i - 1]
+        for k, c in enumerate(second):
+            d = second[k - 1]
             sides = (_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b))
             if a == b or c == d:
                 continue

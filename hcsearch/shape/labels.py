@@ -35,11 +35,11 @@ class Labels:
         hinge = _find(self.hinges, name)
         if hinge is not None:
             return hinge
-        there = f"the hinges are {label_ranges(self.hinges)}" if self.hinges else "there are no hinges"
+        known = f"the hinges are {label_ranges(self.hinges)}" if self.hinges else "there are no hinges"
         if self.design and name.isdigit() and int(name) < self._n:
-            own = self.panels[self.panel(name)]
-            raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {own}: {there}")
-        raise HcsearchError(f"there is no hinge {name}: {there}")
+            merged = self.panels[self.panel(name)]
+            raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {merged}: {known}")
+        raise HcsearchError(f"there is no hinge {name}: {known}")
 
     def panel(self, name: str) -> int:
         """Find a panel by its name, or by one of the panels that form it; HcsearchError where there is none."""
@@ -102,5 +102,5 @@ def label_ranges(names: Sequence[str]) -> str:
 
 def _find(names: Iterable[str], name: str) -> int | None:
     """The position of the first name that contains all the numbers of another, in any order; None without one."""
-    wanted = {part.lstrip("0") or "0" for part in name.split("+")}
-    return next((k for k, own in enumerate(names) if wanted <= set(own.split("+"))), None)
+    parts = {part.lstrip("0") or "0" for part in name.split("+")}
+    return next((k for k, own in enumerate(names) if parts <= set(own.split("+"))), None)

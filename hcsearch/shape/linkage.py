@@ -182,17 +182,17 @@ class Linkage:
         These are the loops that the pattern names, if they form a basis, else one for each hinge outside the tree.
         """
         in_tree = {int(h) for h in self._tree.hinges if h >= 0}
-        own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
-        if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
-            return own
+        named = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
+        if len(named) == self.n_hinges - len(in_tree) and self._independent(named):
+            return named
         walks = []
         for k, hinge in enumerate(self.pattern.hinges):
             if k in in_tree:
                 continue
-            out, back = self._tree.way(hinge.first), self._tree.way(hinge.second)
-            common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
-            shared = min(len(out), len(back)) if common is None else common
-            walks.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
+            to_first, to_second = self._tree.way(hinge.first), self._tree.way(hinge.second)
+            common = next((i for i, (a, b) in enumerate(zip(to_first, to_second, strict=False)) if a != b), None)
+            shared = min(len(to_first), len(to_second)) if common is None else common
+            walks.append((*to_first[shared:], (k, 1), *((h, -s) for h, s in reversed(to_second[shared:]))))
         return tuple(walks)
 
     def _independent(self, walks: Sequence[Walk]) -> bool:

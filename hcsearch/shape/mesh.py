@@ -115,7 +115,7 @@ def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
     for a, b in edges:
         around[a].add(b)
         around[b].add(a)
-    ends = [v for v, near in around.items() if len(near) == 1]
+    ends = [v for v, neighbours in around.items() if len(neighbours) == 1]
     while ends:
         v = ends.pop()
         for other in around.pop(v, set()):
@@ -134,23 +134,23 @@ def faces_between(edges: Iterable[Edge], points: Sequence[PlanePoint]) -> list[l
     for a, b in without_dead_ends(edges):
         around[a].add(b)
         around[b].add(a)
-    turn = {
-        v: sorted(near, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
-        for v, near in around.items()
+    cyclic_order = {
+        v: sorted(neighbours, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
+        for v, neighbours in around.items()
     }
-    sides = [(v, w) for v, near in sorted(turn.items()) for w in near]
-    seen: set[Edge] = set()
+    sides = [(v, w) for v, neighbours in sorted(cyclic_order.items()) for w in neighbours]
+    visited: set[Edge] = set()
     faces = []
     for start in sides:
-        if start in seen:
+        if start in visited:
             continue
         side, face = start, []
         while True:
-            seen.add(side)
+            visited.add(side)
             face.append(side[0])
             a, b = side
-            near = turn[b]
-            side = (b, near[near.index(a) - 1])  # the next edge clockwise keeps the face on the left
+            neighbours = cyclic_order[b]
+            side = (b, neighbours[neighbours.index(a) - 1])  # the next edge clockwise keeps the face on the left
             if side == start:
                 break
         if facet_area([points[v] for v in face]) > 0.0:
@@ -188,23 +188,23 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
 
 def without_spurs(ring: Sequence[int]) -> list[int]:
     """Remove repeated corners and spurs, which lead out and back along the same edges, from a ring."""
-    own: list[int] = []
+    path: list[int] = []
     for v in ring:
-        if own and own[-1] == v:
+        if path and path[-1] == v:
             continue
-        if len(own) > 1 and own[-2] == v:
-            own.pop()
+        if len(path) > 1 and path[-2] == v:
+            path.pop()
             continue
-        own.append(v)
-    low, high = 0, len(own) - 1
-    while high - low > 1 and (own[low] == own[high] or own[low + 1] == own[high] or own[low] == own[high - 1]):
-        if own[low] == own[high]:
+        path.append(v)
+    low, high = 0, len(path) - 1
+    while high - low > 1 and (path[low] == path[high] or path[low + 1] == path[high] or path[low] == path[high - 1]):
+        if path[low] == path[high]:
             high -= 1
-        elif own[low + 1] == own[high]:
+        elif path[low + 1] == path[high]:
             low += 1
         else:
             high -= 1
-    return own[low : high + 1]
+    return path[low : high + 1]
 
 
 def without_straight_corners(face: Sequence[int], points: Sequence[PlanePoint], same: float) -> list[int]:
@@ -218,20 +218,20 @@ def without_straight_corners(face: Sequence[int], points: Sequence[PlanePoint], 
 
     def off(k: int) -> float:
         (ax, ay), (x, y), (bx, by) = (points[face[i]] for i in (before[k], k, after[k]))
-        long = math.dist((ax, ay), (bx, by))
-        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / long if long > 0.0 else math.inf
+        length = math.dist((ax, ay), (bx, by))
+        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length if length > 0.0 else math.inf
 
-    offs = [off(k) for k in range(n)]
-    waiting = [(offs[k], k) for k in range(n)]
+    distances = [off(k) for k in range(n)]
+    waiting = [(distances[k], k) for k in range(n)]
     heapq.heapify(waiting)
-    left = n
-    while waiting and waiting[0][0] <= limit and left > 3:
-        far, k = heapq.heappop(waiting)
-        if far != offs[k]:
+    remaining = n
+    while waiting and waiting[0][0] <= limit and remaining > 3:
+        distance, k = heapq.heappop(waiting)
+        if distance != distances[k]:
             continue
-        offs[k], left = -1.0, left - 1
+        distances[k], remaining = -1.0, remaining - 1
         after[before[k]], before[after[k]] = after[k], before[k]
         for i in (before[k], after[k]):
-            offs[i] = off(i)
-            heapq.heappush(waiting, (offs[i], i))
-    return [face[k] for k in range(n) if offs[k] >= 0.0]
+            distances[i] = off(i)
+            heapq.heappush(waiting, (distances[i], i))
+    return [face[k] for k in range(n) if distances[k] >= 0.0]

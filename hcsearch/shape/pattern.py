@@ -197,11 +197,11 @@ class Pattern:
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
         """The panel to which each facet belongs."""
-        of = [0] * len(self.faces)
+        panel_numbers = [0] * len(self.faces)
         for number, panel in enumerate(self.panels):
             for facet in panel:
-                of[facet] = number
-        return tuple(of)
+                panel_numbers[facet] = number
+        return tuple(panel_numbers)
 
     @cached_property
     def panels(self) -> tuple[tuple[int, ...], ...]:
@@ -298,10 +298,10 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
         vertex = list(islice(corners, len(pattern.vertices)))
         number = list(islice(middles, len(pattern.faces)))
         for face, k in zip(pattern.faces, number, strict=True):
-            own = tuple(vertex[v] for v in face)
+            corner_numbers = tuple(vertex[v] for v in face)
             if k == len(faces):
-                faces.append(own)
-            elif set(own) != set(faces[k]):
+                faces.append(corner_numbers)
+            elif set(corner_numbers) != set(faces[k]):
                 raise PatternError(f"a facet laid onto facet {k} has another outline: facets coincide, or lie apart")
         for (i, j), crease in pattern.creases.items():
             pair = (min(number[i], number[j]), max(number[i], number[j]))
@@ -324,19 +324,25 @@ def _centre(facet: Iterable[PlanePoint]) -> PlanePoint:
     return (float(x), float(y))
 
 
-def _one_line(one: Hinge, two: Hinge, tolerance: float) -> bool:
+def _one_line(first: Hinge, second: Hinge, tolerance: float) -> bool:
     """Whether two hinges join the same panels on one line of one face."""
-    if (one.first, one.second, one.face, one.closes) != (two.first, two.second, two.face, two.closes):
+    if (first.first, first.second, first.face, first.closes) != (
+        second.first,
+        second.second,
+        second.face,
+        second.closes,
+    ):
         return False
-    ux, uy = one.end[0] - one.start[0], one.end[1] - one.start[1]
+    ux, uy = first.end[0] - first.start[0], first.end[1] - first.start[1]
     length = math.hypot(ux, uy)
     return all(
-        abs(ux * (p[1] - one.start[1]) - uy * (p[0] - one.start[0])) < tolerance * length for p in (two.start, two.end)
+        abs(ux * (p[1] - first.start[1]) - uy * (p[0] - first.start[0])) < tolerance * length
+        for p in (second.start, second.end)
     )
 
 
-def _spanning(one: Hinge, two: Hinge) -> Hinge:
+def _spanning(first: Hinge, second: Hinge) -> Hinge:
     """The hinge that spans two hinges on one line."""
-    ux, uy = one.end[0] - one.start[0], one.end[1] - one.start[1]
-    ends = sorted((one.start, one.end, two.start, two.end), key=lambda p: ux * p[0] + uy * p[1])
-    return replace(one, start=ends[0], end=ends[-1])
+    ux, uy = first.end[0] - first.start[0], first.end[1] - first.start[1]
+    ends = sorted((first.start, first.end, second.start, second.end), key=lambda p: ux * p[0] + uy * p[1])
+    return replace(first, start=ends[0], end=ends[-1])

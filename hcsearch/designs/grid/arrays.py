@@ -114,12 +114,12 @@ class Array:
 
     def symmetries(self) -> list[tuple[LatticeIsometry, LatticePoint]]:
         """The isometries that map the array onto itself, each with the translation that follows it."""
-        least = min(self.points)
+        corner = min(self.points)
         pairs = []
         for isometry, image in zip(self.grid.point_group, self._images, strict=True):
             if image.rows == self.rows:
-                moved = min(map(isometry, self.points))
-                pairs.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
+                image_corner = min(map(isometry, self.points))
+                pairs.append((isometry, (corner[0] - image_corner[0], corner[1] - image_corner[1])))
         return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
@@ -163,16 +163,16 @@ def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
     """Number of connected components of some cells."""
-    left = set(map(grid.point, cells))
+    remaining = set(map(grid.point, cells))
     parts = 0
-    while left:
+    while remaining:
         parts += 1
-        todo = [left.pop()]
-        while todo:
-            for _, to in grid.neighbours(todo.pop()):
-                if to in left:
-                    left.remove(to)
-                    todo.append(to)
+        pending = [remaining.pop()]
+        while pending:
+            for _, to in grid.neighbours(pending.pop()):
+                if to in remaining:
+                    remaining.remove(to)
+                    pending.append(to)
     return parts
 
 
@@ -190,8 +190,8 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
     """Decode rows into cells, row by row."""
     cells: list[Cell] = []
-    for y, left in enumerate(rows):
-        row = left
+    for y, bits in enumerate(rows):
+        row = bits
         while row:  # visit set bits only: a row may be thousands wide, and hold one cell
             lowest = row & -row
             bit = lowest.bit_length() - 1

@@ -110,12 +110,12 @@ class _Certificate:
         """As `certify_clearance`."""
         if np.ndim(slack) == 0:
             return self._judged(course, float(slack), measured)
-        own, bound_count, undecided = np.asarray(slack), 0, None
-        changes = np.flatnonzero(np.diff(own)) + 1
-        for first, last in pairwise([0, *changes.tolist(), len(own)]):
+        slacks, bound_count, undecided = np.asarray(slack), 0, None
+        changes = np.flatnonzero(np.diff(slacks)) + 1
+        for first, last in pairwise([0, *changes.tolist(), len(slacks)]):
             times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
             piece = Course(times, angles, rates, accelerations, course.cubic)
-            clearance = self._judged(piece, float(own[first]), False)
+            clearance = self._judged(piece, float(slacks[first]), False)
             bound_count += clearance.bound_count
             if clearance.kind == "collides":
                 return replace(clearance, bound_count=bound_count)
@@ -124,24 +124,24 @@ class _Certificate:
             return replace(undecided, bound_count=bound_count)
         gap = math.inf
         if measured:  # where pairs approach and part again shows in the whole motion only
-            chain, own_solids = self.linkage.chain, self.solids
-            threshold = 2.0 * own_solids.margin
-            gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)
-            gap, bound_count = max(gap - float(own.max()), 0.0), bound_count + more
+            chain, solids = self.linkage.chain, self.solids
+            threshold = 2.0 * solids.margin
+            gap, dip_bounds = smallest_dip(chain, solids.prisms, solids.pairs, course, threshold, self.resolution)
+            gap, bound_count = max(gap - float(slacks.max()), 0.0), bound_count + dip_bounds
         return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
-        answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
-        own = self.solids
-        wanted = ClearanceTolerances(slack, own.margin, own.max_margin, self.resolution)
+        report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+        solids = self.solids
+        tolerances = ClearanceTolerances(slack, solids.margin, solids.max_margin, self.resolution)
         verdict = judge_clearance(
-            self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer
+            self.linkage.chain, solids.prisms, solids.shrunk, solids.pairs, course, tolerances, measured, report
         )
-        bound_count, gap = int(answer.looks[0]), float(answer.gaps[0])
+        bound_count, gap = int(report.looks[0]), float(report.gaps[0])
         if verdict == MOTION_CLEAR:
             return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
-        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
+        first, second = sorted(self.linkage.pattern.panel_of[facet] for facet in solids.pairs.prisms[report.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == MOTION_COLLIDES else "undecided"
-        pair, time = int(answer.pairs[0]), float(answer.times[0])
-        speed = approach_speed(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
-        return Clearance(kind, self.solids.margin, time, (one, two), None, bound_count, speed)
+        pair, time = int(report.pairs[0]), float(report.times[0])
+        speed = approach_speed(self.linkage.chain, solids.shrunk, solids.pairs, pair, course, time)
+        return Clearance(kind, self.solids.margin, time, (first, second), None, bound_count, speed)

@@ -47,8 +47,8 @@ def first_cut(
     if state < 0:
         return None
     worst = int(depths.argmax())
-    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
-    return PanelCut(state, (one, two), float(depths[worst]))
+    first, second = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
+    return PanelCut(state, (first, second), float(depths[worst]))
 
 
 def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
@@ -148,13 +148,13 @@ def nearest_panels(linkage: Linkage, states: Reals) -> NearestPanels:
     distances = proximal_distances(linkage, states)
     touching = np.abs(distances.gaps) <= CONTACT_GAP_SHARE * linkage.pattern.size
     gaps = np.where(touching, math.inf, distances.gaps)
-    pairs, least = np.full((len(states), 2), -1), np.full(len(states), math.nan)
+    pairs, least_gaps = np.full((len(states), 2), -1), np.full(len(states), math.nan)
     if len(gaps):
-        best = gaps.argmin(axis=0)
-        near = np.isfinite(gaps[best, np.arange(len(states))])
-        pairs[near] = distances.pairs[best[near]]
-        least[near] = gaps[best[near], np.flatnonzero(near)]
-    return NearestPanels(pairs, least, touching.sum(axis=0))
+        nearest = gaps.argmin(axis=0)
+        found = np.isfinite(gaps[nearest, np.arange(len(states))])
+        pairs[found] = distances.pairs[nearest[found]]
+        least_gaps[found] = gaps[nearest[found], np.flatnonzero(found)]
+    return NearestPanels(pairs, least_gaps, touching.sum(axis=0))
 
 
 def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
@@ -178,10 +178,10 @@ def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
 
 def panel_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> WholeNumbers:
     """All pairs of panels that no hinge joins, except those in `apart`, shape (p, 2)."""
-    out = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
-    out |= set(apart)
+    excluded = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
+    excluded |= set(apart)
     n = linkage.n_panels
-    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in out]
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in excluded]
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
@@ -190,6 +190,6 @@ def _facets_of(linkage: Linkage, panels: WholeNumbers) -> PanelPairs:
     facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
     for facet, panel in enumerate(linkage.pattern.panel_of):
         facets[panel].append(facet)
-    of_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
-    starts = np.cumsum([0, *map(len, of_panels)])
-    return PanelPairs(np.array([pair for pairs in of_panels for pair in pairs], np.int64).reshape(-1, 2), starts)
+    pairs_by_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
+    starts = np.cumsum([0, *map(len, pairs_by_panels)])
+    return PanelPairs(np.array([pair for pairs in pairs_by_panels for pair in pairs], np.int64).reshape(-1, 2), starts)

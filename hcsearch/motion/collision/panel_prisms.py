@@ -57,7 +57,7 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
 
 def deepest_margin(linkage: Linkage) -> float:
     """The least margin (m) at which a prism, or one of its sides, vanishes."""
-    least = 0.5 * linkage.pattern.thickness
+    max_margin = 0.5 * linkage.pattern.thickness
     for facet in linkage.pattern.facets:
         inside = _inset(facet, 1.0)
         for k in range(len(facet)):
@@ -65,8 +65,8 @@ def deepest_margin(linkage: Linkage) -> float:
             across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
             lost = length - sum(across) / length
             if lost > 0.0:
-                least = min(least, length / lost)
-    return least
+                max_margin = min(max_margin, length / lost)
+    return max_margin
 
 
 def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> NDArray[np.int64]:
@@ -74,11 +74,11 @@ def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> ND
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
     low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
-    wanted = low != high
+    selected = low != high
     if apart:
         n = linkage.n_panels
-        wanted &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return np.column_stack([first[wanted], second[wanted]])
+        selected &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
+    return np.column_stack([first[selected], second[selected]])
 
 
 @lru_cache(FACET_CACHE_SIZE)
@@ -109,8 +109,8 @@ def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
 def padded_table(rows: Sequence[NDArray[TableEntry]]) -> NDArray[TableEntry]:
     """Stack tables of different lengths, padded with zeros."""
     table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
-    for row, own in zip(table, rows, strict=True):
-        row[: len(own)] = own
+    for row, entries in zip(table, rows, strict=True):
+        row[: len(entries)] = entries
     return table
 
 
@@ -147,13 +147,13 @@ def resolution_of(linkage: Linkage) -> float:
 
 def check_margin(linkage: Linkage, margin: float) -> float:
     """The least margin (m) at which a panel vanishes; HcsearchError unless the given one is positive and smaller."""
-    most = deepest_margin(linkage)
-    if not 0.0 < margin < most:
+    max_margin = deepest_margin(linkage)
+    if not 0.0 < margin < max_margin:
         raise HcsearchError(
             f"a margin of {1e3 * margin:g} mm is not positive or leaves nothing of a panel: "
-            f"give more than 0 and less than {1e3 * most:.4g} mm as margin_mm of a scene file, or thicker panels"
+            f"give more than 0 and less than {1e3 * max_margin:.4g} mm as margin_mm of a scene file, or thicker panels"
         )
-    return most
+    return max_margin
 
 
 class Solids(NamedTuple):
@@ -192,17 +192,20 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     not among them.
     """
     pattern, pairs = linkage.pattern, set()
-    same = SAME_POINT_SHARE * pattern.size
+    tolerance = SAME_POINT_SHARE * pattern.size
 
-    def beside(panel: int, hinge: Hinge) -> Reals:
+    def offsets_from(panel: int, hinge: Hinge) -> Reals:
         """Signed distances of the corners of a panel to the left of a hinge's line."""
         start = np.array(hinge.start)
         along = (np.array(hinge.end) - start) / math.dist(hinge.start, hinge.end)
         corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]]) - start
-        left: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
-        return left
+        offsets: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
+        return offsets
 
     for hinge in pattern.hinges:
-        if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
+        if (
+            offsets_from(hinge.first, hinge).min() >= -tolerance
+            and offsets_from(hinge.second, hinge).max() <= tolerance
+        ):
             pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
     return frozenset(pairs)

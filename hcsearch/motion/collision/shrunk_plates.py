@@ -26,12 +26,12 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     joined = [(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in pattern.hinges]
     number = {int(hinge): k for k, hinge in enumerate(linkage.looped)}
     pairs, starts, steps = [], [0], HingeCrossings()
-    for one, two in facet_pairs(linkage, joined).tolist():
-        ways = two_ways(linkage, pattern.panel_of[one], pattern.panel_of[two])
-        if any(ways):
-            pairs.append((one, two))
-            for way in ways:
-                steps += way
+    for first, second in facet_pairs(linkage, joined).tolist():
+        paths = two_ways(linkage, pattern.panel_of[first], pattern.panel_of[second])
+        if any(paths):
+            pairs.append((first, second))
+            for path in paths:
+                steps += path
                 starts.append(len(steps))
     hinges = [hinge for hinge, _ in steps]
     signs = np.array([sign for _, sign in steps], float).reshape(-1, 1)
@@ -57,17 +57,17 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     )
 
 
-def two_ways(linkage: Linkage, one: int, two: int) -> tuple[HingeCrossings, HingeCrossings]:
+def two_ways(linkage: Linkage, start: int, end: int) -> tuple[HingeCrossings, HingeCrossings]:
     """The shortest path between two panels across hinges in loops, and the shortest one without the hinges of that."""
     bridges = set(range(linkage.n_hinges)) - set(linkage.looped.tolist())
-    first = _way(linkage, one, two, bridges)
-    return first, _way(linkage, one, two, bridges | {hinge for hinge, _ in first})
+    first = _way(linkage, start, end, bridges)
+    return first, _way(linkage, start, end, bridges | {hinge for hinge, _ in first})
 
 
-def _way(linkage: Linkage, one: int, two: int, without: set[int]) -> HingeCrossings:
+def _way(linkage: Linkage, start: int, end: int, excluded: set[int]) -> HingeCrossings:
     """The shortest path of hinges between two panels that avoids some hinges; empty if there is none."""
-    tree = hinge_tree(linkage.pattern, one, without)
-    return tree.way(two) if tree.roots[two] == one else []
+    tree = hinge_tree(linkage.pattern, start, excluded)
+    return tree.way(end) if tree.roots[end] == start else []
 
 
 def _samples(corners: Reals) -> Reals:

@@ -174,7 +174,7 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
         both signs, and a velocity once; the map has full rank in any case, so both Jacobians have one null space.
     """
     closed = np.eye(4) if closure is None else closure
-    back = np.linalg.inv(frame)
+    inverse = np.linalg.inv(frame)
     matrix = np.empty((12, 6))
     for k in range(6):
         twist = np.zeros((4, 4))
@@ -183,7 +183,7 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
             twist[i, j], twist[j, i] = -1.0, 1.0
         else:
             twist[k - 3, 3] = 1.0
-        matrix[:, k] = (back @ twist @ frame @ closed)[:3].ravel()
+        matrix[:, k] = (inverse @ twist @ frame @ closed)[:3].ravel()
     return matrix
 
 
@@ -221,13 +221,13 @@ def _before(steps: Reals) -> Reals:
     return products
 
 
-def _dots(one: Reals, two: Reals) -> Reals:
-    return np.asarray(np.einsum("ij,ij->i", one, two), float)
+def _dots(first: Reals, second: Reals) -> Reals:
+    return np.asarray(np.einsum("ij,ij->i", first, second), float)
 
 
-def _angles(one: Reals, two: Reals, about: Reals) -> Reals:
+def _angles(first: Reals, second: Reals, axes: Reals) -> Reals:
     """Signed angles between pairs of vectors about unit vectors perpendicular to both."""
-    return _wrapped(np.arctan2(_dots(np.cross(one, two), about), _dots(one, two)))
+    return _wrapped(np.arctan2(_dots(np.cross(first, second), axes), _dots(first, second)))
 
 
 def _wrapped(angles: Reals) -> Reals:

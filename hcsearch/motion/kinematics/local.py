@@ -75,14 +75,14 @@ class LocalState(ByValue):
         projections of unit velocities of single hinges, pivoted as in Gram-Schmidt, so it depends on the space alone.
         """
         n = len(self.angles)
-        left = np.eye(n) - self.right.T @ self.right
+        remainder = np.eye(n) - self.right.T @ self.right
         basis = np.empty((n, n - self.kept_rank))
         for k in range(basis.shape[1]):
-            sizes = left.diagonal()
-            column = left[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
+            sizes = remainder.diagonal()
+            column = remainder[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
             column = self.tangent(column - basis[:, :k] @ (basis[:, :k].T @ column))
             basis[:, k] = column / np.linalg.norm(column)
-            left = left - np.outer(basis[:, k], basis[:, k])
+            remainder = remainder - np.outer(basis[:, k], basis[:, k])
         return basis
 
 
@@ -108,16 +108,16 @@ def local_at(
     return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept_rank], s[:kept_rank], vt[:kept_rank])
 
 
-def same_orientation(one: LocalState, two: LocalState) -> bool:
+def same_orientation(before: LocalState, after: LocalState) -> bool:
     """Whether an even number of the kept singular values change sign between two near states.
 
     Singular values that are continued as smooth functions change sign where they vanish, and the singular vectors show
     it: det(U1' U2) det(V1' V2) < 0 if an odd number did (the thesis appendix asks only for the rank).
     """
-    if one.kept_rank != two.kept_rank or not one.kept_rank:
+    if before.kept_rank != after.kept_rank or not before.kept_rank:
         return True
-    ranges = np.linalg.slogdet(one.left.T @ two.left)[0]
-    rows = np.linalg.slogdet(one.right @ two.right.T)[0]
+    ranges = np.linalg.slogdet(before.left.T @ after.left)[0]
+    rows = np.linalg.slogdet(before.right @ after.right.T)[0]
     return bool(ranges * rows >= 0)
 
 
@@ -126,8 +126,10 @@ def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
 
     vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
     """
-    own = np.array([bend(vector) for vector in vectors])
-    values = np.empty((len(vectors), len(vectors), own.shape[1]))
+    squares = np.array([bend(vector) for vector in vectors])
+    values = np.empty((len(vectors), len(vectors), squares.shape[1]))
     for i, j in combinations_with_replacement(range(len(vectors)), 2):
-        values[i, j] = values[j, i] = own[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - own[i] - own[j])
+        values[i, j] = values[j, i] = (
+            squares[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - squares[i] - squares[j])
+        )
     return values

@@ -41,37 +41,37 @@ class BoxFace(ByValue):
         """The halves of the face, cut across its longest side."""
         side = int((self.high - self.low).argmax())
         middle = 0.5 * (self.low[side] + self.high[side])
-        most, least = self.high.copy(), self.low.copy()
-        most[side] = least[side] = middle
-        return BoxFace(self.hinge, self.low, most), BoxFace(self.hinge, least, self.high)
+        lower_high, upper_low = self.high.copy(), self.low.copy()
+        lower_high[side] = upper_low[side] = middle
+        return BoxFace(self.hinge, self.low, lower_high), BoxFace(self.hinge, upper_low, self.high)
 
 
 def boxes_outside(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
     """Cover the difference of two unions of boxes by boxes, without common inner points if the first have none."""
-    left = list(boxes)
+    remaining = list(boxes)
     for other in others:
-        left = [part for box in left for part in _outside(box, other)]
-    return left
+        remaining = [part for box in remaining for part in _outside(box, other)]
+    return remaining
 
 
 def _outside(box: Box, other: Box) -> list[Box]:
     """Subtract a box from one: slabs that cover the difference, the widest first, so that few are long and thin."""
-    (low, high), (least, most) = box, other
-    common = np.minimum(high, most) - np.maximum(low, least)
+    (low, high), (other_low, other_high) = box, other
+    common = np.minimum(high, other_high) - np.maximum(low, other_low)
     wide = high > low
     if not ((common > 0.0) | ((common == 0.0) & ~wide)).all():
         return [box]
     low, high, slabs = low.copy(), high.copy(), []
-    shares = np.array([least - low, high - most]) / np.where(wide, high - low, 1.0)
+    shares = np.array([other_low - low, high - other_high]) / np.where(wide, high - low, 1.0)
     for number in np.argsort(-shares, axis=None, kind="stable"):
         side, hinge = np.unravel_index(number, shares.shape)
         if not (shares[side, hinge] > 0.0 and wide[hinge]):
             continue
         below, above = low.copy(), high.copy()
         if side == 0:
-            above[hinge] = low[hinge] = least[hinge]
+            above[hinge] = low[hinge] = other_low[hinge]
         else:
-            below[hinge] = high[hinge] = most[hinge]
+            below[hinge] = high[hinge] = other_high[hinge]
         slabs.append((below, above))
     return slabs
 
@@ -100,15 +100,15 @@ def _across(low: Reals, high: Reals, hinge: int, level: float) -> Box:
 def excess_over_box(box: Box, states: Reals) -> Reals:
     """The distance of each angle of some states, (m, n), from a box, negative inside."""
     low, high = box
-    away: Reals = np.maximum(low - states, states - high)
-    return away
+    excess: Reals = np.maximum(low - states, states - high)
+    return excess
 
 
 def states_in(box: Box, states: Reals) -> Reals:
     """The states, of shape (m, n), that lie in a box."""
     low, high = box
-    held: Reals = states[((low <= states) & (states <= high)).all(axis=1)]
-    return held
+    inside: Reals = states[((low <= states) & (states <= high)).all(axis=1)]
+    return inside
 
 
 LAYOUT_FACE_OFFSET = 0.1
@@ -124,18 +124,18 @@ ReachFunction = Callable[[Reals, Box], Reals]
 """From states of a part, (m, n), in a box: these states, and others in the box that can be reached from them."""
 
 
-def region_around(own: Reals, others: Sequence[Reals], reach: ReachFunction) -> list[Box] | None:
+def region_around(part: Reals, other_parts: Sequence[Reals], reach: ReachFunction) -> list[Box] | None:
     """Enclose one part, (m, n), but no state of others, in boxes without common inner points; None if not possible.
 
     One box around the part, minus a box around the states of each other part in it, minus a box in that around the
     states of the first part in it, and so on.
     """
-    outer = _box_around(own, np.concatenate(others), whole_box(own.shape[1]))
+    outer = _box_around(part, np.concatenate(other_parts), whole_box(part.shape[1]))
     region = [outer]
-    for other in others:
-        held = states_in(outer, other)
-        if len(held):
-            hole = _within(held, own, outer, reach, MAX_LAYOUT_DEPTH)
+    for other in other_parts:
+        inside = states_in(outer, other)
+        if len(inside):
+            hole = _within(inside, part, outer, reach, MAX_LAYOUT_DEPTH)
             if hole is None:
                 return None
             region = boxes_outside(region, hole)
@@ -144,14 +144,14 @@ def region_around(own: Reals, others: Sequence[Reals], reach: ReachFunction) -> 
     return region
 
 
-def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, deepest: int) -> list[Box] | None:
+def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, max_depth: int) -> list[Box] | None:
     """Enclose states in boxes within a box, without others, by nesting; None where there would be too many boxes."""
     states = reach(states, box)
     around = _box_around(states, others, box)
-    held = states_in(around, others)
-    if not len(held):
+    inside = states_in(around, others)
+    if not len(inside):
         return [around]
-    inner = None if deepest == 0 else _within(held, states_in(around, states), around, reach, deepest - 1)
+    inner = None if max_depth == 0 else _within(inside, states_in(around, states), around, reach, max_depth - 1)
     if inner is None or len(inner) > MAX_LAYOUT_BOXES:
         return None
     return boxes_outside([around], inner)
@@ -159,23 +159,23 @@ def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, deepes
 
 def _box_around(states: Reals, others: Reals, within: Box) -> Box:
     """A box around states, with faces moved inward to exclude others that lie outside the states' bounding box."""
-    least, most = states.min(axis=0), states.max(axis=0)
+    lowest, highest = states.min(axis=0), states.max(axis=0)
     low = np.where(
-        least < within[0] + LAYOUT_STOP_DISTANCE, within[0], np.maximum(least - LAYOUT_FACE_OFFSET, within[0])
+        lowest < within[0] + LAYOUT_STOP_DISTANCE, within[0], np.maximum(lowest - LAYOUT_FACE_OFFSET, within[0])
     )
     high = np.where(
-        most > within[1] - LAYOUT_STOP_DISTANCE, within[1], np.minimum(most + LAYOUT_FACE_OFFSET, within[1])
+        highest > within[1] - LAYOUT_STOP_DISTANCE, within[1], np.minimum(highest + LAYOUT_FACE_OFFSET, within[1])
     )
-    held = states_in((low, high), others)
-    held = held[excess_over_box((least, most), held).max(axis=1) > MIN_LAYOUT_SPACE]
-    while len(held):
-        away = excess_over_box((least, most), held)
-        nearest = int(away.max(axis=1).argmin())
-        hinge = int(away[nearest].argmax())
-        other = held[nearest, hinge]
-        if other < least[hinge]:
-            low[hinge] = 0.5 * (other + least[hinge])
+    intruders = states_in((low, high), others)
+    intruders = intruders[excess_over_box((lowest, highest), intruders).max(axis=1) > MIN_LAYOUT_SPACE]
+    while len(intruders):
+        excess = excess_over_box((lowest, highest), intruders)
+        nearest = int(excess.max(axis=1).argmin())
+        hinge = int(excess[nearest].argmax())
+        other = intruders[nearest, hinge]
+        if other < lowest[hinge]:
+            low[hinge] = 0.5 * (other + lowest[hinge])
         else:
-            high[hinge] = 0.5 * (other + most[hinge])
-        held = states_in((low, high), held)
+            high[hinge] = 0.5 * (other + highest[hinge])
+        intruders = states_in((low, high), intruders)
     return low, high

@@ -178,12 +178,13 @@ class _Contest:
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around the walks from some ends."""
-        seen = [
+        climbed = [
             climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.walk_tables)
             for walk in walks
         ]
         self.regions += [
-            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self._tables()) for side in sides
+            Region(self.rings, side, climbed[side], climbed[1 - side], seed, self._tables(), self._tables())
+            for side in sides
         ]
 
     def next_turn(self, boxes: int) -> _Contender | None:
@@ -200,11 +201,11 @@ class _Contest:
         return Enclosure(None, cubes, faces, self.boxes, unfinished)
 
 
-def _weight(own: _Contender) -> int:
+def _weight(contender: _Contender) -> int:
     """Weight of the boxes of a contender that is not expected to end first; 1 early on, before there is an estimate."""
-    if math.isfinite(own.boxes_expected):
+    if math.isfinite(contender.boxes_expected):
         return TRAILING_BOX_WEIGHT
-    return 1 if own.boxes < UNSETTLED_BOXES else UNSETTLED_BOX_WEIGHT
+    return 1 if contender.boxes < UNSETTLED_BOXES else UNSETTLED_BOX_WEIGHT
 
 
 def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:
@@ -213,15 +214,15 @@ def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:
     Lengths are over the pattern's size, and places relative to the middle of each loop, so that no bound depends on
     its position.
     """
-    own = linkage.looped
-    number = {int(hinge): k for k, hinge in enumerate(own)}
+    looped = linkage.looped
+    number = {int(hinge): k for k, hinge in enumerate(looped)}
     points, size = linkage.points, linkage.pattern.size
     hinges, directions, places = [], [], []
     for loop in linkage.loops:
-        about = np.mean([points[hinge] for hinge, _ in loop], axis=0)
+        centre = np.mean([points[hinge] for hinge, _ in loop], axis=0)
         for hinge, sign in loop:
             hinges.append(number[hinge])
             directions.append(sign * linkage.directions[hinge])
-            places.append((points[hinge] - about) / size)
+            places.append((points[hinge] - centre) / size)
     lines = np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3)
-    return HingeRings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), own
+    return HingeRings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(looped)), looped

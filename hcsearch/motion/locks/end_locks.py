@@ -115,22 +115,22 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     def bend(x: Reals) -> Reals:
         return linkage.bend(jacobian, senses * x)
 
-    used: list[int] = []
+    chosen: list[int] = []
     while True:  # a proof with some contacts holds with all, and few are needed
-        lock, motions = _lock(columns, rows[used], bend)
-        apart = (rows @ motions.T).min(axis=1, initial=0.0)
-        apart[used] = 0.0
-        if lock.locked or apart.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
+        lock, motions = _lock(columns, rows[chosen], bend)
+        parting = (rows @ motions.T).min(axis=1, initial=0.0)
+        parting[chosen] = 0.0
+        if lock.locked or parting.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
             break
-        used.append(int(apart.argmin()))
+        chosen.append(int(parting.argmin()))
     if not lock.locked:
         return lock
-    exact = _exactly(linkage, angles, lock, rows[used])
+    exact = _exactly(linkage, angles, lock, rows[chosen])
     if exact is False:
         return replace(lock, order=None, wrench=None, margin=0.0, forces=None)
     forces = np.zeros(len(rows))
     if lock.forces is not None:
-        forces[used] = lock.forces
+        forces[chosen] = lock.forces
     return replace(lock, forces=forces, exact=exact is not None)
 
 
@@ -187,9 +187,9 @@ def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
     Where the power is positive the wrench holds every hinge shut; else A x is 0 but for rounding.
     """
     n, height = columns.shape
-    x, left = np.empty(n), np.empty(height + 1)
-    nonnegative_least_squares(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, left)
-    wrench = -left[:height] / max(np.abs(left[:height]).max(), np.finfo(float).tiny)
+    x, residual = np.empty(n), np.empty(height + 1)
+    nonnegative_least_squares(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, residual)
+    wrench = -residual[:height] / max(np.abs(residual[:height]).max(), np.finfo(float).tiny)
     return x, wrench, float((columns @ wrench).min())
 
 
@@ -206,13 +206,13 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     if not columns.shape[1]:
         return None
     turning = rays.max(axis=0) > 1e-9
-    held = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
+    held_columns = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
     basis = null_space(columns[turning], rcond=ZERO_SCREW_SHARE)  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
-    own = bends.diagonal(axis1=0, axis2=1).T
+    squares = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
-    positive, crossing = np.r_[held, own], bends[first, second]
+    positive, crossing = np.r_[held_columns, squares], bends[first, second]
     for method in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
         wrench = method(positive @ basis, crossing @ basis, basis)
         if wrench is None:
@@ -225,28 +225,28 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     return None
 
 
-def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
+def _between(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
     """A wrench in the interior of the cone of positive powers, by least squares; None where it is empty."""
-    rows = np.r_[positive, nonnegative_]
+    rows = np.r_[positive, nonnegative]
     lengths = np.sqrt((rows**2).sum(axis=1))
     if (lengths[: len(positive)] < ZERO_SCREW_SHARE).any():
         return None
-    some = lengths > ZERO_SCREW_SHARE
-    _, middle, margin = _first_order(np.ascontiguousarray(rows[some] / lengths[some, None]))
+    nonzero = lengths > ZERO_SCREW_SHARE
+    _, middle, margin = _first_order(np.ascontiguousarray(rows[nonzero] / lengths[nonzero, None]))
     return basis @ middle if margin > 0.0 else None
 
 
-def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
+def _best(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
     """The wrench of the greatest margin, by a linear program; None where that fails."""
     from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
     # bound the wrench's entries, not its coordinates, so that its margin does not depend on the basis
-    upper = np.r_[-positive, -nonnegative_, basis, -basis]
-    least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
-    most = np.r_[np.zeros(len(positive) + len(nonnegative_)), np.ones(2 * len(basis))]
+    upper = np.r_[-positive, -nonnegative, basis, -basis]
+    margin_column = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
+    upper_bounds = np.r_[np.zeros(len(positive) + len(nonnegative)), np.ones(2 * len(basis))]
     bounds = [(None, None)] * basis.shape[1] + [(None, 1.0)]
     objective = np.r_[np.zeros(basis.shape[1]), -1.0]
-    result = linprog(objective, A_ub=np.c_[upper, least], b_ub=most, bounds=bounds, method="highs")
+    result = linprog(objective, A_ub=np.c_[upper, margin_column], b_ub=upper_bounds, bounds=bounds, method="highs")
     if result.status != 0 or not result.x[:-1].any():
         return None
     wrench: Reals = basis @ result.x[:-1]
@@ -315,13 +315,13 @@ def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
     trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
     rows = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
-        apart = np.zeros((linkage.n_hinges, 3))
-        base, other = panel[contact.below], panel[contact.above]
-        if trees[base].roots[other] == base:
-            for k, sign in trees[base].way(other):
-                apart[k] = sign * rise[k]
+        rises = np.zeros((linkage.n_hinges, 3))
+        base, panel_above = panel[contact.below], panel[contact.above]
+        if trees[base].roots[panel_above] == base:
+            for k, sign in trees[base].way(panel_above):
+                rises[k] = sign * rise[k]
         corners = contact.corners / linkage.pattern.size
-        rows.append(np.c_[corners, np.ones(len(corners))] @ apart.T)
+        rows.append(np.c_[corners, np.ones(len(corners))] @ rises.T)
     return np.concatenate(rows)
 
 

@@ -67,35 +67,35 @@ def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
     n = len(equations[0]) if equations else 0
     rays: list[Ray] = [tuple(int(i == k) for i in range(n)) for k in range(n)]
     supports = [1 << k for k in range(n)]
-    left = [[(i, value) for i, value in enumerate(equation) if value] for equation in equations]
-    met = 0
-    while left:
-        values = [[sum([value * ray[i] for i, value in terms]) for ray in rays] for terms in left]
+    remaining = [[(i, value) for i, value in enumerate(equation) if value] for equation in equations]
+    added = 0
+    while remaining:
+        values = [[sum([value * ray[i] for i, value in terms]) for ray in rays] for terms in remaining]
         pairs = [sum([value > 0 for value in row]) * sum([value < 0 for value in row]) for row in values]
         first = pairs.index(min(pairs))
-        del left[first]
+        del remaining[first]
         if any(values[first]):
-            rays, supports = _meet(rays, supports, values[first], met)
-            met += 1
+            rays, supports = _meet(rays, supports, values[first], added)
+            added += 1
     return rays
 
 
-def _meet(rays: list[Ray], supports: list[int], values: list[int], met: int) -> tuple[list[Ray], list[int]]:
+def _meet(rays: list[Ray], supports: list[int], values: list[int], added: int) -> tuple[list[Ray], list[int]]:
     """Rays and their supports after one more equation, given its values on the rays."""
-    kept = [k for k, value in enumerate(values) if not value]
-    made, joints = [rays[k] for k in kept], [supports[k] for k in kept]
+    unchanged = [k for k, value in enumerate(values) if not value]
+    new_rays, new_supports = [rays[k] for k in unchanged], [supports[k] for k in unchanged]
     above, below = ([k for k, value in enumerate(values) if sign * value > 0] for sign in (1, -1))
     for p in above:
         for q in below:
             joint = supports[p] | supports[q]
             # a face of two dimensions has at most two entries more than equations that were added
-            if joint.bit_count() > met + 2 or not _spans_face(joint, supports):
+            if joint.bit_count() > added + 2 or not _spans_face(joint, supports):
                 continue
             ray = [b * values[p] - a * values[q] for a, b in zip(rays[p], rays[q], strict=True)]
-            least = gcd(*ray)
-            made.append(tuple([value // least for value in ray]))
-            joints.append(joint)
-    return made, joints
+            divisor = gcd(*ray)
+            new_rays.append(tuple([value // divisor for value in ray]))
+            new_supports.append(joint)
+    return new_rays, new_supports
 
 
 def _spans_face(joint: int, supports: list[int]) -> bool:
@@ -116,21 +116,21 @@ def _powerless(columns: ExactArray, wrench: ExactArray) -> ExactArray:
     """
     pivots = reduced_rows(columns)
     entries = _whole(wrench)
-    least = lcm(*(pivot[column] for column, pivot in pivots.items()))
+    multiple = lcm(*(pivot[column] for column, pivot in pivots.items()))
     powers = {
         column: sum(a * b for i, (a, b) in enumerate(zip(pivot, entries, strict=True)) if i not in pivots)
         for column, pivot in pivots.items()
     }
-    exact = [value * least for value in entries]
+    exact = [value * multiple for value in entries]
     for column, pivot in pivots.items():
-        exact[column] = -powers[column] * (least // pivot[column])
+        exact[column] = -powers[column] * (multiple // pivot[column])
     return np.array(exact, object)
 
 
 def _whole(fractions: ExactArray) -> list[int]:
     """The least positive multiple of fractions that is whole."""
-    least = lcm(*(value.denominator for value in fractions))
-    return [value.numerator * (least // value.denominator) for value in fractions]
+    denominator = lcm(*(value.denominator for value in fractions))
+    return [value.numerator * (denominator // value.denominator) for value in fractions]
 
 
 def has_dominant_diagonal(form: ExactArray, sizes: Sequence[int]) -> bool:

@@ -103,11 +103,11 @@ class CubeFlood:
         """
         if self.flood is None or self.cubes_expected is None:
             return math.inf
-        now, before = self._expected_at(*self._progress), self._expected_at(*self.progress_at_doubling)
+        estimate, earlier_estimate = self._expected_at(*self._progress), self._expected_at(*self.progress_at_doubling)
         if not self.boxes > self.progress_at_doubling[0] > SETTLED_FLOOD_BOXES:
-            return now
-        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.progress_at_doubling[0])
-        return now * math.pow(max(now / before, 1.0), doublings)
+            return estimate
+        doublings = math.log(max(estimate / self.boxes, 1.0)) / math.log(self.boxes / self.progress_at_doubling[0])
+        return estimate * math.pow(max(estimate / earlier_estimate, 1.0), doublings)
 
     @property
     def _progress(self) -> tuple[int, int, int]:
@@ -117,8 +117,8 @@ class CubeFlood:
     def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
         """Estimate of the total number of boxes from the progress at some time and the current estimate of cubes."""
         assert self.cubes_expected is not None
-        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED_CUBES_RATIO * self.cubes_expected))
-        return WAITING_FACE_COST_RATIO * boxes * most / max(tested, 0.5)
+        final_cubes = max(self.cubes_expected, cubes, cubes**2 / (MISSED_CUBES_RATIO * self.cubes_expected))
+        return WAITING_FACE_COST_RATIO * boxes * final_cubes / max(tested, 0.5)
 
     @property
     def bounds(self) -> tuple[Reals, Reals]:
@@ -150,7 +150,7 @@ def expected_cube_counts(states: Reals) -> list[float]:
     expected = []
     for level in range(len(FLOOD_GRID_ANGLES)):
         cubes = np.searchsorted(flood_grid(level), states, side="right")
-        times = np.unique(cubes, axis=0, return_counts=True)[1]
-        once, twice = ((times == k).sum() for k in (1, 2))
-        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
+        visits = np.unique(cubes, axis=0, return_counts=True)[1]
+        once, twice = ((visits == k).sum() for k in (1, 2))
+        expected.append(len(visits) + once * (once - 1) / (2.0 * (twice + 1)))
     return expected

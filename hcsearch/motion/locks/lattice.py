@@ -105,12 +105,12 @@ def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
         return None
     across = sides[0] / lengths[0]
     axes = np.array([[across[1], across[0]], [-across[0], across[1]]])  # Y along the first side
-    own = (lengths[1], lengths[0]) if len(facet) == 4 else (0.5 * lengths[0], 0.5 * lengths[0])
-    exact = [_decimal(length) for length in (*own, linkage.pattern.thickness)]
-    least = math.lcm(*(length.denominator for length in exact))
-    steps = (int(exact[0] * least), int(exact[1] * least), int(exact[2] * least))
+    side_steps = (lengths[1], lengths[0]) if len(facet) == 4 else (0.5 * lengths[0], 0.5 * lengths[0])
+    exact = [_decimal(length) for length in (*side_steps, linkage.pattern.thickness)]
+    denominator = math.lcm(*(length.denominator for length in exact))
+    steps = (int(exact[0] * denominator), int(exact[1] * denominator), int(exact[2] * denominator))
     q, length = (1, 1) if len(facet) == 4 else (3, 2)
-    return LatticeFrame(q, length, steps, 1.0 / least, facet[0], axes)
+    return LatticeFrame(q, length, steps, 1.0 / denominator, facet[0], axes)
 
 
 def _decimal(length: float) -> Fraction:
@@ -261,13 +261,13 @@ def _walked(
 def reduced_rows(rows: ExactArray) -> dict[int, list[int]]:
     """Reduce whole rows by Gauss's elimination: for each pivot column its row, which is 0 in other pivot columns."""
     pivots: dict[int, list[int]] = {}
-    for own in rows.tolist():
-        row = own
+    for whole_row in rows.tolist():
+        row = whole_row
         for column, pivot in pivots.items():
             row = _cleared(row, pivot, column)
         column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
         if row[column]:
-            pivots = {own: _cleared(pivot, row, column) for own, pivot in pivots.items()}
+            pivots = {whole_row: _cleared(pivot, row, column) for whole_row, pivot in pivots.items()}
             pivots[column] = row
     return pivots
 
@@ -277,5 +277,5 @@ def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
     if not row[column]:
         return row
     cleared = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
-    least = math.gcd(*cleared) or 1
-    return [value // least for value in cleared]
+    divisor = math.gcd(*cleared) or 1
+    return [value // divisor for value in cleared]

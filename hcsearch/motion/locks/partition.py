@@ -37,9 +37,9 @@ class StateParts:
     steps : total number of steps of walks, counted like boxes of the search.
     """
 
-    def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, tables: Refutation) -> None:
+    def __init__(self, rings: HingeRings, part: Reals, other_part: Reals, seed: int, tables: Refutation) -> None:
         self.rings, self.seed, self.tables = rings, seed, tables
-        self.states = [own, others]
+        self.states = [part, other_part]
         self.steps = 0
 
     def climb_within(self, states: Reals, box: Box, steps: int) -> Reals:
@@ -56,39 +56,39 @@ class StateParts:
         """
         walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.tables)
         self.steps += PART_WALK_STEPS
-        held = states_in(box, walked)
-        passed = [walked, self.climb_within(held, box, PART_CLIMB_STEPS)[len(held) :]]
+        inside = states_in(box, walked)
+        new_states = [walked, self.climb_within(inside, box, PART_CLIMB_STEPS)[len(inside) :]]
         for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
-            number = self._leads_to(start, passed)
+            number = self._leads_to(start, new_states)
             if number is not None:
-                self.states[number] = np.concatenate([self.states[number], *passed])
+                self.states[number] = np.concatenate([self.states[number], *new_states])
                 return number
-        self.states.append(np.concatenate(passed))
+        self.states.append(np.concatenate(new_states))
         return len(self.states) - 1
 
-    def _leads_to(self, state: Reals, passed: list[Reals]) -> int | None:
+    def _leads_to(self, state: Reals, new_states: list[Reals]) -> int | None:
         """The part that small steps from a state reach, or None; append the states on the way to `passed`."""
         order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
         for number in order[:NEAREST_PART_COUNT].tolist():
-            here = state
-            for again in range(APPROACH_ROUNDS):
-                goal = self.states[number][_nearest(self.states[number], here)[0]]
+            position = state
+            for attempt in range(APPROACH_ROUNDS):
+                goal = self.states[number][_nearest(self.states[number], position)[0]]
                 states, steps = approach_goal(
-                    self.rings, here, goal, MAX_APPROACH_STEPS, self.seed + again, self.tables
+                    self.rings, position, goal, MAX_APPROACH_STEPS, self.seed + attempt, self.tables
                 )
                 self.steps += steps
-                passed.append(states)
-                here = states[-1]
-                if float(((here - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
+                new_states.append(states)
+                position = states[-1]
+                if float(((position - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
                     return int(number)
         return None
 
 
 def _nearest(states: Reals, state: Reals) -> tuple[int, float]:
     """The number of the nearest neighbour of a state, (n,), among others, (m, n), and its squared distance."""
-    away = ((states - state) ** 2).sum(axis=1)
-    number = int(away.argmin())
-    return number, float(away[number])
+    squares = ((states - state) ** 2).sum(axis=1)
+    number = int(squares.argmin())
+    return number, float(squares[number])
 
 
 CUT_FACE_OFFSET = 0.1
@@ -115,9 +115,9 @@ class BoxCuts:
         self._leaves: list[CutLeaf] = []
         self._recuts_left = MAX_RECUTS
 
-    def boxes_around(self, own: Reals, others: Reals) -> list[Box] | None:
+    def boxes_around(self, part: Reals, others: Reals) -> list[Box] | None:
         """Boxes that hold the states of a part, (m, n), and no others, (k, n); None where `leaves_around` has none."""
-        leaves = leaves_around(own, others) if self._recuts_left else divided_leaves(self._leaves, own, others)
+        leaves = leaves_around(part, others) if self._recuts_left else divided_leaves(self._leaves, part, others)
         self._recuts_left = max(self._recuts_left - 1, 0)
         self._leaves = leaves or []
         return None if leaves is None else [leaf.box for leaf in leaves if leaf.inside]
@@ -135,72 +135,74 @@ class CutLeaf(ByValue):
     inside: bool
 
 
-def leaves_around(own: Reals, others: Reals) -> list[CutLeaf] | None:
+def leaves_around(part: Reals, others: Reals) -> list[CutLeaf] | None:
     """Cut all angles into boxes: those inside hold the states of a part, (m, n), the rest all others, (k, n).
 
     None where there would be too many, or where states of both kinds nearly coincide.
     """
-    around = _around(own)
-    beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(own.shape[1])], [around])]
-    return divided_leaves([CutLeaf(around, inside=True), *beside], own, others)
+    bounding_box = _around(part)
+    beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(part.shape[1])], [bounding_box])]
+    return divided_leaves([CutLeaf(bounding_box, inside=True), *beside], part, others)
 
 
-def divided_leaves(leaves: list[CutLeaf], own: Reals, others: Reals) -> list[CutLeaf] | None:
+def divided_leaves(leaves: list[CutLeaf], part: Reals, others: Reals) -> list[CutLeaf] | None:
     """Cut the leaves that hold states of both kinds; None as for `leaves_around`."""
-    parts: list[CutLeaf] = []
+    divided: list[CutLeaf] = []
     for leaf in leaves:
-        mine, rest = states_in(leaf.box, own), states_in(leaf.box, others)
-        if len(mine) and len(rest):
-            cut = _cut_apart(leaf.box, mine, rest)
+        part_inside, others_inside = states_in(leaf.box, part), states_in(leaf.box, others)
+        if len(part_inside) and len(others_inside):
+            cut = _cut_apart(leaf.box, part_inside, others_inside)
             if cut is None:
                 return None
-            parts += cut
+            divided += cut
         else:
-            parts.append(CutLeaf(leaf.box, bool(len(mine)) or (leaf.inside and not len(rest))))
-        if len(parts) > MAX_CUT_BOXES:
+            divided.append(CutLeaf(leaf.box, bool(len(part_inside)) or (leaf.inside and not len(others_inside))))
+        if len(divided) > MAX_CUT_BOXES:
             return None
-    return parts
+    return divided
 
 
-def _cut_apart(box: Box, own: Reals, others: Reals) -> list[CutLeaf] | None:
+def _cut_apart(box: Box, part: Reals, others: Reals) -> list[CutLeaf] | None:
     """Cut a box recursively until each leaf holds states of one kind only; None as for `leaves_around`."""
     leaves: list[CutLeaf] = []
-    left = [(box, own, others)]
-    while left:
-        box, own, others = left.pop()
-        if not (len(own) and len(others)):
-            leaves.append(CutLeaf(box, bool(len(own))))
+    pending = [(box, part, others)]
+    while pending:
+        box, part, others = pending.pop()
+        if not (len(part) and len(others)):
+            leaves.append(CutLeaf(box, bool(len(part))))
             continue
-        cut = _best_cut(own, others)
-        if cut is None or len(leaves) + len(left) > MAX_CUT_BOXES:
+        cut = _best_cut(part, others)
+        if cut is None or len(leaves) + len(pending) > MAX_CUT_BOXES:
             return None
         hinge, level = cut
-        most, least = box[1].copy(), box[0].copy()
-        most[hinge] = least[hinge] = level
-        below = own[:, hinge] <= level, others[:, hinge] <= level
-        left.append(((least, box[1]), own[~below[0]], others[~below[1]]))
-        left.append(((box[0], most), own[below[0]], others[below[1]]))
+        lower_high, upper_low = box[1].copy(), box[0].copy()
+        lower_high[hinge] = upper_low[hinge] = level
+        below = part[:, hinge] <= level, others[:, hinge] <= level
+        pending.append(((upper_low, box[1]), part[~below[0]], others[~below[1]]))
+        pending.append(((box[0], lower_high), part[below[0]], others[below[1]]))
     return leaves
 
 
-def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
+def _best_cut(part: Reals, others: Reals) -> tuple[int, float] | None:
     """The hinge and the angle of the cut that leaves the least impurity of two kinds of states, (m, n); None for none.
 
     The measure is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
     Trees, 1984).
     """
-    own, others = own[:: len(own) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
+    part, others = part[:: len(part) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
     best, cut = np.inf, None
-    for hinge in range(own.shape[1]):
-        angles = np.concatenate([own[:, hinge], others[:, hinge]])
+    for hinge in range(part.shape[1]):
+        angles = np.concatenate([part[:, hinge], others[:, hinge]])
         order = np.argsort(angles, kind="stable")
-        angles, mine = angles[order], np.cumsum(order < len(own))
+        angles, part_counts = angles[order], np.cumsum(order < len(part))
         last = np.flatnonzero(np.diff(angles) > MIN_CUT_WIDTH)
         if not len(last):
             continue
-        ones, rest = mine[last] / len(own), (last + 1 - mine[last]) / len(others)
-        mixed = ones * rest / (ones + rest) + (1.0 - ones) * (1.0 - rest) / (2.0 - ones - rest)
-        score = 2.0 * mixed - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
+        part_shares, other_shares = part_counts[last] / len(part), (last + 1 - part_counts[last]) / len(others)
+        impurity = part_shares * other_shares / (part_shares + other_shares) + (1.0 - part_shares) * (
+            1.0 - other_shares
+        ) / (2.0 - part_shares - other_shares)
+        score = 2.0 * impurity - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
         k = int(score.argmin())
         if score[k] < best:
             best, cut = float(score[k]), (hinge, float(0.5 * (angles[last[k]] + angles[last[k] + 1])))
@@ -209,9 +211,9 @@ def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
 
 def _around(states: Reals) -> Box:
     """A box around states, with faces at `CUT_FACE_OFFSET` from them, or at the stops."""
-    least, most = states.min(axis=0), states.max(axis=0)
-    low = np.where(least < CUT_STOP_DISTANCE, 0.0, np.maximum(least - CUT_FACE_OFFSET, 0.0))
+    lowest, highest = states.min(axis=0), states.max(axis=0)
+    low = np.where(lowest < CUT_STOP_DISTANCE, 0.0, np.maximum(lowest - CUT_FACE_OFFSET, 0.0))
     high = np.where(
-        most > MAX_BOX_ANGLE - CUT_STOP_DISTANCE, MAX_BOX_ANGLE, np.minimum(most + CUT_FACE_OFFSET, MAX_BOX_ANGLE)
+        highest > MAX_BOX_ANGLE - CUT_STOP_DISTANCE, MAX_BOX_ANGLE, np.minimum(highest + CUT_FACE_OFFSET, MAX_BOX_ANGLE)
     )
     return low, high

@@ -172,15 +172,17 @@ class Region:
             if region is not None:
                 return region
         self._cuts = self._cuts or BoxCuts()
-        own, *others = self._parts.states
-        return self._cuts.boxes_around(own, np.concatenate(others))
+        part, *other_parts = self._parts.states
+        return self._cuts.boxes_around(part, np.concatenate(other_parts))
 
     def _boxes_within_boxes(self) -> list[Box] | None:
         """Nested boxes around the parts that are included, without the others; None where there are none."""
         states = self._parts.states
-        own = [states[number] for number in sorted(self._inside_parts)]
-        others = [part for number, part in enumerate(states) if number not in self._inside_parts]
-        return region_around(np.concatenate(own), others, partial(self._parts.climb_within, steps=REGION_CLIMB_STEPS))
+        included = [states[number] for number in sorted(self._inside_parts)]
+        excluded = [part for number, part in enumerate(states) if number not in self._inside_parts]
+        return region_around(
+            np.concatenate(included), excluded, partial(self._parts.climb_within, steps=REGION_CLIMB_STEPS)
+        )
 
     def _enqueue(self, face: BoxFace) -> None:
         """Enqueue a face for probing, or for search if its number of boxes is known; halve it if that is too great."""
@@ -214,8 +216,8 @@ class Region:
         """Whether Newton's method from states near a face finds a closed state on it, kept in `probe_tables.state`."""
         for part in self._parts.states:
             states = part[:: len(part) // MAX_REGION_SAMPLES + 1]
-            away = excess_over_box((face.low, face.high), states).max(axis=1)
-            for number in np.argsort(away, kind="stable")[:FACE_NEWTON_STARTS]:
+            excess = excess_over_box((face.low, face.high), states).max(axis=1)
+            for number in np.argsort(excess, kind="stable")[:FACE_NEWTON_STARTS]:
                 self.probe_tables.state[:] = np.clip(states[number], face.low, face.high)
                 self._boxes_taken += 1
                 if reaches_closed_state(self.rings, face.low, face.high, self.probe_tables.state, self.probe_tables):
@@ -232,11 +234,13 @@ class Region:
             if self._cuts is not None:
                 self._cuts.freeze()
             start_refutation(self.rings, face.low, face.high, self.search)
-        before = int(self.search.counts[REFUTATION_TESTED_BOXES])
-        verdict = continue_refutation(self.rings, before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search)
-        taken = int(self.search.counts[REFUTATION_TESTED_BOXES]) - before
-        self._boxes_taken += taken
-        part.expected = max(part.expected - taken, 0.0)
+        tested_before = int(self.search.counts[REFUTATION_TESTED_BOXES])
+        verdict = continue_refutation(
+            self.rings, tested_before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search
+        )
+        tested = int(self.search.counts[REFUTATION_TESTED_BOXES]) - tested_before
+        self._boxes_taken += tested
+        part.expected = max(part.expected - tested, 0.0)
         if verdict == BOX_CLOSED:
             self._take_in(self.search.state.copy(), face)
         elif verdict == BOX_EMPTY:

@@ -58,7 +58,7 @@ class Tightness:
         return f"leaving it opens the loops by {1e3 * self.opening:.2g} mm, until a turn of {turned} in sum (measured)"
 
 
-def tightness(linkage: Linkage, angles: Reals, *, most: float | None = None) -> Tightness | None:
+def tightness(linkage: Linkage, angles: Reals, *, max_opening: float | None = None) -> Tightness | None:
     """Measure the opening of the loops that a linkage needs to leave a state where every hinge is at a stop.
 
     most : opening (m) beyond which no path is followed; None for the panels' thickness.
@@ -67,11 +67,11 @@ def tightness(linkage: Linkage, angles: Reals, *, most: float | None = None) -> 
     if not linkage.loops:
         return None
     loops = _Loops(linkage, angles)
-    most = linkage.pattern.thickness if most is None else most
-    there = _forward_path(loops, most)
-    if not loops.is_closed(there[-1]):
-        return Tightness(most, most, float(there[-1].sum()), None)
-    return _best(loops, there, _backward_path(loops, there))
+    max_opening = linkage.pattern.thickness if max_opening is None else max_opening
+    forward = _forward_path(loops, max_opening)
+    if not loops.is_closed(forward[-1]):
+        return Tightness(max_opening, max_opening, float(forward[-1].sum()), None)
+    return _best(loops, forward, _backward_path(loops, forward))
 
 
 class _Loops:
@@ -121,9 +121,9 @@ class _Loops:
     def _shut(self, value: Reals) -> bool:
         return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
 
-    def greatest_opening(self, one: Reals, two: Reals) -> tuple[float, float]:
+    def greatest_opening(self, start: Reals, end: Reals) -> tuple[float, float]:
         """The greatest opening on the straight line between two states, and the sum of turns at it."""
-        between = [one + share * (two - one) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
+        between = [start + share * (end - start) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
         return max((self.opening(turns), float(turns.sum())) for turns in between)
 
     def is_closed(self, turns: Reals) -> bool:
@@ -140,8 +140,8 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
         joint = linkage.pattern.hinges[hinge]
         pose = poses[joint.first if sign == 1 else joint.second]  # of the panel in whose frame the residual is
         x, y, z = ((corners - pose[:, 3]) @ pose[:, :3]).T
-        nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
-        rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
+        zero, unit = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
+        rows = [[zero, z, -y, unit, zero, zero], [-z, zero, x, zero, unit, zero], [y, -x, zero, zero, zero, unit]]
         moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
         weights.append(np.linalg.qr(moved)[1])
     return np.array(weights)
@@ -150,10 +150,10 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
 def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
     """The y >= 0 that minimises |slope y - target|^2 + damping^2 |y - turns|^2."""
     columns = np.concatenate([slope, damping * np.eye(len(turns))])
-    whole = np.concatenate([target, damping * turns])
-    lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(whole))
-    solution, left = np.empty(len(turns)), np.empty(len(whole))
-    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), whole / length, solution, left)
+    right_side = np.concatenate([target, damping * turns])
+    lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(right_side))
+    solution, residual = np.empty(len(turns)), np.empty(len(right_side))
+    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), right_side / length, solution, residual)
     scaled: Reals = solution * length / lengths
     return scaled
 
@@ -162,10 +162,10 @@ def _within(turns: Reals, total: float) -> Reals:
     """Scale turns to a sum, with none beyond the other stop."""
     free = np.ones(len(turns), bool)
     while True:
-        left = total - math.pi * int((~free).sum())
+        remaining = total - math.pi * int((~free).sum())
         inside = float(turns[free].sum())
         scaled = np.full(len(turns), math.pi)
-        scaled[free] = turns[free] * (left / inside) if inside > 0.0 else left / max(int(free.sum()), 1)
+        scaled[free] = turns[free] * (remaining / inside) if inside > 0.0 else remaining / max(int(free.sum()), 1)
         beyond = free & (scaled > math.pi)
         if not beyond.any():
             return scaled
@@ -182,31 +182,33 @@ def _first(loops: _Loops) -> Reals:
     )
 
 
-def _forward_path(loops: _Loops, most: float) -> list[Reals]:
+def _forward_path(loops: _Loops, max_opening: float) -> list[Reals]:
     """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds `most`."""
     states = [_first(loops)]
     total = FIRST_TURN_SUM
-    while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= most:
+    while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= max_opening:
         total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
         states.append(loops.least_opening_turns(_within(states[-1], total), total))
     return states
 
 
-def _backward_path(loops: _Loops, there: list[Reals]) -> list[Reals]:
+def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
     """Turns of least opening with the sums of the forward path, in its order, computed from its end."""
-    states = [there[-1]]
-    for turns in there[-2::-1]:
+    states = [forward[-1]]
+    for turns in forward[-2::-1]:
         total = float(turns.sum())
         states.append(loops.least_opening_turns(_within(states[-1], total), total))
     return states[::-1]
 
 
-def _best(loops: _Loops, there: list[Reals], back: list[Reals]) -> Tightness:
+def _best(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
     """The best path: along the forward path, over to the backward one where that costs least, and along that."""
-    ahead, home = ([loops.greatest_opening(*pair) for pair in pairwise(way)] for way in (there, back))
-    over = [loops.greatest_opening(*pair) for pair in zip(there, back, strict=True)]
-    before = list(accumulate(ahead, max, initial=(0.0, 0.0)))
-    after = list(accumulate(reversed(home), max, initial=(0.0, 0.0)))[::-1]
-    opening, turn = min(map(max, before, over, after))
-    least = max(min(pair) for pair in zip(map(loops.opening, there), map(loops.opening, back), strict=True))
-    return Tightness(opening, min(least, opening), turn, float(there[-1].sum()))
+    forward_openings, backward_openings = (
+        [loops.greatest_opening(*pair) for pair in pairwise(way)] for way in (forward, backward)
+    )
+    crossing_openings = [loops.greatest_opening(*pair) for pair in zip(forward, backward, strict=True)]
+    up_to = list(accumulate(forward_openings, max, initial=(0.0, 0.0)))
+    from_there = list(accumulate(reversed(backward_openings), max, initial=(0.0, 0.0)))[::-1]
+    opening, turn = min(map(max, up_to, crossing_openings, from_there))
+    least = max(min(pair) for pair in zip(map(loops.opening, forward), map(loops.opening, backward), strict=True))
+    return Tightness(opening, min(least, opening), turn, float(forward[-1].sum()))

@@ -109,8 +109,8 @@ def find_branches(
     if stops:
         inward = (angles <= STOP_TOLERANCE).astype(float) - (angles >= math.pi - STOP_TOLERANCE)
         cone = (inward[:, None] * basis)[inward != 0.0]
-    solved = SOLVED_RESIDUAL if zero_below is None else LOCATED_STATE_RESIDUAL
-    solutions, cover_radius = solve_quadrics(forms, cone, both=not stops, solved=solved)
+    tolerance = SOLVED_RESIDUAL if zero_below is None else LOCATED_STATE_RESIDUAL
+    solutions, cover_radius = solve_quadrics(forms, cone, both=not stops, solved=tolerance)
     nudged = []
     for solution in solutions:
         direction = basis @ solution.vector
@@ -150,23 +150,23 @@ def _nudged(local: LocalState, direction: Reals) -> tuple[float, bool]:
         distances.append(distance)
         # a state that leaves a stop along the line may be beyond it by the square of the step: no motion within stops
         within = within and bool(stop_margins(result.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
-    steps, off = np.array(NUDGE_STEPS), np.array(distances)
-    seen = off > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
-    if np.count_nonzero(seen) < 2:
+    steps, deviations = np.array(NUDGE_STEPS), np.array(distances)
+    significant = deviations > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
+    if np.count_nonzero(significant) < 2:
         return math.inf, within
-    return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within
+    return float(np.polyfit(np.log(steps[significant]), np.log(deviations[significant]), 1)[0]), within
 
 
 def _sentence(nullity: int, stresses: int, nudged: list[Branch], stops: bool) -> str:
     if not nullity:
         return "rigid: nothing moves to first order"
-    alone = sum(branch.dimension == 0 for branch in nudged)
+    isolated = sum(branch.dimension == 0 for branch in nudged)
     families = sorted({branch.dimension for branch in nudged} - {0})
-    counts = [f"{alone} isolated"] if alone else []
+    counts = [f"{isolated} isolated"] if isolated else []
     counts += [f"a family of dimension {dimension}" for dimension in families]
     finite = sum(branch.status == "finite" for branch in nudged)
-    where = " within the stops" if stops else ""
+    within_stops = " within the stops" if stops else ""
     return (
-        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{where}: "
+        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{within_stops}: "
         f"{', '.join(counts) or 'none'}; {finite} of {len(nudged)} nudged are finite"
     )

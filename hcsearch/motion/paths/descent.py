@@ -79,42 +79,44 @@ def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> 
     The sets are: equal springs; springs that are stiffest at the outside of the folded package, so that it opens from
     outside in; the reverse; and `random` ones. Then the same with hinges held that are flat in the stacks, if any.
     """
-    tried: list[tuple[str, str]] = []
+    attempts: list[tuple[str, str]] = []
     best: tuple[MotionPath, Reals] | None = None
     for name, springs, held, goal in _attempts(linkage, random):
         path = descend_energy(linkage, springs=springs, held=held, goal=goal, max_steps=max_steps)
-        whole = _from_the_end(linkage, path, goal) if path.outcome == goal else None
-        tried.append((name, path.outcome if whole is not None or path.outcome != goal else "from beside the end"))
-        if whole is not None:
-            forward = whole if goal == "flat" else reversed_path(whole, "flat")
-            return DescentSearch(forward, springs, goal == "folded", tuple(tried))
+        full_path = _from_the_end(linkage, path, goal) if path.outcome == goal else None
+        attempts.append(
+            (name, path.outcome if full_path is not None or path.outcome != goal else "from beside the end")
+        )
+        if full_path is not None:
+            forward = full_path if goal == "flat" else reversed_path(full_path, "flat")
+            return DescentSearch(forward, springs, goal == "folded", tuple(attempts))
         if goal == "flat" and (best is None or path.end.sum() < best[0].end.sum()):
             best = (path, springs)
         if path.outcome == "lost closure":
             break
     assert best is not None
-    return DescentSearch(*best, False, tuple(tried))
+    return DescentSearch(*best, False, tuple(attempts))
 
 
 def _from_the_end(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> MotionPath | None:
     """Extend a path to its goal back to the other end, if it began beside that; None where no descent leads there."""
-    other: DescentGoal = "folded" if goal == "flat" else "flat"
-    if (path.angles[0] == getattr(linkage, other)).all():
+    opposite: DescentGoal = "folded" if goal == "flat" else "flat"
+    if (path.angles[0] == getattr(linkage, opposite)).all():
         return path
-    back = descend_energy(linkage, path.angles[0], goal=other)
-    return joined_paths(reversed_path(back, goal), path) if back.outcome == other else None
+    return_path = descend_energy(linkage, path.angles[0], goal=opposite)
+    return joined_paths(reversed_path(return_path, goal), path) if return_path.outcome == opposite else None
 
 
 def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags | None, DescentGoal]]:
     """The attempts of a search: names, springs, held hinges and goals."""
-    pairs = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
-    sets = list(descent_springs(linkage, random))
+    flat_pairs = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
+    spring_sets = list(descent_springs(linkage, random))
     goals: tuple[DescentGoal, DescentGoal] = ("flat", "folded")
     for goal in goals:
-        for held in (None, pairs) if pairs.any() else (None,):
-            for name, springs in sets:
-                how = ", flat pairs held" if held is not None else ""
-                yield f"{name}{how}{', backwards' if goal == 'folded' else ''}", springs, held, goal
+        for held in (None, flat_pairs) if flat_pairs.any() else (None,):
+            for name, springs in spring_sets:
+                suffix = ", flat pairs held" if held is not None else ""
+                yield f"{name}{suffix}{', backwards' if goal == 'folded' else ''}", springs, held, goal
 
 
 def descent_springs(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
@@ -151,15 +153,15 @@ def descend_energy(
     budget`.
     """
     stiffness = np.ones(linkage.n_hinges) if springs is None else np.asarray(springs, float)
-    still = np.zeros(linkage.n_hinges, bool) if held is None else held
-    other = linkage.folded if goal == "flat" else linkage.flat
-    begin = other if start is None else np.asarray(start, float)
-    path = _Descent(linkage, stiffness, still, goal, max_steps).run(begin)
-    if start is None and path.outcome == "stuck" and np.abs(path.end - other).max() < UNMOVED_START_DISTANCE:
-        inward = (REOPENED_ANGLE_SHARE if goal == "flat" else 1.0 - REOPENED_ANGLE_SHARE) * linkage.folded
-        left = _Descent(linkage, stiffness, still, goal, max_steps).run(inward)
-        if left.outcome != "lost closure" and np.abs(left.end - other).max() > 10 * UNMOVED_START_DISTANCE:
-            return left
+    held_hinges = np.zeros(linkage.n_hinges, bool) if held is None else held
+    opposite = linkage.folded if goal == "flat" else linkage.flat
+    first_angles = opposite if start is None else np.asarray(start, float)
+    path = _Descent(linkage, stiffness, held_hinges, goal, max_steps).run(first_angles)
+    if start is None and path.outcome == "stuck" and np.abs(path.end - opposite).max() < UNMOVED_START_DISTANCE:
+        restart_angles = (REOPENED_ANGLE_SHARE if goal == "flat" else 1.0 - REOPENED_ANGLE_SHARE) * linkage.folded
+        restarted = _Descent(linkage, stiffness, held_hinges, goal, max_steps).run(restart_angles)
+        if restarted.outcome != "lost closure" and np.abs(restarted.end - opposite).max() > 10 * UNMOVED_START_DISTANCE:
+            return restarted
     return path
 
 
@@ -206,13 +208,13 @@ class _Descent:
             return PathEnding("out of budget", f"{self.max_steps} steps were not enough: raise max_steps")
         change, promised = self._aim(last, last.null_space(), self.trust_radius)
         size = float(np.abs(change).max())
-        still = size < MIN_DESCENT_CHANGE or promised < MIN_PROMISED_SHARE * energy
-        if not still and self._try(last, change, promised, self.trust_radius):
+        is_minimum = size < MIN_DESCENT_CHANGE or promised < MIN_PROMISED_SHARE * energy
+        if not is_minimum and self._try(last, change, promised, self.trust_radius):
             return None
-        far = self.lengths[-1] >= self.loosened_length + LOOSENING_INTERVAL
-        if (still or (size < LOOSENING_STEP and far)) and self._loosened(last):
+        may_loosen = self.lengths[-1] >= self.loosened_length + LOOSENING_INTERVAL
+        if (is_minimum or (size < LOOSENING_STEP and may_loosen)) and self._loosened(last):
             return None
-        if still:
+        if is_minimum:
             return self._stuck(last, energy)
         self.rejected += 1
         self.trust_radius = 0.4 * size
@@ -229,16 +231,16 @@ class _Descent:
         """Make a step if the closed state after it decreases the energy enough; return whether it was made."""
         local, count = close_within_stops(self.linkage, last.angles + change, held=self.held)
         self.evaluations += count
-        reached = math.inf if local is None else self._energy(local.angles)
-        gain = self.energies[-1] - reached
+        new_energy = math.inf if local is None else self._energy(local.angles)
+        gain = self.energies[-1] - new_energy
         if local is None or gain < MIN_DECREASE_SHARE * promised:
             return False
-        leads, more = states_are_linked(self.linkage, last.angles, local.angles, held=self.held)
-        self.evaluations += more
-        if not leads:  # a leap, to states that perhaps no motion leads to
+        linked, evaluations = states_are_linked(self.linkage, last.angles, local.angles, held=self.held)
+        self.evaluations += evaluations
+        if not linked:  # a leap, to states that perhaps no motion leads to
             return False
         self.trust_radius = min(2.0 * trust, MAX_TRUST_RADIUS) if gain > 0.7 * promised else trust
-        self._add(local, reached)
+        self._add(local, new_energy)
         return True
 
     def _loosened(self, last: LocalState) -> bool:
@@ -248,19 +250,19 @@ class _Descent:
         where the tangent space forbids it.
         """
         self.loosened_length = self.lengths[-1]
-        for fewer in (1, 2):
-            if last.kept_rank <= fewer or last.values[-fewer] > LOOSENING_SINGULAR_VALUE:
+        for dropped in (1, 2):
+            if last.kept_rank <= dropped or last.values[-dropped] > LOOSENING_SINGULAR_VALUE:
                 break
-            basis = np.hstack([last.null_space(), last.right[-fewer:].T])
+            basis = np.hstack([last.null_space(), last.right[-dropped:].T])
             for trust in (0.3, 0.1, 0.03, 0.01):
                 change, promised = self._aim(last, basis, trust)
                 if promised > MIN_PROMISED_SHARE * self.energies[-1] and self._try(last, change, promised, trust):
                     return True
         # near the goal the closed states are nearly a cone: step towards its tip
-        away = last.angles - self.target
-        change = np.where(self.held, 0.0, -0.5 * away)
+        offset = last.angles - self.target
+        change = np.where(self.held, 0.0, -0.5 * offset)
         return bool(
-            np.abs(away).max() < GOAL_CONE_RADIUS
+            np.abs(offset).max() < GOAL_CONE_RADIUS
             and self._try(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
         )
 
@@ -272,9 +274,9 @@ class _Descent:
     def _stuck(self, last: LocalState, energy: float) -> PathEnding:
         flat = np.flatnonzero(last.angles <= STOP_TOLERANCE)
         closed = np.flatnonzero(last.angles >= math.pi - STOP_TOLERANCE)
-        left = energy / (0.5 * float(self.springs @ self.linkage.folded**2))
+        energy_share = energy / (0.5 * float(self.springs @ self.linkage.folded**2))
         sentence = (
-            f"a local minimum with {left:.1%} of the energy of the other end; hinges at pi: "
+            f"a local minimum with {energy_share:.1%} of the energy of the other end; hinges at pi: "
             f"{named_hinges(self.linkage, closed)}; at 0: {named_hinges(self.linkage, flat)}"
         )
         return PathEnding("stuck", sentence, tuple(map(int, np.union1d(flat, closed))))

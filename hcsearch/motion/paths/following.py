@@ -181,11 +181,11 @@ class _Following:
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
         local = self.walker.state_at(start)
         tangent = local.tangent(direction)
-        size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
-        moves = size > 1e-9 * whole
-        self.states.append(PathStep(local, tangent / size if moves else tangent, 0.0))
+        tangent_norm, direction_norm = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
+        moves = tangent_norm > 1e-9 * direction_norm
+        self.states.append(PathStep(local, tangent / tangent_norm if moves else tangent, 0.0))
         for name, state in self.ends.items():
-            if not whole and not np.abs(start - state).any():
+            if not direction_norm and not np.abs(start - state).any():
                 return PathEnding(name, f"{name} at the start")
         if local.residual > 10 * CLOSED_LOOP_RESIDUAL:
             return PathEnding("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
@@ -219,56 +219,61 @@ class _Following:
         if self.walker.predictor.name == "increment":
             distance /= float(np.abs(self.last.tangent).max())
         distance = min(distance, self.limits.length - self.last.length)
-        sure = self.landing
+        previous = self.landing
         distance, self.landing = self._approach(distance)
-        landing = self.landing or sure
+        landing = self.landing or previous
         # once the path leads to an end, contrary states beside the end are due to rounding
         if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
             return self._land(landing)
         if self.adapts_first and len(self.states) == 1:
-            distance, tried = self._first(distance)
+            distance, advance = self._first(distance)
         else:
-            tried = self.walker.advance(self.before, self.last, distance)
-        if landing is not None and (tried is None or tried.step.local.rank.rank is None):
+            advance = self.walker.advance(self.before, self.last, distance)
+        if landing is not None and (advance is None or advance.step.local.rank.rank is None):
             return self._land(landing)  # its singularity hides the states before it
-        if tried is None or tried.error > 4 * self.tolerance:
-            return self._shorten_step(distance, lost=tried is None and math.isinf(self.tolerance))
-        if tried.step.local.residual > LOST_CLOSURE_RESIDUAL:
-            return PathEnding("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
+        if advance is None or advance.error > 4 * self.tolerance:
+            return self._shorten_step(distance, lost=advance is None and math.isinf(self.tolerance))
+        if advance.step.local.residual > LOST_CLOSURE_RESIDUAL:
+            return PathEnding(
+                "lost closure", f"uncorrected, the loops have opened by {advance.step.local.residual:.1e}"
+            )
         if math.isfinite(self.tolerance):
-            better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
-            self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
-        return self._add_state(self.before, self.last, tried.step)
+            factor = 0.9 * (self.tolerance / max(advance.error, 1e-300)) ** (1.0 / (advance.order + 1))
+            self.step = min(self.longest, distance * min(3.0, max(0.3, factor)))
+        return self._add_state(self.before, self.last, advance.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
         """Shorten a step towards a near end to four fifths of the way; also return that end if the path leads to it."""
         landing = None
         for name, state in self.ends.items():
-            away = state - self.last.angles
-            left = float(np.linalg.norm(away))
-            if left >= 2.0 * distance or away @ self.last.tangent <= 0.9 * left:
+            offset = state - self.last.angles
+            remaining = float(np.linalg.norm(offset))
+            if remaining >= 2.0 * distance or offset @ self.last.tangent <= 0.9 * remaining:
                 continue
             if self.last.local.nullity > 1:  # one geodesic of many would miss the end: turn towards it
-                tangent = self.last.local.tangent(away)
+                tangent = self.last.local.tangent(offset)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
-            distance = min(distance, 0.8 * left)
-            if left < LANDING_DISTANCE * self.size and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS:
-                landing = _Landing(name, state, left)
+            distance = min(distance, 0.8 * remaining)
+            if (
+                remaining < LANDING_DISTANCE * self.size
+                and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS
+            ):
+                landing = _Landing(name, state, remaining)
         return distance, landing
 
     def _first(self, distance: float) -> tuple[float, Advance | None]:
         """Make the first step: short, but so long that the distance from a singular state exceeds rounding."""
-        taken: tuple[float, Advance | None] = (distance, None)
+        best: tuple[float, Advance | None] = (distance, None)
         for power in range(10):
-            longer = distance * 2**power
-            if power and longer > min(self.longest, self.limits.length):
+            trial_distance = distance * 2**power
+            if power and trial_distance > min(self.longest, self.limits.length):
                 break
-            tried = self.walker.advance(None, self.last, longer)
-            if tried is not None and tried.error <= 4 * self.tolerance:
-                taken = (longer, tried)
-                if not _blurred(tried.step, longer):
+            advance = self.walker.advance(None, self.last, trial_distance)
+            if advance is not None and advance.error <= 4 * self.tolerance:
+                best = (trial_distance, advance)
+                if not _blurred(advance.step, trial_distance):
                     break
-        return taken
+        return best
 
     def _shorten_step(self, distance: float, *, lost: bool) -> PathEnding | None:
         """Reject a step and shorten the next one; end the path if steps become too short."""
@@ -281,8 +286,8 @@ class _Following:
 
     def _land(self, landing: _Landing) -> PathEnding:
         local = self.walker.state_at(landing.state)
-        left = float(np.linalg.norm(landing.state - self.last.angles))
-        self.states.append(PathStep(local, self.last.tangent, self.last.length + left))
+        distance = float(np.linalg.norm(landing.state - self.last.angles))
+        self.states.append(PathStep(local, self.last.tangent, self.last.length + distance))
         return PathEnding(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
 
     def _add_state(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
@@ -293,8 +298,8 @@ class _Following:
                 return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            met = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
-            return _stopped(self.walker.linkage, np.flatnonzero(met))
+            reached = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
+            return _stopped(self.walker.linkage, np.flatnonzero(reached))
         if self.watches_events:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)

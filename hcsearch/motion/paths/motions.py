@@ -184,8 +184,8 @@ def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: P
         return math.nan if advance is None else float(stop_margins(advance.step.angles)[beyond].min())
 
     try:
-        at = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
+        distance_to_stop = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
     except ValueError:
         return None
-    advance = walker.advance(before, last, at)
+    advance = walker.advance(before, last, distance_to_stop)
     return None if advance is None else advance.step

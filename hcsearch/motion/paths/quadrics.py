@@ -38,8 +38,8 @@ class _Cells(ByValue):
     middle: Reals
     half: Reals
 
-    def some(self, which: Flags) -> _Cells:
-        return _Cells(self.axis[which], self.sense[which], self.middle[which], self.half[which])
+    def some(self, flags: Flags) -> _Cells:
+        return _Cells(self.axis[flags], self.sense[flags], self.middle[flags], self.half[flags])
 
     def halves(self) -> _Cells:
         """All cells, bisected across their longest side."""
@@ -62,9 +62,9 @@ class _Cells(ByValue):
         nearest = np.sqrt(1.0 + (np.maximum(np.abs(self.middle) - self.half, 0.0) ** 2).sum(axis=1))
         centres = corner / np.linalg.norm(corner, axis=1, keepdims=True)
         # reflect to arbitrary axes: centres on a plane of symmetry of the quadrics would be bad starts
-        away = 1.0 + (np.arange(m) * 0.6180339887498949) % 1.0
-        turned = centres - np.outer(centres @ away, 2.0 * away / (away @ away))
-        return turned, np.minimum(np.linalg.norm(self.half, axis=1) / nearest, 2.0)
+        normal = 1.0 + (np.arange(m) * 0.6180339887498949) % 1.0
+        reflected = centres - np.outer(centres @ normal, 2.0 * normal / (normal @ normal))
+        return reflected, np.minimum(np.linalg.norm(self.half, axis=1) / nearest, 2.0)
 
 
 def cover_directions(forms: Reals, cone: Reals | None, *, both: bool, slack: float) -> Cover:
@@ -76,15 +76,15 @@ def cover_directions(forms: Reals, cone: Reals | None, *, both: bool, slack: flo
     senses = (1.0,) if both else (1.0, -1.0)
     axis, sense = np.tile(np.arange(m), len(senses)), np.repeat(senses, m)
     cells = _Cells(axis, sense, np.zeros((len(axis), m - 1)), np.ones((len(axis), m - 1)))
-    kept = Cover(np.zeros((0, m)), 2.0)
+    cover = Cover(np.zeros((0, m)), 2.0)
     while True:
         centres, radii = cells.balls()
-        left = _open(forms, cone, centres, radii, slack)
-        cells, centres, radius = cells.some(left), centres[left], float(radii[left].max(initial=0.0))
+        possible = _open(forms, cone, centres, radii, slack)
+        cells, centres, radius = cells.some(possible), centres[possible], float(radii[possible].max(initial=0.0))
         if len(centres) <= MAX_COVER_CELLS:
-            kept = Cover(centres, radius)
+            cover = Cover(centres, radius)
         if radius <= MIN_CELL_RADIUS or len(centres) > MAX_HALVED_CELLS:
-            return kept
+            return cover
         cells = cells.halves()
 
 
@@ -98,11 +98,11 @@ def _open(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack:
     possible = np.ones(len(centres), bool)
     if cone is not None:
         possible &= (centres @ cone.T >= -np.linalg.norm(cone, axis=1) * radii[:, None] - slack).all(axis=1)
-    at = np.flatnonzero(possible)
-    if not len(forms) or not len(at):
+    candidates = np.flatnonzero(possible)
+    if not len(forms) or not len(candidates):
         return possible
     products = np.einsum("kij,lij->kl", forms, forms)
-    c, r = centres[at], radii[at, None]
+    c, r = centres[candidates], radii[candidates, None]
     turned = np.einsum("kij,nj->nki", forms, c)
     values = np.einsum("nki,ni->nk", turned, c)
     slopes = 2.0 * (turned - values[:, :, None] * c[:, None, :])
@@ -110,7 +110,7 @@ def _open(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack:
     summed = np.abs(np.einsum("nkl,nk->nl", sums, values))
     linear = np.linalg.norm(np.einsum("nkl,nki->nli", sums, slopes), axis=2)
     curved = summed + np.sqrt(np.einsum("nkl,kj,njl->nl", sums, products, sums, optimize=True))
-    possible[at] = (summed <= linear * r + curved * r * r + slack).all(axis=1)
+    possible[candidates] = (summed <= linear * r + curved * r * r + slack).all(axis=1)
     return possible
 
 
@@ -171,24 +171,24 @@ def solve_quadrics(
         return [], 0.0
     forms = _independent(forms)
     cone = None if cone is None or not len(cone) else cone
-    covered = cover_directions(forms, cone, both=both, slack=solved)
-    ends, residuals = _newton(forms, cone, covered.centres)
+    cover = cover_directions(forms, cone, both=both, slack=solved)
+    ends, residuals = _newton(forms, cone, cover.centres)
     ends, residuals = ends[residuals < solved], residuals[residuals < solved]
     kernels = _kernels(forms, ends)
     sizes = np.array([len(kernel) for kernel in kernels], int)
     solutions: list[QuadricSolution] = []
-    known = np.zeros(len(ends), bool)
+    listed = np.zeros(len(ends), bool)
     for i, end in enumerate(ends):
-        if known[i]:
+        if listed[i]:
             continue
         dimension = _dimension(forms, end, kernels[i], solved)
         solutions.append(QuadricSolution(end, dimension, float(residuals[i])))
         cosines = ends @ end
         distances = np.sqrt(np.maximum(2.0 - 2.0 * (np.abs(cosines) if both else cosines), 0.0))
-        known |= distances < max(SAME_SOLUTION_DISTANCE, 10 * solved**0.5)
+        listed |= distances < max(SAME_SOLUTION_DISTANCE, 10 * solved**0.5)
         if dimension:
-            known |= (distances < FAMILY_MEMBER_DISTANCE) & (sizes == sizes[i])
-    return solutions, covered.radius
+            listed |= (distances < FAMILY_MEMBER_DISTANCE) & (sizes == sizes[i])
+    return solutions, cover.radius
 
 
 def _independent(forms: Reals) -> Reals:
@@ -197,8 +197,10 @@ def _independent(forms: Reals) -> Reals:
     Sums of squares of the forms do not depend on the basis of self-stresses.
     """
     _, s, vt = np.linalg.svd(forms.reshape(len(forms), forms.shape[1] ** 2), full_matrices=False)
-    some = s > ZERO_FORM_SIZE
-    orthogonal: Reals = (s[some, None] * vt[some] / s.max(initial=ZERO_FORM_SIZE)).reshape(-1, *forms.shape[1:])
+    significant = s > ZERO_FORM_SIZE
+    orthogonal: Reals = (s[significant, None] * vt[significant] / s.max(initial=ZERO_FORM_SIZE)).reshape(
+        -1, *forms.shape[1:]
+    )
     return orthogonal
 
 
@@ -211,21 +213,25 @@ def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | Non
     z = starts / np.linalg.norm(starts, axis=1, keepdims=True)
     value, slope = _system(forms, cone, z, linear)
     damping = np.full(len(z), 1e-3)
-    going = np.abs(value).max(axis=1, initial=0.0) >= ZERO_QUADRIC_SIZE
+    unconverged = np.abs(value).max(axis=1, initial=0.0) >= ZERO_QUADRIC_SIZE
     for _ in range(MAX_QUADRIC_STEPS):
-        at = np.flatnonzero(going)
-        if not len(at):
+        active = np.flatnonzero(unconverged)
+        if not len(active):
             break
-        trial = z[at] + _damped_step(value[at], slope[at], damping[at])
+        trial = z[active] + _damped_step(value[active], slope[active], damping[active])
         trial /= np.linalg.norm(trial, axis=1, keepdims=True)
         new_value, new_slope = _system(forms, cone, trial, linear)
-        better = (new_value**2).sum(axis=1) < (value[at] ** 2).sum(axis=1)
-        moved = np.linalg.norm(trial - z[at], axis=1)
-        taken = at[better]
-        z[taken], value[taken], slope[taken] = trial[better], new_value[better], new_slope[better]
-        damping[at] = np.where(better, np.maximum(0.1 * damping[at], 1e-30), np.maximum(10 * damping[at], 1e-20))
-        left = np.abs(value[at]).max(axis=1, initial=0.0)
-        going[at] = (left >= ZERO_QUADRIC_SIZE) & np.where(better, moved >= ZERO_QUADRIC_SIZE, damping[at] <= 1e6)
+        better = (new_value**2).sum(axis=1) < (value[active] ** 2).sum(axis=1)
+        moved = np.linalg.norm(trial - z[active], axis=1)
+        accepted = active[better]
+        z[accepted], value[accepted], slope[accepted] = trial[better], new_value[better], new_slope[better]
+        damping[active] = np.where(
+            better, np.maximum(0.1 * damping[active], 1e-30), np.maximum(10 * damping[active], 1e-20)
+        )
+        errors = np.abs(value[active]).max(axis=1, initial=0.0)
+        unconverged[active] = (errors >= ZERO_QUADRIC_SIZE) & np.where(
+            better, moved >= ZERO_QUADRIC_SIZE, damping[active] <= 1e6
+        )
     return z, np.linalg.norm(value, axis=1)
 
 
@@ -236,8 +242,8 @@ def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
     level, and its matrix products round differently from the sums over all states here, so that results would change.
     """
     u, s, vt = np.linalg.svd(slope, full_matrices=False)
-    nothing = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
-    gain = np.where(nothing, 0.0, s / (s * s + damping[:, None]))
+    negligible = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
+    gain = np.where(negligible, 0.0, s / (s * s + damping[:, None]))
     step: Reals = -np.einsum("nji,nj->ni", vt, gain * np.einsum("nkj,nk->nj", u, value))
     return step
 
@@ -268,15 +274,16 @@ def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
     It is at most that of the space spanned by the directions to neighbours. Where families cross, that is greater than
     the dimension of any of them, so it is computed at the neighbours, each of which lies on one family.
     """
-    around, most = _neighbours(forms, z, kernel, solved, FAMILY_NEIGHBOUR_DISTANCE)
-    if most and all(len(other) == most for other in _kernels(forms, around)):
-        return most
+    neighbours, max_dimension = _neighbours(forms, z, kernel, solved, FAMILY_NEIGHBOUR_DISTANCE)
+    if max_dimension and all(len(other) == max_dimension for other in _kernels(forms, neighbours)):
+        return max_dimension
     dimension = 0
-    for one, directions in zip(around, _kernels(forms, around), strict=True):
+    for neighbour, directions in zip(neighbours, _kernels(forms, neighbours), strict=True):
         dimension = max(
-            dimension, min(_neighbours(forms, one, directions, solved, CROSSING_NEIGHBOUR_DISTANCE)[1], most)
+            dimension,
+            min(_neighbours(forms, neighbour, directions, solved, CROSSING_NEIGHBOUR_DISTANCE)[1], max_dimension),
         )
-        if dimension == most:
+        if dimension == max_dimension:
             break
     return dimension
 
@@ -289,11 +296,11 @@ def _neighbours(forms: Reals, z: Reals, kernel: Reals, solved: float, distance: 
     if not len(kernel):
         return np.zeros((0, len(z))), 0
     across = np.linalg.svd(z[None])[2][1:]  # with unit vectors x a neighbour is cos z + sin x across
-    near, far = math.cos(distance), math.sin(distance)
-    beside, linear = far * across @ forms @ across.T, 2.0 * near * forms @ z @ across.T
+    cosine, sine = math.cos(distance), math.sin(distance)
+    restricted, linear = sine * across @ forms @ across.T, 2.0 * cosine * forms @ z @ across.T
     between = 0.5 * np.roll(kernel, 1, axis=0)
     starts = np.concatenate([kernel, kernel + between, kernel - between]) @ across.T
-    ways, residuals = _newton(beside, None, np.concatenate([starts, -starts]), linear)
-    ways = ways[far * residuals < solved] @ across
-    spread = np.linalg.svd(ways @ kernel.T, compute_uv=False)
-    return near * z + far * ways, int(np.count_nonzero(spread > SPREAD_VALUE_SHARE * spread.max(initial=0.0)))
+    directions, residuals = _newton(restricted, None, np.concatenate([starts, -starts]), linear)
+    directions = directions[sine * residuals < solved] @ across
+    spread = np.linalg.svd(directions @ kernel.T, compute_uv=False)
+    return cosine * z + sine * directions, int(np.count_nonzero(spread > SPREAD_VALUE_SHARE * spread.max(initial=0.0)))

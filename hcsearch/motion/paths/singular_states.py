@@ -36,9 +36,9 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
         return []
     length = after.length - last.length
     differ = not same_orientation(last.local, after.local)
-    heading = bool((last.local.values + LOOKAHEAD_STEPS * length * last.slopes).min() < 0.0)
-    coming = bool((after.local.values - LOOKAHEAD_STEPS * length * after.slopes).min() < 0.0)
-    if not (differ or heading or coming):
+    falls_ahead = bool((last.local.values + LOOKAHEAD_STEPS * length * last.slopes).min() < 0.0)
+    falls_behind = bool((after.local.values - LOOKAHEAD_STEPS * length * after.slopes).min() < 0.0)
+    if not (differ or falls_ahead or falls_behind):
         return []
     middle = walker.advance(before, last, 0.5 * length) if length > MIN_EVENT_STEP else None
     if middle is not None:
@@ -48,7 +48,7 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
         ]
     if differ:
         return [_crossing(walker, last, after)]
-    event = _turning(walker, last, after) if heading and coming else None
+    event = _turning(walker, last, after) if falls_ahead and falls_behind else None
     return [] if event is None else [event]
 
 
@@ -57,44 +57,53 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
 
     Closed states near the singular one are inaccurate, by rounding over the least singular value; these two are not.
     """
-    one, two = last.local.least_singular_value, after.local.least_singular_value
+    least_before, least_after = last.local.least_singular_value, after.local.least_singular_value
     length = after.length - last.length
     # the least singular value goes through zero: beyond, it counts as negative
-    value = CubicHermiteSpline([0.0, length], [one, -two], [last.slopes[-1], -after.slopes[-1]])
-    at = float(brentq(value, 0.0, length, xtol=1e-15))
-    angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(at)
-    return _event(walker.state_at(angles), last.length + at, after.local.kept_rank, CROSSED_VALUE_SHARE * max(one, two))
+    value = CubicHermiteSpline([0.0, length], [least_before, -least_after], [last.slopes[-1], -after.slopes[-1]])
+    distance = float(brentq(value, 0.0, length, xtol=1e-15))
+    angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(distance)
+    return _event(
+        walker.state_at(angles),
+        last.length + distance,
+        after.local.kept_rank,
+        CROSSED_VALUE_SHARE * max(least_before, least_after),
+    )
 
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:
     """Locate the local minimum of the least singular value between two states; None if it is not near zero."""
-    lower = min(last.local.least_singular_value, after.local.least_singular_value)
+    least_at_ends = min(last.local.least_singular_value, after.local.least_singular_value)
 
     def least(distance: float) -> float:
         advance = walker.advance(None, last, distance)
-        return lower if advance is None else advance.step.local.least_singular_value
+        return least_at_ends if advance is None else advance.step.local.least_singular_value
 
-    turn = minimize_scalar(least, bounds=(0.0, after.length - last.length), method="bounded", options={"xatol": 1e-9})
-    if turn.fun > min(0.5 * lower, DIP_VALUE_SHARE * float(last.local.rank.singular_values[0])):
+    minimum = minimize_scalar(
+        least, bounds=(0.0, after.length - last.length), method="bounded", options={"xatol": 1e-9}
+    )
+    if minimum.fun > min(0.5 * least_at_ends, DIP_VALUE_SHARE * float(last.local.rank.singular_values[0])):
         return None
-    advance = walker.advance(None, last, float(turn.x))
+    advance = walker.advance(None, last, float(minimum.x))
     if advance is None:
         return None
     zero = TOUCHED_VALUE_SHARE * max(last.local.least_singular_value, after.local.least_singular_value)
     return _event(advance.step.local, advance.step.length, after.local.kept_rank, zero)
 
 
-def _event(local: LocalState, length: float, usual: int, zero: float) -> SingularEvent:
+def _event(local: LocalState, length: float, generic_rank: int, zero_below: float) -> SingularEvent:
     """Classify a singular state by the motions that its second-order equations allow.
 
     usual : number of non-zero singular values around it; zero : values up to this count as zero at the state.
     """
     values = local.rank.singular_values
-    kept_rank = min(usual, int(np.count_nonzero(values > zero)))
+    kept_rank = min(generic_rank, int(np.count_nonzero(values > zero_below)))
     kind: Literal["bifurcation", "shaky", "dip"] = "dip"
-    if kept_rank < usual:
+    if kept_rank < generic_rank:
         singular = local_at(local.linkage, local.angles, kept_rank=kept_rank)
-        ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=LOCATED_STATE_RESIDUAL)
-        kind = "bifurcation" if len(ways) > 1 else "shaky"
+        solutions, _ = solve_quadrics(
+            second_order_forms(singular, singular.null_space()), solved=LOCATED_STATE_RESIDUAL
+        )
+        kind = "bifurcation" if len(solutions) > 1 else "shaky"
     least = float(values[kept_rank - 1]) if kept_rank else math.inf
     return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept_rank)

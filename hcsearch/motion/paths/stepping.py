@@ -161,15 +161,15 @@ PREDICTORS = {
 }
 
 
-def arc_length(one: PathStep, two: PathStep) -> float:
+def arc_length(first: PathStep, second: PathStep) -> float:
     """Arc length between two states, exact to fourth order, by end points, tangents and accelerations.
 
     The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent.
     """
-    mean = 0.5 * (one.tangent + two.tangent)
+    mean = 0.5 * (first.tangent + second.tangent)
     along = float(mean @ mean)
-    chord = float((two.angles - one.angles) @ mean) / along
-    curve = float((one.acceleration - two.acceleration) @ mean) / along / 12
+    chord = float((second.angles - first.angles) @ mean) / along
+    curve = float((first.acceleration - second.acceleration) @ mean) / along / 12
     s = chord
     for _ in range(3):
         s = chord - s * s * curve
@@ -243,12 +243,12 @@ class Walker:
         One more correction is made than closure needs: near a singular state the error of the angles is the residual
         over the least singular value.
         """
-        fine = 50 * np.finfo(float).eps * math.sqrt(self.linkage.n_hinges)
+        tolerance = 50 * np.finfo(float).eps * math.sqrt(self.linkage.n_hinges)
         polished = False
         for _ in range(MAX_CORRECTIONS):
             residual, jacobian = self._closure(angles)
             worst = float(np.abs(residual).max(initial=0.0))
-            if worst <= fine or (polished and worst <= CLOSED_LOOP_RESIDUAL):
+            if worst <= tolerance or (polished and worst <= CLOSED_LOOP_RESIDUAL):
                 return local_at(self.linkage, angles, closure=(residual, jacobian))
             if not math.isfinite(worst):
                 return None
