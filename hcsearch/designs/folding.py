@@ -381,12 +381,12 @@ def _likeness(circuit: Circuit, crease: int) -> CongruentFolding | None:
         return None
     # turned upside down, mountains become valleys where the number of layers is odd
     upright = -1.0 if upside_down and half % 2 else 1.0
-    (a, b), (c, d) = _turn(circuit, canonical, renumbering)
+    (a, b), (c, d) = _direction_map(circuit, canonical, renumbering)
     turn = ((a, b, 0.0), (c, d, 0.0), (0.0, 0.0, upright))
     return CongruentFolding(Folding(canonical, lowest), tuple(map(renumbering.panel, range(circuit.n))), turn)
 
 
-def _turn(circuit: Circuit, canonical: Circuit, renumbering: Renumbering) -> NDArray[np.float64]:
+def _direction_map(circuit: Circuit, canonical: Circuit, renumbering: Renumbering) -> NDArray[np.float64]:
     """The matrix, shape (2, 2), that maps directions of a circuit's drawing to the canonical circuit's drawing."""
     grid, m = circuit.grid, circuit.grid.directions
     half_turn = m // 2 if renumbering.backwards else 0

@@ -5,7 +5,7 @@ import pytest
 
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
-from hcsearch.motion.locks.tightness import _forward_path, _Loops, _within, tightness
+from hcsearch.motion.locks.tightness import _forward_path, _Loops, _scaled_turns, tightness
 from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)
@@ -78,7 +78,7 @@ def test_what_is_not_locked_opens_by_nothing_and_open_chains_have_no_loops():
 
 @pytest.mark.parametrize("total", [0.01, 3.0, 3.5, 6.2])
 def test_turns_are_scaled_within_the_other_stop(total):
-    turns = _within(np.array([3.0, 0.1, 0.0, 0.2]), total)
+    turns = _scaled_turns(np.array([3.0, 0.1, 0.0, 0.2]), total)
     assert turns.sum() == pytest.approx(total)
     assert turns.max() <= np.pi
     assert turns.min() >= 0.0

@@ -35,7 +35,7 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
     edges: list[list[PrismCorner]] = []
     normals: list[list[PrismCorner]] = []
     for facet in pattern.facets:
-        sides = _classes(facet)
+        sides = _side_directions(facet)
         faces = (margin, pattern.thickness - margin)
         solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
         edges.append([*((x, y, 0.0) for x, y in sides), upright])
@@ -95,7 +95,7 @@ def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
 
 
 @lru_cache(FACET_CACHE_SIZE)
-def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
+def _side_directions(facet: Facet) -> tuple[tuple[float, float], ...]:
     """Unit vectors along the sides of a facet, one for each class of parallel sides."""
     directions: list[tuple[float, float]] = []
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):

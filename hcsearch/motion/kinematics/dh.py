@@ -106,7 +106,7 @@ def first_frame(lines: HingeLines) -> Reals:
 
 def hinge_lines(loop: DHLoop) -> HingeLines:
     """The hinge lines in the coordinates of frame 1; each point is the origin of the hinge's frame."""
-    frames = _before(transforms(loop))[:-1]
+    frames = _partial_products(transforms(loop))[:-1]
     return HingeLines(frames[:, :3, 2], frames[:, :3, 3], frames[:, :3, 0])
 
 
@@ -137,7 +137,7 @@ def dh_jacobian(loop: DHLoop) -> Reals:
     Column k holds the first three rows of C_k, one after the other.
     """
     steps = transforms(loop)
-    before = _before(steps)
+    before = _partial_products(steps)
     after = np.eye(4)
     jacobian = np.empty((12, len(steps)))
     for k in reversed(range(len(steps))):
@@ -212,7 +212,7 @@ def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
     return x, origins, ends
 
 
-def _before(steps: Reals) -> Reals:
+def _partial_products(steps: Reals) -> Reals:
     """Partial products of the matrices, from the identity to the product of all, shape (n + 1, 4, 4)."""
     products = np.empty((len(steps) + 1, 4, 4))
     products[0] = np.eye(4)

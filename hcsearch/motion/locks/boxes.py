@@ -125,7 +125,7 @@ ReachFunction = Callable[[Reals, Box], Reals]
 
 
 def region_around(part: Reals, other_parts: Sequence[Reals], reach: ReachFunction) -> list[Box] | None:
-    """Enclose one part, (m, n), but no state of others, in boxes without common inner points; None if not possible.
+    """Enclose one part, (m, n), but no state of others, in boxes without common inner points; None if that fails.
 
     One box around the part, minus a box around the states of each other part in it, minus a box in that around the
     states of the first part in it, and so on.
@@ -135,7 +135,7 @@ def region_around(part: Reals, other_parts: Sequence[Reals], reach: ReachFunctio
     for other in other_parts:
         inside = states_in(outer, other)
         if len(inside):
-            hole = _within(inside, part, outer, reach, MAX_LAYOUT_DEPTH)
+            hole = _nested_boxes(inside, part, outer, reach, MAX_LAYOUT_DEPTH)
             if hole is None:
                 return None
             region = boxes_outside(region, hole)
@@ -144,14 +144,14 @@ def region_around(part: Reals, other_parts: Sequence[Reals], reach: ReachFunctio
     return region
 
 
-def _within(states: Reals, others: Reals, box: Box, reach: ReachFunction, max_depth: int) -> list[Box] | None:
+def _nested_boxes(states: Reals, others: Reals, box: Box, reach: ReachFunction, max_depth: int) -> list[Box] | None:
     """Enclose states in boxes within a box, without others, by nesting; None where there would be too many boxes."""
     states = reach(states, box)
     around = _box_around(states, others, box)
     inside = states_in(around, others)
     if not len(inside):
         return [around]
-    inner = None if max_depth == 0 else _within(inside, states_in(around, states), around, reach, max_depth - 1)
+    inner = None if max_depth == 0 else _nested_boxes(inside, states_in(around, states), around, reach, max_depth - 1)
     if inner is None or len(inner) > MAX_LAYOUT_BOXES:
         return None
     return boxes_outside([around], inner)

@@ -117,7 +117,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
 
     chosen: list[int] = []
     while True:  # a proof with some contacts holds with all, and few are needed
-        lock, motions = _lock(columns, rows[chosen], bend)
+        lock, motions = _verdict_with(columns, rows[chosen], bend)
         parting = (rows @ motions.T).min(axis=1, initial=0.0)
         parting[chosen] = 0.0
         if lock.locked or parting.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
@@ -125,7 +125,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
         chosen.append(int(parting.argmin()))
     if not lock.locked:
         return lock
-    exact = _exactly(linkage, angles, lock, rows[chosen])
+    exact = _holds_exactly(linkage, angles, lock, rows[chosen])
     if exact is False:
         return replace(lock, order=None, wrench=None, margin=0.0, forces=None)
     forces = np.zeros(len(rows))
@@ -134,7 +134,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     return replace(lock, forces=forces, exact=exact is not None)
 
 
-def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
+def _holds_exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
     """Whether a proof holds in whole numbers; None where the linkage or a contact is not on a lattice."""
     assert lock.wrench is not None
     end = whole_end(linkage, angles)
@@ -147,7 +147,7 @@ def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals
     return exact_checks.proves_first_order(end, rows, lock.wrench, forces)
 
 
-def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
+def _verdict_with(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
     """The verdict with some contacts, and the motions that stops, loops and these contacts allow at first order.
 
     columns : shape (n, n_rows), screws in the sense in which hinges turn. Motions have the shape (n_motions, n), each
@@ -213,7 +213,10 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     squares = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
     positive, crossing = np.r_[held_columns, squares], bends[first, second]
-    for method in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
+    for method in (
+        _interior_wrench,
+        _best_wrench,
+    ):  # the first is ten times as quick, and needs all products to be positive or 0
         wrench = method(positive @ basis, crossing @ basis, basis)
         if wrench is None:
             continue
@@ -225,7 +228,7 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     return None
 
 
-def _between(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
+def _interior_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
     """A wrench in the interior of the cone of positive powers, by least squares; None where it is empty."""
     rows = np.r_[positive, nonnegative]
     lengths = np.sqrt((rows**2).sum(axis=1))
@@ -236,7 +239,7 @@ def _between(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
     return basis @ middle if margin > 0.0 else None
 
 
-def _best(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
+def _best_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
     """The wrench of the greatest margin, by a linear program; None where that fails."""
     from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
 

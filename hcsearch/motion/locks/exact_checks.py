@@ -75,12 +75,12 @@ def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
         first = pairs.index(min(pairs))
         del remaining[first]
         if any(values[first]):
-            rays, supports = _meet(rays, supports, values[first], added)
+            rays, supports = _add_equation(rays, supports, values[first], added)
             added += 1
     return rays
 
 
-def _meet(rays: list[Ray], supports: list[int], values: list[int], added: int) -> tuple[list[Ray], list[int]]:
+def _add_equation(rays: list[Ray], supports: list[int], values: list[int], added: int) -> tuple[list[Ray], list[int]]:
     """Rays and their supports after one more equation, given its values on the rays."""
     unchanged = [k for k, value in enumerate(values) if not value]
     new_rays, new_supports = [rays[k] for k in unchanged], [supports[k] for k in unchanged]

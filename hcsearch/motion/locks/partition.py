@@ -59,14 +59,14 @@ class StateParts:
         inside = states_in(box, walked)
         new_states = [walked, self.climb_within(inside, box, PART_CLIMB_STEPS)[len(inside) :]]
         for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
-            number = self._leads_to(start, new_states)
+            number = self._reached_part(start, new_states)
             if number is not None:
                 self.states[number] = np.concatenate([self.states[number], *new_states])
                 return number
         self.states.append(np.concatenate(new_states))
         return len(self.states) - 1
 
-    def _leads_to(self, state: Reals, new_states: list[Reals]) -> int | None:
+    def _reached_part(self, state: Reals, new_states: list[Reals]) -> int | None:
         """The part that small steps from a state reach, or None; append the states on the way to `passed`."""
         order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
         for number in order[:NEAREST_PART_COUNT].tolist():
@@ -140,7 +140,7 @@ def leaves_around(part: Reals, others: Reals) -> list[CutLeaf] | None:
 
     None where there would be too many, or where states of both kinds nearly coincide.
     """
-    bounding_box = _around(part)
+    bounding_box = _bounding_box(part)
     beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(part.shape[1])], [bounding_box])]
     return divided_leaves([CutLeaf(bounding_box, inside=True), *beside], part, others)
 
@@ -209,7 +209,7 @@ def _best_cut(part: Reals, others: Reals) -> tuple[int, float] | None:
     return cut
 
 
-def _around(states: Reals) -> Box:
+def _bounding_box(states: Reals) -> Box:
     """A box around states, with faces at `CUT_FACE_OFFSET` from them, or at the stops."""
     lowest, highest = states.min(axis=0), states.max(axis=0)
     low = np.where(lowest < CUT_STOP_DISTANCE, 0.0, np.maximum(lowest - CUT_FACE_OFFSET, 0.0))

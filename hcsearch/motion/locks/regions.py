@@ -153,7 +153,7 @@ class Region:
 
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are included; then list the parts of their faces that are not yet proved."""
-        self._region = self._boxes() or []
+        self._region = self._new_boxes() or []
         self._new_count = 0
         self.active = bool(self._region) and self._met_count < MAX_MET_STATES
         self._unprobed, self._waiting, self._searched = [], [], None
@@ -162,20 +162,20 @@ class Region:
             for part in boxes_outside([(face.low, face.high)], proved):
                 self._enqueue(BoxFace(face.hinge, *part))
 
-    def _boxes(self) -> list[Box] | None:
+    def _new_boxes(self) -> list[Box] | None:
         """Nested boxes, or cuts where there are none, or where too many closed states were met on faces."""
         if self._cuts is None and self._met_count < MAX_NESTED_MET_STATES:
-            region = self._boxes_within_boxes()
+            region = self._nested_boxes()
             if region is None and self._last_part > 1:
                 self._inside_parts ^= {self._last_part}
-                region = self._boxes_within_boxes()
+                region = self._nested_boxes()
             if region is not None:
                 return region
         self._cuts = self._cuts or BoxCuts()
         part, *other_parts = self._parts.states
         return self._cuts.boxes_around(part, np.concatenate(other_parts))
 
-    def _boxes_within_boxes(self) -> list[Box] | None:
+    def _nested_boxes(self) -> list[Box] | None:
         """Nested boxes around the parts that are included, without the others; None where there are none."""
         states = self._parts.states
         included = [states[number] for number in sorted(self._inside_parts)]
@@ -197,7 +197,7 @@ class Region:
 
     def _probe(self, face: BoxFace) -> None:
         """Search for a closed state on a face; without one, enqueue it with an estimate of its boxes."""
-        if self._meets_at(face):
+        if self._finds_closed_state(face):
             self._take_in(self.probe_tables.state.copy(), face)
             return
         expected, verdict, tested = estimate_box_count(
@@ -212,7 +212,7 @@ class Region:
         else:
             self.active = False
 
-    def _meets_at(self, face: BoxFace) -> bool:
+    def _finds_closed_state(self, face: BoxFace) -> bool:
         """Whether Newton's method from states near a face finds a closed state on it, kept in `probe_tables.state`."""
         for part in self._parts.states:
             states = part[:: len(part) // MAX_REGION_SAMPLES + 1]

@@ -61,7 +61,7 @@ class Tightness:
 def tightness(linkage: Linkage, angles: Reals, *, max_opening: float | None = None) -> Tightness | None:
     """Measure the opening of the loops that a linkage needs to leave a state where every hinge is at a stop.
 
-    most : opening (m) beyond which no path is followed; None for the panels' thickness.
+    max_opening : opening (m) beyond which no path is followed; None for the panels' thickness.
     None for open chains. Where the state is not isolated at all, the opening is due to rounding.
     """
     if not linkage.loops:
@@ -71,7 +71,7 @@ def tightness(linkage: Linkage, angles: Reals, *, max_opening: float | None = No
     forward = _forward_path(loops, max_opening)
     if not loops.is_closed(forward[-1]):
         return Tightness(max_opening, max_opening, float(forward[-1].sum()), None)
-    return _best(loops, forward, _backward_path(loops, forward))
+    return _best_path(loops, forward, _backward_path(loops, forward))
 
 
 class _Loops:
@@ -106,7 +106,7 @@ class _Loops:
             across = slope - np.outer(slope @ turns / total, np.ones(n))  # derivative with the sum rescaled
             size = float(np.linalg.norm(across)) / math.sqrt(n)
             while damping < 1e6:
-                trial = _within(_solved(across, across @ turns - value, damping * size, turns), total)
+                trial = _scaled_turns(_damped_turns(across, across @ turns - value, damping * size, turns), total)
                 residual, derivative = self.residuals(trial)
                 if residual @ residual < square:
                     break
@@ -114,11 +114,11 @@ class _Loops:
             else:
                 break
             turns, value, slope, damping = trial, residual, derivative, 0.2 * damping
-            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._shut(value):
+            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._is_negligible(value):
                 break
         return turns
 
-    def _shut(self, value: Reals) -> bool:
+    def _is_negligible(self, value: Reals) -> bool:
         return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
 
     def greatest_opening(self, start: Reals, end: Reals) -> tuple[float, float]:
@@ -147,7 +147,7 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
     return np.array(weights)
 
 
-def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
+def _damped_turns(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
     """The y >= 0 that minimises |slope y - target|^2 + damping^2 |y - turns|^2."""
     columns = np.concatenate([slope, damping * np.eye(len(turns))])
     right_side = np.concatenate([target, damping * turns])
@@ -158,7 +158,7 @@ def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
     return scaled
 
 
-def _within(turns: Reals, total: float) -> Reals:
+def _scaled_turns(turns: Reals, total: float) -> Reals:
     """Scale turns to a sum, with none beyond the other stop."""
     free = np.ones(len(turns), bool)
     while True:
@@ -172,7 +172,7 @@ def _within(turns: Reals, total: float) -> Reals:
         free &= ~beyond
 
 
-def _first(loops: _Loops) -> Reals:
+def _first_turns(loops: _Loops) -> Reals:
     """Turns of the first sum with the least opening over all starts."""
     n = loops.linkage.n_hinges
     rng = np.random.default_rng(0)
@@ -183,12 +183,12 @@ def _first(loops: _Loops) -> Reals:
 
 
 def _forward_path(loops: _Loops, max_opening: float) -> list[Reals]:
-    """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds `most`."""
-    states = [_first(loops)]
+    """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds a maximum."""
+    states = [_first_turns(loops)]
     total = FIRST_TURN_SUM
     while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= max_opening:
         total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
-        states.append(loops.least_opening_turns(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
     return states
 
 
@@ -197,11 +197,11 @@ def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
     states = [forward[-1]]
     for turns in forward[-2::-1]:
         total = float(turns.sum())
-        states.append(loops.least_opening_turns(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
     return states[::-1]
 
 
-def _best(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
+def _best_path(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
     """The best path: along the forward path, over to the backward one where that costs least, and along that."""
     forward_openings, backward_openings = (
         [loops.greatest_opening(*pair) for pair in pairwise(way)] for way in (forward, backward)

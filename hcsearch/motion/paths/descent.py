@@ -83,7 +83,7 @@ def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> 
     best: tuple[MotionPath, Reals] | None = None
     for name, springs, held, goal in _attempts(linkage, random):
         path = descend_energy(linkage, springs=springs, held=held, goal=goal, max_steps=max_steps)
-        full_path = _from_the_end(linkage, path, goal) if path.outcome == goal else None
+        full_path = _extended_to_start(linkage, path, goal) if path.outcome == goal else None
         attempts.append(
             (name, path.outcome if full_path is not None or path.outcome != goal else "from beside the end")
         )
@@ -98,7 +98,7 @@ def find_descent(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> 
     return DescentSearch(*best, False, tuple(attempts))
 
 
-def _from_the_end(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> MotionPath | None:
+def _extended_to_start(linkage: Linkage, path: MotionPath, goal: DescentGoal) -> MotionPath | None:
     """Extend a path to its goal back to the other end, if it began beside that; None where no descent leads there."""
     opposite: DescentGoal = "folded" if goal == "flat" else "flat"
     if (path.angles[0] == getattr(linkage, opposite)).all():
@@ -206,28 +206,28 @@ class _Descent:
             return PathEnding(self.goal, f"{self.goal} after {len(self.states) - 1} steps")
         if len(self.states) > self.max_steps:
             return PathEnding("out of budget", f"{self.max_steps} steps were not enough: raise max_steps")
-        change, promised = self._aim(last, last.null_space(), self.trust_radius)
+        change, promised = self._best_change(last, last.null_space(), self.trust_radius)
         size = float(np.abs(change).max())
         is_minimum = size < MIN_DESCENT_CHANGE or promised < MIN_PROMISED_SHARE * energy
-        if not is_minimum and self._try(last, change, promised, self.trust_radius):
+        if not is_minimum and self._try_step(last, change, promised, self.trust_radius):
             return None
         may_loosen = self.lengths[-1] >= self.loosened_length + LOOSENING_INTERVAL
-        if (is_minimum or (size < LOOSENING_STEP and may_loosen)) and self._loosened(last):
+        if (is_minimum or (size < LOOSENING_STEP and may_loosen)) and self._try_loosened(last):
             return None
         if is_minimum:
-            return self._stuck(last, energy)
+            return self._local_minimum(last, energy)
         self.rejected += 1
         self.trust_radius = 0.4 * size
         return None
 
-    def _aim(self, last: LocalState, basis: Reals, trust: float) -> tuple[Reals, float]:
+    def _best_change(self, last: LocalState, basis: Reals, trust: float) -> tuple[Reals, float]:
         """The change of least energy in the space of a basis, and the predicted decrease of energy."""
         low, high = np.maximum(-last.angles, -trust), np.minimum(math.pi - last.angles, trust)
         low[self.held] = high[self.held] = 0.0
         change = least_energy(basis, self.springs, last.angles - self.target, low, high)
         return change, self.energies[-1] - self._energy(last.angles + change)
 
-    def _try(self, last: LocalState, change: Reals, promised: float, trust: float) -> bool:
+    def _try_step(self, last: LocalState, change: Reals, promised: float, trust: float) -> bool:
         """Make a step if the closed state after it decreases the energy enough; return whether it was made."""
         local, count = close_within_stops(self.linkage, last.angles + change, held=self.held)
         self.evaluations += count
@@ -237,13 +237,13 @@ class _Descent:
             return False
         linked, evaluations = states_are_linked(self.linkage, last.angles, local.angles, held=self.held)
         self.evaluations += evaluations
-        if not linked:  # a leap, to states that perhaps no motion leads to
+        if not linked:  # a jump, perhaps to states that no motion leads to
             return False
         self.trust_radius = min(2.0 * trust, MAX_TRUST_RADIUS) if gain > 0.7 * promised else trust
         self._add(local, new_energy)
         return True
 
-    def _loosened(self, last: LocalState) -> bool:
+    def _try_loosened(self, last: LocalState) -> bool:
         """Try steps with the last one or two singular values taken for zeros; return whether one was made.
 
         Near singular states tangents turn within a step of the size of the least singular value: longer steps may go
@@ -255,15 +255,15 @@ class _Descent:
                 break
             basis = np.hstack([last.null_space(), last.right[-dropped:].T])
             for trust in (0.3, 0.1, 0.03, 0.01):
-                change, promised = self._aim(last, basis, trust)
-                if promised > MIN_PROMISED_SHARE * self.energies[-1] and self._try(last, change, promised, trust):
+                change, promised = self._best_change(last, basis, trust)
+                if promised > MIN_PROMISED_SHARE * self.energies[-1] and self._try_step(last, change, promised, trust):
                     return True
         # near the goal the closed states are nearly a cone: step towards its tip
         offset = last.angles - self.target
         change = np.where(self.held, 0.0, -0.5 * offset)
         return bool(
             np.abs(offset).max() < GOAL_CONE_RADIUS
-            and self._try(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
+            and self._try_step(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
         )
 
     def _add(self, local: LocalState, energy: float) -> None:
@@ -271,7 +271,7 @@ class _Descent:
         self.states.append(local)
         self.energies.append(energy)
 
-    def _stuck(self, last: LocalState, energy: float) -> PathEnding:
+    def _local_minimum(self, last: LocalState, energy: float) -> PathEnding:
         flat = np.flatnonzero(last.angles <= STOP_TOLERANCE)
         closed = np.flatnonzero(last.angles >= math.pi - STOP_TOLERANCE)
         energy_share = energy / (0.5 * float(self.springs @ self.linkage.folded**2))

@@ -150,7 +150,7 @@ class _Following:
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
         }
         self.size = math.sqrt(linkage.n_hinges)
-        self.longest = 0.1 * math.pi * self.size
+        self.max_step = 0.1 * math.pi * self.size
         self.states: list[PathStep] = []
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
@@ -226,7 +226,7 @@ class _Following:
         if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
             return self._land(landing)
         if self.adapts_first and len(self.states) == 1:
-            distance, advance = self._first(distance)
+            distance, advance = self._first_step(distance)
         else:
             advance = self.walker.advance(self.before, self.last, distance)
         if landing is not None and (advance is None or advance.step.local.rank.rank is None):
@@ -239,7 +239,7 @@ class _Following:
             )
         if math.isfinite(self.tolerance):
             factor = 0.9 * (self.tolerance / max(advance.error, 1e-300)) ** (1.0 / (advance.order + 1))
-            self.step = min(self.longest, distance * min(3.0, max(0.3, factor)))
+            self.step = min(self.max_step, distance * min(3.0, max(0.3, factor)))
         return self._add_state(self.before, self.last, advance.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
@@ -261,12 +261,12 @@ class _Following:
                 landing = _Landing(name, state, remaining)
         return distance, landing
 
-    def _first(self, distance: float) -> tuple[float, Advance | None]:
+    def _first_step(self, distance: float) -> tuple[float, Advance | None]:
         """Make the first step: short, but so long that the distance from a singular state exceeds rounding."""
         best: tuple[float, Advance | None] = (distance, None)
         for power in range(10):
             trial_distance = distance * 2**power
-            if power and trial_distance > min(self.longest, self.limits.length):
+            if power and trial_distance > min(self.max_step, self.limits.length):
                 break
             advance = self.walker.advance(None, self.last, trial_distance)
             if advance is not None and advance.error <= 4 * self.tolerance:

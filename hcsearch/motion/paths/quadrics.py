@@ -38,7 +38,7 @@ class _Cells(ByValue):
     middle: Reals
     half: Reals
 
-    def some(self, flags: Flags) -> _Cells:
+    def select(self, flags: Flags) -> _Cells:
         return _Cells(self.axis[flags], self.sense[flags], self.middle[flags], self.half[flags])
 
     def halves(self) -> _Cells:
@@ -79,8 +79,8 @@ def cover_directions(forms: Reals, cone: Reals | None, *, both: bool, slack: flo
     cover = Cover(np.zeros((0, m)), 2.0)
     while True:
         centres, radii = cells.balls()
-        possible = _open(forms, cone, centres, radii, slack)
-        cells, centres, radius = cells.some(possible), centres[possible], float(radii[possible].max(initial=0.0))
+        possible = _may_hold_zero(forms, cone, centres, radii, slack)
+        cells, centres, radius = cells.select(possible), centres[possible], float(radii[possible].max(initial=0.0))
         if len(centres) <= MAX_COVER_CELLS:
             cover = Cover(centres, radius)
         if radius <= MIN_CELL_RADIUS or len(centres) > MAX_HALVED_CELLS:
@@ -88,7 +88,7 @@ def cover_directions(forms: Reals, cone: Reals | None, *, both: bool, slack: flo
         cells = cells.halves()
 
 
-def _open(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack: float) -> Flags:
+def _may_hold_zero(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack: float) -> Flags:
     """Flag the balls that may hold a common zero.
 
     Within r of a unit vector c a form is its value at c plus a linear term, up to (|F| + L) r^2, with L the norm of all

@@ -94,7 +94,7 @@ def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent |
 def _event(local: LocalState, length: float, generic_rank: int, zero_below: float) -> SingularEvent:
     """Classify a singular state by the motions that its second-order equations allow.
 
-    usual : number of non-zero singular values around it; zero : values up to this count as zero at the state.
+    generic_rank : number of non-zero singular values around it. zero_below : values up to this count as zero at it.
     """
     values = local.rank.singular_values
     kept_rank = min(generic_rank, int(np.count_nonzero(values > zero_below)))

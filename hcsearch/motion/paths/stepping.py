@@ -87,7 +87,7 @@ def _adams(before: PathStep | None, last: PathStep, distance: float) -> Predicte
     The velocity is the integral of the quadratic through three accelerations, of which the next one vanishes by
     projection. The first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
     """
-    if not _alike(before, last):
+    if not _comparable(before, last):
         return _taylor(before, last, distance)
     assert before is not None
     h, k = distance, last.length - before.length
@@ -122,7 +122,7 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
 
     Only with one degree of freedom, where the correction removes the errors that extrapolation amplifies; else Adams.
     """
-    if not _alike(before, last) or len(last.angles) - last.local.kept_rank != 1:
+    if not _comparable(before, last) or len(last.angles) - last.local.kept_rank != 1:
         return _adams(before, last, distance)
     assert before is not None
     h = last.length - before.length
@@ -139,7 +139,7 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
     return angles + x**3 * (a + x * (b + x * c)), velocity, 5
 
 
-def _alike(before: PathStep | None, last: PathStep) -> bool:
+def _comparable(before: PathStep | None, last: PathStep) -> bool:
     """Whether two states have comparable accelerations."""
     return (
         before is not None
