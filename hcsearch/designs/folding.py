@@ -359,14 +359,14 @@ def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Link
     size = panel or default_panel(folding.circuit.grid.name)
     pattern = folding.pattern(size, flat_pairs=flat_pairs)
     arguments = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
-    argument_text = ", ".join(word for word in arguments if word)
+    argument_list = ", ".join(word for word in arguments if word)
     congruent, lowest, twin = folding.likeness(size), folding.crease, None
     if congruent is not None:
         # one panel of a hinged pair is the base: the one that corresponds to the base of the congruent folding
         lowest = congruent.panels.index(congruent.folding.crease)
         congruent_linkage = congruent.folding.linkage(size, flat_pairs=flat_pairs)
         twin = CongruentLinkage.of(pattern, congruent_linkage, congruent.panels, np.array(congruent.turn))
-    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({argument_text})", twin)
+    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({argument_list})", twin)
 
 
 @lru_cache(maxsize=1024)

@@ -210,7 +210,9 @@ class MotionBatch(ByValue):
         """Flags of the foldings that are proved locked, kinematically, for every joint of flat pairs of the scene."""
         if not self.evidence:
             return np.zeros(len(self.margin), bool)
-        return np.array([own is not None and own.lock is not None and own.lock.decides for own in self.evidence], bool)
+        return np.array(
+            [found is not None and found.lock is not None and found.lock.decides for found in self.evidence], bool
+        )
 
     @property
     def moves(self) -> NDArray[np.bool_]:

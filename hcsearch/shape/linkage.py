@@ -92,14 +92,14 @@ class CongruentLinkage(ByValue):
     @staticmethod
     def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> CongruentLinkage:
         """The congruence of a pattern's linkage to another linkage. facets : the other's facet for each facet."""
-        own, other = pattern, linkage.pattern
-        panels, hinges = [0] * len(own.panels), [0] * len(own.hinges)
+        other = linkage.pattern
+        panels, hinges = [0] * len(pattern.panels), [0] * len(pattern.hinges)
         for facet, image in enumerate(facets):
-            panels[own.panel_of[facet]] = other.panel_of[image]
-        for pair, crease in own.creases.items():
+            panels[pattern.panel_of[facet]] = other.panel_of[image]
+        for pair, crease in pattern.creases.items():
             if crease.face is not None:
                 first, second = sorted(facets[facet] for facet in pair)
-                hinges[own.hinge_of(pair)] = other.hinge_of((first, second))
+                hinges[pattern.hinge_of(pair)] = other.hinge_of((first, second))
         return CongruentLinkage(linkage, tuple(panels), tuple(hinges), turn)
 
 

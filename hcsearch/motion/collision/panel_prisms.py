@@ -50,8 +50,8 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         vertices=vertices,
         middles=middles,
         reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
-        normals=padded_table([np.array(own) for own in normals]),
-        edges=padded_table([np.array(own) for own in edges]),
+        normals=padded_table([np.array(axes) for axes in normals]),
+        edges=padded_table([np.array(axes) for axes in edges]),
     )
 
 

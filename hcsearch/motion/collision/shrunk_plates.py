@@ -37,9 +37,9 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     signs = np.array([sign for _, sign in steps], float).reshape(-1, 1)
     corners = prisms.counts[:, 0] // 2
     outlines = [(prisms.vertices[f, : 2 * m] - middle) / pattern.size for f, m in enumerate(corners)]
-    samples, sides = [_samples(own) for own in outlines], [_sides(own) for own in outlines]
-    segments = [_segments(own) for own in outlines]
-    counts = [list(map(len, own)) for own in zip(samples, segments, sides, strict=True)]
+    samples, sides = [_samples(outline) for outline in outlines], [_sides(outline) for outline in outlines]
+    segments = [_segments(outline) for outline in outlines]
+    counts = [list(map(len, tables)) for tables in zip(samples, segments, sides, strict=True)]
     return Plates(
         np.array(pairs, np.int64).reshape(-1, 2),
         np.array(starts, np.int64),
@@ -50,7 +50,7 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
         padded_table(segments),
         padded_table(sides),
         np.array(counts, np.int64).reshape(-1, 3),
-        np.array([(own[0, 2], own[-1, 2]) for own in outlines]),
+        np.array([(outline[0, 2], outline[-1, 2]) for outline in outlines]),
         (prisms.middles - middle) / pattern.size,
         prisms.reaches / pattern.size,
         float(margin),

@@ -190,14 +190,14 @@ class _Contest:
     def next_turn(self, boxes: int) -> _Contender | None:
         """Advance one contender, within a total number of boxes; return it if it has enclosed its end."""
         spent, active = self.boxes, self.active
-        first = min(active, key=lambda own: own.boxes_expected)
+        first = min(active, key=lambda contender: contender.boxes_expected)
         chosen = min(active, key=lambda own: max(own.boxes, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
         ended = chosen.advance(chosen.boxes + min(max(FIRST_TURN_BOXES, chosen.boxes), boxes - spent))
         return chosen if ended else None
 
     def summary(self, *, unfinished: bool) -> Enclosure:
         """The result of all contenders where none has enclosed its end."""
-        cubes, faces = (sum(getattr(own, name) for own in self.contenders) for name in ("cubes", "faces"))
+        cubes, faces = (sum(getattr(contender, name) for contender in self.contenders) for name in ("cubes", "faces"))
         return Enclosure(None, cubes, faces, self.boxes, unfinished)
 
 

@@ -213,10 +213,8 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     squares = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
     positive, crossing = np.r_[held_columns, squares], bends[first, second]
-    for method in (
-        _interior_wrench,
-        _best_wrench,
-    ):  # the first is ten times as quick, and needs all products to be positive or 0
+    # the first is ten times as quick, and needs all products to be positive or 0
+    for method in (_interior_wrench, _best_wrench):
         wrench = method(positive @ basis, crossing @ basis, basis)
         if wrench is None:
             continue
@@ -318,13 +316,13 @@ def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
     trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
     rows = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
-        rises = np.zeros((linkage.n_hinges, 3))
+        coefficients = np.zeros((linkage.n_hinges, 3))
         base, panel_above = panel[contact.below], panel[contact.above]
         if trees[base].roots[panel_above] == base:
             for k, sign in trees[base].way(panel_above):
-                rises[k] = sign * rise[k]
+                coefficients[k] = sign * rise[k]
         corners = contact.corners / linkage.pattern.size
-        rows.append(np.c_[corners, np.ones(len(corners))] @ rises.T)
+        rows.append(np.c_[corners, np.ones(len(corners))] @ coefficients.T)
     return np.concatenate(rows)
 
 

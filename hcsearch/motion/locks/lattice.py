@@ -267,7 +267,7 @@ def reduced_rows(rows: ExactArray) -> dict[int, list[int]]:
             row = _cleared(row, pivot, column)
         column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
         if row[column]:
-            pivots = {whole_row: _cleared(pivot, row, column) for whole_row, pivot in pivots.items()}
+            pivots = {place: _cleared(pivot, row, column) for place, pivot in pivots.items()}
             pivots[column] = row
     return pivots
 

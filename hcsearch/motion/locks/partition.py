@@ -33,7 +33,7 @@ APPROACH_START_COUNT = 3
 class StateParts:
     """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
 
-    own, others : (m, n), states of walks from both ends. seed : of further walks. tables : of the kernels.
+    part, other_part : (m, n), states of walks from both ends. seed : of further walks. tables : of the kernels.
     steps : total number of steps of walks, counted like boxes of the search.
     """
 
@@ -198,10 +198,9 @@ def _best_cut(part: Reals, others: Reals) -> tuple[int, float] | None:
         last = np.flatnonzero(np.diff(angles) > MIN_CUT_WIDTH)
         if not len(last):
             continue
-        part_shares, other_shares = part_counts[last] / len(part), (last + 1 - part_counts[last]) / len(others)
-        impurity = part_shares * other_shares / (part_shares + other_shares) + (1.0 - part_shares) * (
-            1.0 - other_shares
-        ) / (2.0 - part_shares - other_shares)
+        # shares of both kinds below each cut
+        p, q = part_counts[last] / len(part), (last + 1 - part_counts[last]) / len(others)
+        impurity = p * q / (p + q) + (1.0 - p) * (1.0 - q) / (2.0 - p - q)
         score = 2.0 * impurity - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
         k = int(score.argmin())
         if score[k] < best:

@@ -67,7 +67,7 @@ class _FacePart:
 class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
-    states : (m, n), of walks and climbs from the end. others : (k, n), the same from the other end.
+    states : (m, n), of walks and climbs from the end. others : (k, n), those from the other end.
     seed : of estimates and further walks. search, probe_tables : tables of its own, for the search of a face, which is
     interrupted, and for computations in between.
     Where a closed state is met on a face, the states of a walk from there are added to the part that small steps reach,

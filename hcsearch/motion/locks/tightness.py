@@ -204,7 +204,7 @@ def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
 def _best_path(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
     """The best path: along the forward path, over to the backward one where that costs least, and along that."""
     forward_openings, backward_openings = (
-        [loops.greatest_opening(*pair) for pair in pairwise(way)] for way in (forward, backward)
+        [loops.greatest_opening(*pair) for pair in pairwise(path)] for path in (forward, backward)
     )
     crossing_openings = [loops.greatest_opening(*pair) for pair in zip(forward, backward, strict=True)]
     up_to = list(accumulate(forward_openings, max, initial=(0.0, 0.0)))

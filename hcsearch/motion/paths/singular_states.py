@@ -105,5 +105,5 @@ def _event(local: LocalState, length: float, generic_rank: int, zero_below: floa
             second_order_forms(singular, singular.null_space()), solved=LOCATED_STATE_RESIDUAL
         )
         kind = "bifurcation" if len(solutions) > 1 else "shaky"
-    least = float(values[kept_rank - 1]) if kept_rank else math.inf
-    return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept_rank)
+    least_value = float(values[kept_rank - 1]) if kept_rank else math.inf
+    return SingularEvent(kind, local.angles, length, least_value, len(local.angles) - kept_rank)
