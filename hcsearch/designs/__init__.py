@@ -1,1 +1,1 @@
-"""What a design is: grids, arrays, circuits, foldings and their twist."""
+"""Designs: grids, arrays, circuits, foldings and their twist."""

@@ -12,11 +12,11 @@ from hcsearch.designs.grid import Array, Cell, Grid, LatticePoint, check_size, g
 from hcsearch.shape.drawing import draw_circuit
 
 _STRAIGHT = 8
-"""What stands for turn 0 where turns are bytes, which compare and copy fast."""
+"""Offset that encodes turns as bytes, which compare and copy fast: the code of turn 0."""
 
 
 class Renumbering(NamedTuple):
-    """Other numbers for the n creases and panels of a circuit: from another crease on, perhaps in the other direction.
+    """A renumbering of the n creases and panels of a circuit: from another crease on, perhaps in the other direction.
 
     start : the crease that gets the number 0.
     """
@@ -30,16 +30,16 @@ class Renumbering(NamedTuple):
         return (self.start - crease if self.backwards else crease - self.start) % self.n
 
     def panel(self, panel: int) -> int:
-        """The new number of a panel: crease k joins panels k and k + 1 by either numbers."""
+        """The new number of a panel: crease k joins panels k and k + 1 in either numbering."""
         return (self(panel) + self.backwards) % self.n
 
 
 @dataclass(frozen=True, repr=False)
 class Circuit:
-    """A Hamiltonian circuit of an array, up to translation; read one with `from_notation`.
+    """A Hamiltonian circuit of an array, up to translation; make one with `from_notation`.
 
     word : the directions of the n steps; crease k lies between panels k and k + 1 (mod n), and step k crosses it.
-    start : the lattice point of panel 0, by default near the origin. It does not count when circuits are compared.
+    start : the lattice point of panel 0, by default near the origin. It is ignored when circuits are compared.
     """
 
     grid: Grid
@@ -122,7 +122,7 @@ class Circuit:
 
     @property
     def turns(self) -> tuple[int, ...]:
-        """Turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
+        """The turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
         m = self.grid.directions
         return tuple(
             (d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False)
@@ -136,18 +136,18 @@ class Circuit:
     @cached_property
     def _canonical(self) -> tuple[tuple[int, ...], int]:
         """The canonical word, and the number of congruences that map the circuit to it."""
-        least = min(self._keys())
-        right_turns, first = least
+        least_key = min(self._keys())
+        right_turns, first = least_key
         word = [first]
         for turn in right_turns[:-1]:
             word.append((word[-1] + _STRAIGHT - turn) % self.grid.directions)
-        # made twice rather than kept: together they are as long as the square of the circuit
-        return tuple(word), sum(key == least for key in self._keys())
+        # computed twice rather than stored: keys together take memory of the square of the length
+        return tuple(word), sum(key == least_key for key in self._keys())
 
     def _keys(self) -> Iterator[tuple[bytes, int]]:
-        """A key for each start and for the circuit and its mirror image, both walked counterclockwise.
+        """A key for each start of the circuit and of its mirror image, both walked counterclockwise.
 
-        The key is the cyclic word of turns that follows a step, so that sharp left turns come first, and that step's
+        The key is the cyclic word of turns after a step, encoded so that sharp left turns come first, and the step's
         direction up to rotations of the grid.
         """
         n, turns = self.n, self.turns
@@ -160,24 +160,24 @@ class Circuit:
             yield ahead[k::-1] + ahead[:k:-1], first
 
     def canonical(self) -> Circuit:
-        """One circuit for all congruent ones, with the same first panel and direction whichever of them is given."""
+        """The canonical circuit of the congruence class, with the same first panel and direction for each member."""
         return Circuit(self.grid, self._canonical[0])
 
     def canonical_crease(self, crease: int) -> int:
-        """The number that a crease, 0 to n - 1, has in the canonical circuit; of several by symmetry, one."""
+        """The number of a crease, 0 to n - 1, in the canonical circuit; one of several if there are symmetries."""
         return self.renumberings()[0](crease)
 
     def renumberings(self) -> list[Renumbering]:
-        """The ways to number the circuit as the canonical one: as many as it has symmetries."""
+        """The renumberings that make the circuit canonical, one for each of its symmetries."""
         keys = list(self._keys())
-        least = min(keys)
-        places = [divmod(place, 2) for place, key in enumerate(keys) if key == least]
-        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in places]
+        least_key = min(keys)
+        positions = [divmod(place, 2) for place, key in enumerate(keys) if key == least_key]
+        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in positions]
 
     def on(self, array: Array) -> Circuit:
-        """The circuit, moved to the cells of an array that is congruent with its own; ArrayError for another array.
+        """Move the circuit to the cells of an array that is congruent with its own; ArrayError for another array.
 
-        Panels and creases keep their numbers. By the first symmetry of the grid that fits.
+        Panels and creases keep their numbers. The first symmetry of the grid that fits is applied.
 
         >>> from hcsearch import GRIDS, Circuit, parse_array
         >>> wall = parse_array(GRIDS["square"], "3x2")
@@ -185,13 +185,13 @@ class Circuit:
         True
         """
         expect_kind("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
-        places = set(array.points)
-        least, m = min(places), self.grid.directions
+        array_points = set(array.points)
+        array_corner, m = min(array_points), self.grid.directions
         for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
             images = [isometry(point) for point in self.points]
-            corner = min(images)
-            dx, dy = least[0] - corner[0], least[1] - corner[1]
-            if places == {(x + dx, y + dy) for x, y in images}:
+            image_corner = min(images)
+            dx, dy = array_corner[0] - image_corner[0], array_corner[1] - image_corner[1]
+            if array_points == {(x + dx, y + dy) for x, y in images}:
                 word = tuple((isometry.sign * d + isometry.offset) % m for d in self.word)
                 return Circuit(self.grid, word, (images[0][0] + dx, images[0][1] + dy))
         raise ArrayError(f"{self.notation} is no circuit of {array.notation}: its array is {self.array.notation}")
@@ -208,5 +208,5 @@ class Circuit:
 
     @property
     def orbit_size(self) -> int:
-        """Number of circuits on the same array that are images of this one under the array's symmetries."""
+        """Number of images of the circuit under the symmetries of its array."""
         return self.array.symmetry // self.symmetry

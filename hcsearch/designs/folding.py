@@ -1,4 +1,4 @@
-"""Two-stack foldings: which pairs of opposite creases can stay flat while all the other creases fold (thesis 3.2.1)."""
+"""Two-stack foldings: pairs of opposite creases that can stay flat while all other creases fold (thesis 3.2.1)."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ CreaseFace = Literal["top", "bottom"]
 def fold(circuits: CircuitBatch) -> FoldingBatch:
     """All two-stack foldings of a batch of circuits; none where the number of panels is odd.
 
-    Source: thesis section 3.2.1, where drawn edges are reflected; that comes to sums of turns with alternating signs
-    (docs/explanation/theory.md, 4).
+    Source: thesis section 3.2.1, where drawn edges are reflected; that is equivalent to sums of turns with alternating
+    signs (docs/explanation/theory.md, 4).
     """
     n_circuits, n = circuits.words.shape
     if n % 2:
@@ -54,12 +54,12 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
 
 
 def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
-    """Whether the number m of directions divides T, the sum of turns with alternating signs, of each circuit.
+    """Whether the number m of directions divides T, the sum of turns with alternating signs, for each circuit.
 
-    No other circuit folds (docs/explanation/theory.md, 4); only hexagons have others. The number of panels is even.
+    This is necessary to fold (docs/explanation/theory.md, 4), and fails on hexagons only. The number of panels is even.
     """
     m, words = grid_named(circuits.grid).directions, circuits.words
-    # a step is part of two turns, with the same sign: T = 2 (d_0 - d_1 + d_2 - ..), mod m
+    # each step contributes to two turns, with the same sign: T = 2 (d_0 - d_1 + d_2 - ..), mod m
     steps = words[:, ::2].sum(axis=1, dtype=np.int32) - words[:, 1::2].sum(axis=1, dtype=np.int32)
     divides: NDArray[np.bool_] = steps % (m // 2) == 0
     return divides
@@ -67,10 +67,10 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class CongruentFolding:
-    """A folding that is congruent to another one, and how.
+    """A folding that is congruent to another one, and the congruence.
 
-    panels : its panel for each of the other one's. turn : (3, 3), the matrix that takes directions in space from the
-    other one's sheet to its own.
+    panels : the corresponding panel for each panel of the other folding. turn : (3, 3), the matrix that maps directions
+    in space from the other folding's sheet to this one's.
     """
 
     folding: Folding
@@ -82,8 +82,8 @@ class CongruentFolding:
 class Folding:
     """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
 
-    The top face of the sheet is the one seen from above in the flat state. The two lowest panels keep it up when the
-    others fold.
+    The top face of the sheet is the one seen from above in the flat state. The two lowest panels keep their top face up
+    when the others fold.
     """
 
     circuit: Circuit
@@ -135,7 +135,7 @@ class Folding:
 
     @cached_property
     def stacks(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """The panels of both stacks from the lowest layer to the highest; the first stack begins after `crease`."""
+        """The panels of both stacks, from the lowest layer to the highest; the first stack begins after `crease`."""
         n, j = self.circuit.n, self.crease
         layers = range(n // 2)
         return tuple((j + 1 + t) % n for t in layers), tuple((j - t) % n for t in layers)
@@ -151,14 +151,14 @@ class Folding:
 
     @cached_property
     def frames(self) -> tuple[tuple[int, int], ...]:
-        """How each panel is turned in the stacks: its direction i then points in direction sign * i + offset."""
+        """The orientation of each panel in the stacks, (sign, offset): its direction i points to sign * i + offset."""
         word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
         frames = [(1, 0)] * n
         for stack, crease_after in ((self.stacks[0], 0), (self.stacks[1], -1)):
             for below, panel in pairwise(stack):
                 d = word[(below + crease_after) % n]
                 sign, offset = frames[below]
-                # reflect panel's own direction i in the crease first (2 d + m/2 - i), then fold as the panel below
+                # reflect the panel's direction i in the crease first (2 d + m/2 - i), then fold as the panel below
                 frames[panel] = -sign, (sign * (2 * d + m // 2) + offset) % m
         return tuple(frames)
 
@@ -176,9 +176,9 @@ class Folding:
 
     @cached_property
     def hinge_faces(self) -> tuple[CreaseFace, ...]:
-        """The face, `top` or `bottom`, on which each hinge lies; these faces meet when the hinge closes.
+        """The face, `top` or `bottom`, on which each hinge lies; on this face its panels meet when it closes.
 
-        A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
+        A flat crease does not fold; its entry is the face that continues the alternation, for an optional hinge.
         """
         n = self.circuit.n
         faces: list[CreaseFace] = ["top"] * n
@@ -191,7 +191,7 @@ class Folding:
     def mirror_pairs(self) -> tuple[tuple[int, int], ...]:
         """Pairs of panels that share an edge on the mirror axis through both flat creases, if the circuit has one.
 
-        They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
+        They share it flat and folded, so that a pair can be merged into one panel (thesis 3.2.1 and 4.1.1). Empty where
         there is no such axis. The panels of the lowest layer come first. The compiled form, which only counts pairs,
         is in `kernels.linkage.lines`; tests compare the two.
         """
@@ -211,7 +211,7 @@ class Folding:
         return tuple(pairs)
 
     def likeness(self, size: PanelSize) -> CongruentFolding | None:
-        """The folding that stands for all congruent ones, with panels of a size (m); None if that is this one.
+        """The representative of all congruent foldings, with panels of a size (m); None if it is this one.
 
         It is a folding of the canonical circuit, whose symmetries map foldings onto each other: the one with the lowest
         crease. Either flat crease may be the lower one, as a symmetry may turn the stacks upside down.
@@ -222,14 +222,14 @@ class Folding:
         return _likeness(circuit, self.crease)
 
     def can_join(self, flat_pairs: Way) -> bool:
-        """Whether the flat pairs can be joined in a way: to merge panels, the folding needs mirror pairs."""
+        """Whether the flat pairs can be joined in a given way: merged panels need mirror pairs."""
         return flat_pairs != "merged" or bool(self.mirror_pairs)
 
     def pattern(self, size: PanelSize, *, flat_pairs: Way = "rigid") -> Pattern:
         """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
-        flat_pairs : how the panels at the two flat creases are joined: `rigid`, `hinged` on the faces that continue the
+        flat_pairs : the joint of the panels at the two flat creases: `rigid`, `hinged` on the faces that continue the
             alternation, or `merged`, where all panels that meet on a mirror axis through the flat creases are one.
         """
         circuit, n = self.circuit, self.circuit.n
@@ -256,7 +256,7 @@ class Folding:
         """The folding as a linkage of thick panels, which stands on its lowest flat pair.
 
         panel : length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of
-        the scene `default`. flat_pairs : how each pair of panels at a flat crease is joined: as one `rigid` panel,
+        the scene `default`. flat_pairs : the joint of each pair of panels at a flat crease: one `rigid` panel,
         `hinged`, or `merged`, where the two panels of each mirror pair are one panel, too.
 
         >>> folding = Folding.from_notation("hex:0234550132:4")
@@ -279,7 +279,7 @@ class Folding:
 def foldings(circuit: Circuit) -> list[Folding]:
     """The two-stack foldings of a circuit, in the order of their creases; an empty list if it does not fold.
 
-    Creases are numbered in the order of the circuit that is given, which need not be canonical.
+    Creases are numbered in the order of the given circuit, which need not be canonical.
 
     >>> from hcsearch import Circuit, foldings
     >>> foldings(Circuit.from_notation("hex:0234550132"))
@@ -292,23 +292,27 @@ def foldings(circuit: Circuit) -> list[Folding]:
 
 
 def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Folding:
-    """Folding i of a batch."""
+    """The folding in row i of a batch."""
     word = tuple(circuits.words[foldings.row[i]].tolist())
     return Folding(Circuit(grid_named(circuits.grid), word), int(foldings.crease[i]))
 
 
 def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: PanelSize) -> list[int]:
-    """The place of the folding that stands for each one of a list, with panels of a size (m); its own without one.
+    """The index of each folding's representative in the list, with panels of a size (m); its own index without one.
 
-    rows : of the circuit of each, equal for foldings of one circuit.
+    rows : row of the circuit of each folding, equal for foldings of one circuit.
     """
-    place = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
-    standing = []
+    index = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
+    indices = []
     for i, (row, folding) in enumerate(zip(rows, foldings, strict=True)):
-        like = folding.likeness(size)
-        found = None if like is None or like.folding.circuit.word != folding.circuit.word else like.folding.crease
-        standing.append(i if found is None else place.get((row, found), i))
-    return standing
+        congruent = folding.likeness(size)
+        crease = (
+            None
+            if congruent is None or congruent.folding.circuit.word != folding.circuit.word
+            else congruent.folding.crease
+        )
+        indices.append(i if crease is None else index.get((row, crease), i))
+    return indices
 
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
@@ -317,80 +321,81 @@ def folding_of(circuit: Circuit, crease: int) -> Folding:
     half = circuit.n // 2
     lower = crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease
     if not _folds_at(circuit, lower):
-        raise _no_folding(circuit, crease)  # which names the crease that was given
+        raise _no_folding(circuit, crease)  # the message names the given crease
     return Folding(circuit, lower)
 
 
 def no_folding_reason(n: int) -> str:
-    """Why circuits of n panels that do not fold into two stacks do not, in words."""
+    """The reason, in words, why a circuit of n panels does not fold into two stacks."""
     if n % 2:
         return f"an odd number of panels, {n}, makes no two equal stacks"
     return "no two opposite creases can stay flat while all others fold"
 
 
 def _no_folding(circuit: Circuit, crease: int) -> NotationError:
-    """The refusal of a crease that is flat in no folding."""
+    """The error for a crease that is flat in no folding."""
     creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
-    why = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
-    others = f": its creases are {creases}" if creases else f" or any other{why}: choose a circuit that folds"
+    reason = f", as {no_folding_reason(circuit.n)}" if circuit.n % 2 else ""
+    others = f": its creases are {creases}" if creases else f" or any other{reason}: choose a circuit that folds"
     return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 
 def split_crease(text: str) -> tuple[str, int | None]:
-    """Name and crease of DESIGN[:CREASE], a design by its notation or id; NotationError for what is neither."""
+    """Split DESIGN[:CREASE] into a design, given by its notation or id, and a crease or None; NotationError else."""
     parts = text.split(":")
     notation = not parts[0].isdigit()
     if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
         raise NotationError(f"malformed design {text!r}: write an id or a circuit notation, then :CREASE if wanted")
-    # more digits than these are no crease whatever they are, and Python reads no more than 4300
+    # nine digits suffice: longer numbers exceed every crease, and Python reads no more than 4300 digits
     crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
     return ":".join(parts[: 1 + notation]), crease
 
 
 @lru_cache(maxsize=16)
 def _linkage(folding: Folding, panel: PanelSize | None, flat_pairs: Way) -> Linkage:
-    """As `Folding.linkage`, once where a path and a deployment of one folding are looked at in turn."""
+    """As `Folding.linkage`, cached for repeated analyses of one folding."""
     from hcsearch.shape.linkage import CongruentLinkage, Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
 
     size = panel or default_panel(folding.circuit.grid.name)
     pattern = folding.pattern(size, flat_pairs=flat_pairs)
-    given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
-    words = ", ".join(word for word in given if word)
-    like, lowest, twin = folding.likeness(size), folding.crease, None
-    if like is not None:
-        # of a hinged pair one panel stands: that which stands for it in the congruent folding
-        lowest = like.panels.index(like.folding.crease)
-        other = like.folding.linkage(size, flat_pairs=flat_pairs)
-        twin = CongruentLinkage.of(pattern, other, like.panels, np.array(like.turn))
-    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({words})", twin)
+    arguments = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
+    argument_list = ", ".join(word for word in arguments if word)
+    congruent, lowest, twin = folding.likeness(size), folding.crease, None
+    if congruent is not None:
+        # one panel of a hinged pair is the base: the one that corresponds to the base of the congruent folding
+        lowest = congruent.panels.index(congruent.folding.crease)
+        congruent_linkage = congruent.folding.linkage(size, flat_pairs=flat_pairs)
+        twin = CongruentLinkage.of(pattern, congruent_linkage, congruent.panels, np.array(congruent.turn))
+    return Linkage(pattern, pattern.panel_of[lowest], f"{folding!r}.linkage({argument_list})", twin)
 
 
 @lru_cache(maxsize=1024)
 def _likeness(circuit: Circuit, crease: int) -> CongruentFolding | None:
-    """As `Folding.likeness`, of the symmetries of a circuit's grid."""
+    """As `Folding.likeness`, for panels with all symmetries of the circuit's grid."""
     canonical, half = circuit.canonical(), circuit.n // 2
-    ways = circuit.renumberings()
-    # of several, one that leaves the lower crease below
-    way = min(ways, key=lambda way: (way(crease) % half, way(crease)))
-    lowest, over = way(crease) % half, way(crease) >= half
+    renumberings = circuit.renumberings()
+    # prefer a renumbering that keeps the lower crease below
+    renumbering = min(renumberings, key=lambda renumbering: (renumbering(crease) % half, renumbering(crease)))
+    lowest, upside_down = renumbering(crease) % half, renumbering(crease) >= half
     if circuit.word == canonical.word and lowest == crease:
         return None
     # turned upside down, mountains become valleys where the number of layers is odd
-    upright = -1.0 if over and half % 2 else 1.0
-    (a, b), (c, d) = _turn(circuit, canonical, way)
+    upright = -1.0 if upside_down and half % 2 else 1.0
+    (a, b), (c, d) = _direction_map(circuit, canonical, renumbering)
     turn = ((a, b, 0.0), (c, d, 0.0), (0.0, 0.0, upright))
-    return CongruentFolding(Folding(canonical, lowest), tuple(map(way.panel, range(circuit.n))), turn)
+    return CongruentFolding(Folding(canonical, lowest), tuple(map(renumbering.panel, range(circuit.n))), turn)
 
 
-def _turn(circuit: Circuit, canonical: Circuit, way: Renumbering) -> NDArray[np.float64]:
-    """The matrix, shape (2, 2), that takes directions of a circuit's drawing to those of the canonical one's."""
+def _direction_map(circuit: Circuit, canonical: Circuit, renumbering: Renumbering) -> NDArray[np.float64]:
+    """The matrix, shape (2, 2), that maps directions of a circuit's drawing to the canonical circuit's drawing."""
     grid, m = circuit.grid, circuit.grid.directions
-    back = m // 2 if way.backwards else 0
+    half_turn = m // 2 if renumbering.backwards else 0
     isometry = next(
-        own
-        for own in grid.point_group
+        candidate
+        for candidate in grid.point_group
         if all(
-            (own.sign * (d + back) + own.offset - canonical.word[way(k)]) % m == 0 for k, d in enumerate(circuit.word)
+            (candidate.sign * (d + half_turn) + candidate.offset - canonical.word[renumbering(k)]) % m == 0
+            for k, d in enumerate(circuit.word)
         )
     )
     basis = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
@@ -399,7 +404,7 @@ def _turn(circuit: Circuit, canonical: Circuit, way: Renumbering) -> NDArray[np.
 
 
 def _folds_at(circuit: Circuit, crease: int) -> bool:
-    """Whether a crease, and its opposite, is flat in a folding: sums of turns with alternating signs (theory.md, 4)."""
+    """Whether a crease and its opposite are flat in a folding, by alternating sums of turns (theory.md, 4)."""
     n, m = circuit.n, circuit.grid.directions
     half = n // 2
     if n % 2 or not 0 <= crease < half:

@@ -1,4 +1,4 @@
-"""Sizes of panels: length, width and thickness in metres; texts of sizes, which users write, are in millimetres."""
+"""Sizes of panels: length, width and thickness, in metres as values and in millimetres as texts of users."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from hcsearch.basics.errors import SceneError
 PanelSize = tuple[float, float, float]
 """Length, width and thickness of a panel, m."""
 MIN_PANEL_LENGTH, MAX_PANEL_LENGTH = 1e-6, 1e4
-"""Lengths of panels, m."""
+"""Range of allowed lengths, widths and thicknesses, m."""
 LIKELY_MIN_SIDE, LIKELY_MAX_SIDE = 0.005, 20.0
 """Sides below or above which a size was probably meant in another unit, m."""
 LIKELY_MAX_THICKNESS = 0.2
 """Greatest thickness that is likely to be meant, m."""
 ACROSS_FLATS_PREFIX = "across "
-"""Begins a text that gives the width across flats and the thickness, as in `across 1000x20`."""
+"""Prefix of a text that gives the width across flats and the thickness, as in `across 1000x20`."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
 _ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0)}
@@ -31,9 +31,9 @@ def default_panel(grid: str) -> PanelSize:
 def read_panel(text: str, grid: str | None = None) -> PanelSize:
     """Read the size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
 
-    For hexagons and triangles length and width are the side. grid : whose panel it is, where that is known; panels of
-    `rectangle` have three sizes. Of a known grid, `across 1000x20` gives the width across flats (of a triangle its
-    height) and the thickness.
+    For hexagons and triangles length and width are the side. grid : of the panel, if known; panels of `rectangle` have
+    three sizes. For a known grid, `across 1000x20` gives the width across flats (of a triangle its height) and the
+    thickness.
     """
     if text.startswith(ACROSS_FLATS_PREFIX) and grid is not None:
         return _read_across(text.removeprefix(ACROSS_FLATS_PREFIX).strip(), grid)
@@ -69,10 +69,11 @@ def _read_across(text: str, grid: str) -> PanelSize:
 
 
 def panel_size_doubt(panel: PanelSize, across: str | None = None) -> str | None:
-    """A sentence on sizes that are probably not meant, with the likely ones; None where there is no doubt.
+    """A sentence on sizes that are probably a mistake, with the likely ones; None where there is no doubt.
 
-    Doubtful are sides of less than 5 mm, as of a size in metres, of more than 20 m, and panels thicker than half their
-    shortest side, as of sizes in another order. across : the grid of panels whose width across flats was given.
+    Doubtful are sides of less than 5 mm, as from a size in metres, or of more than 20 m, and panels thicker than half
+    their shortest side, as from sizes in another order. across : grid of the panels, if the width across flats was
+    given.
     """
     factor = 1.0 if across is None else _ACROSS[across]
     faults = _faults(panel)
@@ -92,7 +93,7 @@ def panel_size_doubt(panel: PanelSize, across: str | None = None) -> str | None:
 
 
 def _faults(panel: PanelSize) -> list[str]:
-    """What is doubtful of the sizes of a panel, in words."""
+    """The doubtful features of a panel's sizes, in words."""
     length, width, thickness = panel
     shortest, longest = min(length, width), max(length, width)
     faults = [f"a side of less than {1e3 * LIKELY_MIN_SIDE:g} mm"] if shortest < LIKELY_MIN_SIDE else []
@@ -101,23 +102,23 @@ def _faults(panel: PanelSize) -> list[str]:
 
 
 def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
-    """What doubtful sizes probably mean: the same in another order or unit, if those are in no doubt.
+    """The probable meaning of doubtful sizes: the same in another order or unit, if that is not doubtful; else None.
 
-    factor : by which they are larger than the sides of the panel.
+    factor : ratio of the given sides to the sides of the panel.
     """
     length, width, thickness = panel
-    side, turned = min(length, width), [length, width, thickness]
+    side, reordered = min(length, width), [length, width, thickness]
     if thickness > side:
-        turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
+        reordered = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
     for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
-        first, second, last = (scale * size for size in turned)
+        first, second, last = (scale * size for size in reordered)
         if last <= LIKELY_MAX_THICKNESS and not _faults((first / factor, second / factor, last)):
             return (first, second, last)
     return None
 
 
 def _brief(panel: PanelSize) -> str:
-    """Side x thickness, or length x width x thickness, in millimetres, for people."""
+    """Side x thickness, or length x width x thickness, in millimetres, rounded for readers."""
     sizes = panel[1:] if panel[0] == panel[1] else panel
     return "x".join(f"{float(f'{1e3 * size:.4g}'):.10g}" for size in sizes)
 

@@ -1,4 +1,4 @@
-"""What the stages return: frozen batches, each a struct of arrays with one row a circuit or a folding."""
+"""Results of the stages: frozen batches, each a struct of arrays with one row for each circuit or folding."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ CircuitWords = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
 
 NO_NUMBER = np.iinfo(np.int32).min
-"""In a batch of integers: there is no such number."""
+"""Missing number in a batch of integers."""
 
 
 @dataclass(frozen=True, eq=False)
 class CircuitBatch(ByValue):
-    """Circuits in canonical order, one a row.
+    """Circuits in canonical order, one in each row.
 
     words : shape (n_circuits, n_panels), direction of the step from panel k to panel k + 1 (see `Grid.directions`).
     symmetry : shape (n_circuits,), order of the symmetry group of each circuit.
@@ -35,7 +35,7 @@ class CircuitBatch(ByValue):
         return len(self.words)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> CircuitBatch:
-        """The circuits of some rows, as a batch of their own."""
+        """The batch of the circuits of some rows."""
         return CircuitBatch(self.grid, self.words[rows], self.symmetry[rows])
 
 
@@ -56,16 +56,16 @@ class FoldingBatch(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class DesignBatch(ByValue):
-    """What the store keeps of a batch: one row a design, and one row a folding where that stage has run.
+    """Columns of the store for a batch: one row for each design, and one for each folding where that stage has run.
 
     circuit, array : text notations (canonical, so equal for congruent circuits and arrays).
     array_symmetry, symmetry, n_fixed : group orders and the number of fixed copies.
     n_foldings : None where the stage `foldings` has not run.
     folding_row, folding_crease : as in `FoldingBatch`.
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
-    mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row a folding; best_crease is
-        that of the untwisted folding with the lowest dof, then crease, or -1.
-    folding_status : locked, for each folding, None where that is not proved; status : the best of each design's
+    mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row for each folding;
+        best_crease is that of the untwisted folding with the lowest dof, then crease, or -1.
+    folding_status : `locked` for each folding that is proved locked, else None; status : the best of each design's
         foldings, None without an untwisted one. None where the stage `mobility` has not run.
     """
 
@@ -93,12 +93,12 @@ class DesignBatch(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class MobilityBatch(ByValue):
-    """Degrees of freedom and locks of a batch of foldings, one entry each; NONE where there is no such number.
+    """Degrees of freedom and locks of a batch of foldings, one entry each; `NO_NUMBER` where a number is missing.
 
-    kutzbach : of all of them. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that have panels
-    to merge. locked, locked_hinged : whether one-sided hinges are proved to lock an end of the motion with rigid flat
-    pairs, and whether they still do with hinged ones (empty where that was not asked). Merged foldings are locked where
-    rigid ones are.
+    kutzbach : the same for all foldings. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that
+    have panels to merge. locked, locked_hinged : whether one-sided hinges are proved to lock an end of the motion with
+    rigid flat pairs, and whether they still do with hinged ones (empty where that was not tested). Merged foldings are
+    locked where rigid ones are.
     """
 
     kutzbach: int
@@ -119,17 +119,17 @@ class MobilityBatch(ByValue):
 
 @dataclass(frozen=True)
 class Trial:
-    """A deployment of one folding of a batch in one scene: what it was, and what became of it.
+    """A deployment of one folding of a batch in one scene, and its result.
 
-    folding : index in the batch. scene : its name, which `hcsearch deploy --scene` takes. values : the scene and the
-    folding as a TOML file, which `hcsearch deploy` takes, too. status : deploys, collides, undecided. reason : a
-    sentence. clearance : smallest gap to which panels come near again after they have parted, m; a panel's size where
+    folding : index in the batch. scene : its name, for `hcsearch deploy --scene`. values : the scene and the folding as
+    a TOML file, which `hcsearch deploy` reads, too. status : deploys, collides, undecided. reason : a sentence.
+    clearance : smallest gap at which panels approach each other again after they have parted, m; a panel's size where
     none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
     needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
-    the least gap of the panels as built. Where they overlap, `clearance` is that, too.
+    the least gap of the panels as built. Where these overlap, `clearance` equals `least_gap`.
     as_crease : the crease of the congruent folding that was simulated in its place, or None.
-    pairs : how flat pairs were joined. springs : the set of springs; empty for those of the scene.
+    pairs : the joint of flat pairs. springs : the set of springs; empty for those of the scene.
     """
 
     folding: int
@@ -152,11 +152,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class StoredLock:
-    """A proof that closed loops and stops keep a folding from coming from its packed to its flat state.
+    """A proof that closed loops and stops separate the packed and the flat state of a folding.
 
-    way : how flat pairs are joined. decides : whether that is proved with it for every way that the scene allows.
-    end : packed or flat, the end that no motion leaves. cubes, faces : of fold angles, by which it is proved.
-    margin : m, of panels that do not pass through each other, up to which it holds; None where it does at every margin.
+    way : the joint of flat pairs. decides : whether it implies the lock for every joint that the scene allows.
+    end : packed or flat, the end that no motion leaves. cubes, faces : of fold angles, in the proof.
+    margin : m, up to which it holds for panels that do not pass through each other; None where it holds at every one.
     """
 
     way: str
@@ -169,11 +169,11 @@ class StoredLock:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a search for a motion of a folding came to, beside its path.
+    """Results of the search for a motion of a folding, apart from its path.
 
-    efforts : of `planning.schedule` that were made. lock : the widest that is proved. critical : the least play for
-    each face at which a path is proved, beyond the scene's margin, too; unmet : the greatest below it at which the
-    search met none, or of all that were tried; m, None where they were not looked for.
+    efforts : number of efforts of `planning.schedule` that were made. lock : the widest that is proved. critical : the
+    least play for each face at which a path is proved, also beyond the scene's margin; unmet : the greatest play below
+    it, or of all that were tried, at which the search found no path; m, None where they were not searched.
     """
 
     efforts: int
@@ -186,12 +186,13 @@ class Evidence:
 class MotionBatch(ByValue):
     """Motions of a batch of foldings in a scene, one entry each.
 
-    flat_pairs : how flat pairs are joined where a path is proved: rigid, hinged or merged; None without one.
-    margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as they are, m,
-        below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
-        that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
-    as_crease : the crease of the congruent folding whose motion this is; None of what was looked at itself, and empty
-        where all of them were. evidence : what else the search came to; None where a folding was not looked at, and
+    flat_pairs : the joint of flat pairs where a path is proved: rigid, hinged or merged; None without one.
+    margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as built, m,
+        negative where they overlap; slack : bound of the placement error of panels, m; NaN without a path. paths :
+        states of that path, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was
+        not searched.
+    as_crease : the crease of the congruent folding that was searched instead; None where the folding itself was, and
+        empty where all were. evidence : further results of the search; None where a folding was not searched, and
         empty where none was.
     """
 
@@ -206,30 +207,32 @@ class MotionBatch(ByValue):
 
     @property
     def locked(self) -> NDArray[np.bool_]:
-        """Which foldings are proved locked, kinematically, in every way of joining flat pairs that the scene allows."""
+        """Flags of the foldings that are proved locked, kinematically, for every joint of flat pairs of the scene."""
         if not self.evidence:
             return np.zeros(len(self.margin), bool)
-        return np.array([own is not None and own.lock is not None and own.lock.decides for own in self.evidence], bool)
+        return np.array(
+            [found is not None and found.lock is not None and found.lock.decides for found in self.evidence], bool
+        )
 
     @property
     def moves(self) -> NDArray[np.bool_]:
-        """Which foldings have a proved path."""
+        """Flags of the foldings that have a proved path."""
         return ~np.isnan(self.margin)
 
     @property
     def met(self) -> NDArray[np.bool_]:
-        """Which foldings have a path, proved or not."""
+        """Flags of the foldings that have a path, proved or not."""
         return np.array([path is not None for path in self.paths], bool)
 
 
 @dataclass(frozen=True, eq=False)
 class DeploymentBatch(ByValue):
-    """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
+    """Results of deployments by springs of a batch of foldings in a scene, one entry each, and the deployments.
 
     clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
         tolerances disagree on it.
     margin, gap : m, of the same: the least play for each face at which they are certified clear, and the least gap of
-        the panels as built, below 0 where they overlap.
+        the panels as built, negative where they overlap.
     """
 
     clearance: NDArray[np.float64]
@@ -240,16 +243,16 @@ class DeploymentBatch(ByValue):
 
     @property
     def deploys(self) -> NDArray[np.bool_]:
-        """Which foldings come flat, certified clear, in some deployment."""
+        """Flags of the foldings that deploy flat, certified clear, in some deployment."""
         return ~np.isnan(self.clearance)
 
 
 def play_of_batch(
     motion: MotionBatch, deployment: DeploymentBatch | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Needed margins and least gaps of the motions that give foldings their status, m; NaN without one.
+    """Needed margins and least gaps of the motions that decide the status of foldings, m; NaN without one.
 
-    Those of the deployment where springs bring a folding flat, else those of its path.
+    These are the values of the deployment where springs unfold a folding, else of its path.
     """
     if deployment is None:
         return motion.margin, motion.gap
@@ -261,10 +264,10 @@ def play_of_batch(
 class StagedDesigns(ByValue):
     """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
-    n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
-    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too. budget : efforts of the
-    search for motions of each folding, None for the usual ones; searched : (n_foldings,), how many of these were made
-    before, None where none were.
+    n_fixed : (n_circuits,), number of circuits that each represents: fixed ones, or those of the one array searched.
+    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row for each folding, too. budget : efforts of
+    the search for motions of each folding, None for the default; searched : (n_foldings,), number of these that were
+    made before, None where none were.
     """
 
     circuits: CircuitBatch
@@ -282,18 +285,18 @@ class StagedDesigns(ByValue):
 
     @property
     def folded(self) -> FoldingBatch:
-        """Its foldings; the stage `foldings` must have run."""
+        """The foldings of the designs; the stage `foldings` must have run."""
         assert self.foldings is not None
         return self.foldings
 
     def with_folding(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which designs have a folding that is among some, shape (n_circuits,); chosen : (n_foldings,)."""
+        """Flags of the designs that have a chosen folding, shape (n_circuits,); chosen : (n_foldings,)."""
         marked = np.zeros(len(self), bool)
         marked[self.folded.row[chosen]] = True
         return marked
 
     def take(self, kept: NDArray[np.bool_], chosen: NDArray[np.bool_] | None = None) -> StagedDesigns:
-        """Some designs, with their foldings or only those that are chosen; before a motion is looked for."""
+        """Select designs, with all their foldings or only the chosen ones; before the stage of motions."""
         assert self.motion is None
         circuits, n_fixed = self.circuits.take(kept), self.n_fixed[kept]
         if self.foldings is None:
@@ -313,11 +316,11 @@ class StagedDesigns(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class VerdictBatch(ByValue):
-    """What the store keeps of verdicts on designs in a scene.
+    """Columns of the store for verdicts on designs in a scene.
 
     circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease,
-        folding_status : of the foldings that were looked at. motion, deployment : a row a folding; deployment is None
-        where that stage has not run.
+        folding_status : of the foldings that were examined. motion, deployment : a row for each folding; deployment is
+        None where that stage has not run.
     """
 
     circuit: list[str]
@@ -332,7 +335,7 @@ class VerdictBatch(ByValue):
 
 @dataclass(frozen=True)
 class Undecided:
-    """A stored folding that is undecided in a scene: its design, and the efforts of the search that were made."""
+    """A stored folding that is undecided in a scene: its design, and the number of efforts of the search so far."""
 
     design_id: int
     circuit: str
@@ -342,7 +345,7 @@ class Undecided:
 
 @dataclass(frozen=True)
 class WorkKey:
-    """What identifies finished work, beside the search prefix, the stage and its version.
+    """Key of finished work, beside the search prefix, the stage and its version.
 
     target : the canonical array notation for a run on one array, '' for a run over all arrays of n cells.
     keep : 'all', 'two-stack' or 'untwisted'.
@@ -358,10 +361,10 @@ class WorkKey:
 
 @dataclass(frozen=True)
 class StageResult:
-    """What one stage did to one batch.
+    """Counts of one stage for one batch.
 
-    passed : designs that passed (circuits: all of them; foldings: two-stack ones; twist: untwisted ones).
-    n_fixed : circuits that these are up to symmetry: fixed ones, or those of the one array searched.
+    passed : number of designs that passed (circuits: all of them; foldings: two-stack ones; twist: untwisted ones).
+    n_fixed : number of circuits that these represent: fixed ones, or those of the one array searched.
     """
 
     stage: str

@@ -1,4 +1,4 @@
-"""Twist of a folding: the linking number that keeps a band of panels from its two stacks (thesis 3.3.2)."""
+"""Twist of foldings: the linking number of the folded band of panels, which must be 0 to open it (thesis 3.3.2)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LatticeVector = tuple[int, int, int]
 
 
 def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.int16]:
-    """|Lk| of each folding of a batch, by the alternating sum of its circuit's turns.
+    """The twist |Lk| of each folding of a batch, by the alternating sum of its circuit's turns.
 
     Source: docs/explanation/theory.md, statement 10.
     """
@@ -28,7 +28,7 @@ def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.in
 
 
 def twist(folding: Folding) -> int:
-    """The twist of a folding: how many full turns its folded band of panels has. With any but 0 no motion opens it.
+    """The twist of a folding: the number of full turns of its folded band of panels; no motion opens it unless 0.
 
     It is the absolute value of the linking number of the band's centre line and a parallel line.
 
@@ -58,7 +58,7 @@ def gauss_linking(folding: Folding) -> int:
     centre, parallel = folded_band(folding)
     height = folding.circuit.n
     for trial in range(1, 100):
-        # slanting by far less than one lattice unit over the whole height keeps crossings few
+        # a slant of far less than one lattice unit over the whole height keeps crossings few
         across = (trial, 7 * trial + 3)
         scale = 1000 * height * trial
         count = _crossings(_slant(centre, across, scale), _slant(parallel, across, scale))
@@ -102,17 +102,17 @@ def folded_band(folding: Folding) -> tuple[list[LatticeVector], list[LatticeVect
 
 
 def _slant(line: list[LatticeVector], across: tuple[int, int], scale: int) -> list[LatticeVector]:
-    """The line as seen along a slanted direction: planar coordinates times `scale`, moved in proportion to height."""
+    """Project a line along a slanted direction: planar coordinates times `scale`, moved in proportion to height."""
     return [(scale * x + across[0] * z, scale * y + across[1] * z, z) for x, y, z in line]
 
 
-def _crossings(one: list[LatticeVector], two: list[LatticeVector]) -> int | None:
+def _crossings(first: list[LatticeVector], second: list[LatticeVector]) -> int | None:
     """Half the signed crossings of two closed lines seen from above; None when the view is not general."""
     total = 0
-    for i, a in enumerate(one):
-        b = one[i - 1]
-        for k, c in enumerate(two):
-            d = two[k - 1]
+    for i, a in enumerate(first):
+        b = first[i - 1]
+        for k, c in enumerate(second):
+            d = second[k - 1]
             sides = (_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b))
             if a == b or c == d:
                 continue
@@ -140,5 +140,5 @@ def _apart(a: LatticeVector, b: LatticeVector, c: LatticeVector, d: LatticeVecto
 
 
 def _height(a: LatticeVector, b: LatticeVector, side_a: int, side_b: int) -> Fraction:
-    """Height of segment ab where it crosses the line that a and b lie on the sides `side_a`, `side_b` of."""
+    """The height of segment ab where it crosses a line, given the sides `side_a` and `side_b` of a and b from it."""
     return a[2] + Fraction((b[2] - a[2]) * side_a, side_a - side_b)

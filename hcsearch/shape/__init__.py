@@ -1,1 +1,1 @@
-"""What a design looks like: patterns of panels, linkages in space, names and drawings."""
+"""The shape of designs: patterns of panels, linkages in space, labels and drawings."""

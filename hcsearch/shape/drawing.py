@@ -1,8 +1,8 @@
 """Pictures of arrays, circuits and foldings as small inline SVG texts.
 
-Plain data in, text out: cells, their tiling, and the fold of each crease. Imports nothing of the package, so that
-every value above can draw itself. All coordinates are integers, `DRAWING_SIDE_UNITS` to the side of a panel, y
-downwards.
+Functions take plain data: cells, their tiling, and the fold of each crease. The module imports nothing of the package,
+so that values of all higher layers can draw themselves. All coordinates are integers, `DRAWING_SIDE_UNITS` to the side
+of a panel, y downwards.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DRAWING_SIDE_UNITS = 100
 """Units to the (shorter) side of a panel: rounding to integers is then half a percent of it."""
 
 DRAWING_SIDE_PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
-"""Screen pixels to the side of a panel in a picture that stands alone: panels of about equal area."""
+"""Screen pixels to the side of a panel in a standalone picture: panels of about equal area."""
 
 DRAWING_STYLES: dict[str, dict[str, str]] = {
     "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
@@ -38,7 +38,7 @@ DRAWING_STYLES: dict[str, dict[str, str]] = {
         "paint-order": "stroke",
     },
 }
-"""Look of each class of lines, in the order they are drawn. Mountains and valleys differ in colour and in dashes."""
+"""Style of each class of lines, in drawing order. Mountains and valleys differ in colour and in dashes."""
 
 # A corner-to-corner line of a rim panel is half as wide as its stroke, and slits have round ends.
 DRAWING_MARGIN = 8
@@ -50,7 +50,7 @@ Segment = tuple[DrawingPoint, DrawingPoint]
 
 
 class DrawnGrid(Protocol):
-    """What a picture needs to know of a grid; `hcsearch.designs.grid.Grid` fits."""
+    """The interface of a grid for pictures; `hcsearch.designs.grid.Grid` implements it."""
 
     @property
     def name(self) -> str:
@@ -80,7 +80,7 @@ def draw_array(
     """Draw the panels of an array.
 
     size : length and width of a panel on the square grids; only their ratio matters. Default: 1, rectangles 50 x 40.
-    standalone : with the look of each line and a size in pixels; without, the page styles the classes (`stylesheet`).
+    standalone : with the style of each line and a size in pixels; else the page styles the classes (`stylesheet`).
     """
     sheet = _Sheet(tiling, cells, size)
     return sheet.svg([svg_path("panel", sheet.panels, closed=True)], title or f"{tiling.name} array", standalone)
@@ -123,7 +123,7 @@ def draw_circuit(
 
 
 def stylesheet(scope: str = "svg") -> str:
-    """Return CSS rules that give pictures without a look of their own the same one as those that stand alone."""
+    """Return CSS rules that style embedded pictures like standalone ones."""
     return "\n".join(
         f"{scope} .{kind} {{ {'; '.join(f'{name}: {value}' for name, value in look.items())} }}"
         for kind, look in DRAWING_STYLES.items()
@@ -131,9 +131,9 @@ def stylesheet(scope: str = "svg") -> str:
 
 
 class _Sheet:
-    """The panels on integer coordinates, and the edges between neighbouring ones.
+    """Panels in integer coordinates, and the edges between neighbouring ones.
 
-    edges : (i, j) with i < j, panels that share an edge, and its two ends.
+    edges : for panels (i, j), i < j, that share an edge, its two ends.
     """
 
     def __init__(self, tiling: DrawnGrid, cells: Sequence[DrawnCell], size: tuple[float, float] | None) -> None:
@@ -171,8 +171,8 @@ class _Sheet:
 def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int | None) -> str:
     """Write a picture of an extent (width, height) in units.
 
-    pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a picture that stands alone, with its own size and the look
-        of each line; None where the page gives both.
+    pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a standalone picture, with its own size and the style of
+        each line; None where the page gives both.
     """
     body = "".join(marks)
     head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
@@ -186,14 +186,14 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
 
 
 def _by_steps(line: Sequence[DrawingPoint]) -> str:
-    """Write the first point, then the steps to the others, with as few separators as SVG allows."""
+    """Write a line as its first point and relative steps, with as few separators as SVG allows."""
     numbers = [line[0], *((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(line))]
     first, *steps = ["".join(f" {v}" if v >= 0 else f"{v}" for v in pair) for pair in numbers]
     return f"{first.lstrip()}l{''.join(steps).lstrip()}"
 
 
 def by_points(line: Sequence[DrawingPoint]) -> str:
-    """Write every point of a line with its own coordinates."""
+    """Write a line as the absolute coordinates of its points."""
     return " ".join(f"{x},{y}" for x, y in line)
 
 
@@ -215,7 +215,7 @@ def _start(centre: DrawingPoint) -> str:
 
 
 def _numbers(creases: Sequence[Segment]) -> str:
-    """Write the number of each crease on its line but beside the circuit, which crosses it in the middle."""
+    """Write the number of each crease on its line, beside the circuit, which crosses it in the middle."""
     texts = (
         f'<text x="{round(0.72 * a[0] + 0.28 * b[0])}" y="{round(0.72 * a[1] + 0.28 * b[1]) + 7}">{k}</text>'
         for k, (a, b) in enumerate(creases)

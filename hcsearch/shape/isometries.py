@@ -1,4 +1,4 @@
-"""Isometries of the plane, whose points are complex numbers: a turn and a shift, after a reflection or without."""
+"""Isometries of the plane, with points as complex numbers: an optional reflection, then a rotation and a shift."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ PlaneCoordinates = tuple[float, float]
 
 
 class Isometry(NamedTuple):
-    """z to turn * z + shift, with conj(z) in the place of z where it reflects; turn : of absolute value 1."""
+    """The map of z to turn * z + shift, or to turn * conj(z) + shift if it reflects; turn : of absolute value 1."""
 
     reflects: bool
     turn: complex
@@ -17,32 +17,32 @@ class Isometry(NamedTuple):
 
     @staticmethod
     def by(angle: float = 0.0, shift: PlaneCoordinates = (0.0, 0.0), *, reflects: bool = False) -> Isometry:
-        """Perhaps reflect in the x axis, then turn about the origin by an angle (rad), then shift."""
+        """Reflect in the x axis if `reflects`, then rotate about the origin by an angle (rad), then shift."""
         return Isometry(reflects, cmath.rect(1.0, angle), complex(*shift))
 
     @staticmethod
     def carrying(source: tuple[complex, complex], target: tuple[complex, complex], *, reflects: bool) -> Isometry:
-        """What lays one segment onto another of the same length, start on start."""
+        """The isometry that maps one segment onto another of the same length, start onto start."""
         (c, d), (a, b) = source, target
         if reflects:
             c, d = c.conjugate(), d.conjugate()
         turn = (b - a) / (d - c)
         turn /= abs(turn)
-        # the middles are laid on each other: no end is favoured by rounding
+        # map midpoint to midpoint, so that rounding favours neither end
         return Isometry(reflects, turn, (a + b) / 2 - turn * (c + d) / 2)
 
     @staticmethod
     def mirror(point: complex, normal: complex) -> Isometry:
-        """The reflection in the line through a point that has a normal of absolute value 1."""
+        """The reflection in the line through a point with a given normal of absolute value 1."""
         turn = -normal * normal
         return Isometry(True, turn, point - turn * point.conjugate())
 
     def __call__(self, points: Any) -> Any:
-        """Image of a point, or of an array of points."""
+        """The image of a point, or of an array of points."""
         return self._spin(points) + self.shift
 
     def __matmul__(self, first: Isometry) -> Isometry:
-        """The isometry that comes of `first`, then this one."""
+        """The composition of `first`, then this isometry."""
         return Isometry(self.reflects != first.reflects, self._spin(first.turn), self(first.shift))
 
     def _spin(self, vectors: Any) -> Any:
@@ -50,17 +50,17 @@ class Isometry(NamedTuple):
 
     @property
     def inverse(self) -> Isometry:
-        """The isometry that takes this one back."""
+        """The inverse isometry."""
         turn = self.turn if self.reflects else self.turn.conjugate()
         back = self.shift.conjugate() if self.reflects else self.shift
         return Isometry(self.reflects, turn, -turn * back)
 
     @property
     def angle(self) -> float:
-        """By which it turns, rad."""
+        """The angle of rotation, rad."""
         return cmath.phase(self.turn)
 
     def image(self, point: PlaneCoordinates) -> PlaneCoordinates:
-        """Where a point of two coordinates comes to lie."""
+        """The image of a point given by two coordinates."""
         moved = self(complex(*point))
         return moved.real, moved.imag

@@ -1,8 +1,8 @@
-"""Names of panels and hinges, as pictures, files and the command line write them.
+"""Labels of panels and hinges, as pictures, files and the command line write them.
 
-Panels of a design have the numbers of its circuit, and hinges those of its creases, whatever is rigid or merged: panels
-that are one are named together, `3+4`, and so are creases that are one hinge. Panels and hinges of an assembly have the
-numbers of its pattern.
+Panels of a design have the numbers of its circuit, and hinges those of its creases, independently of rigid and merged
+creases: panels that form one panel have a joint label, `3+4`, and so have creases that form one hinge. Panels and
+hinges of an assembly have the numbers of its pattern.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ class Labels:
 
     @property
     def merged(self) -> tuple[str, ...]:
-        """Names of the panels that are made of several."""
+        """Names of the panels that are merged from several."""
         return tuple(name for name in self.panels if "+" in name)
 
     def hinge(self, name: str) -> int:
-        """The hinge of a name, or of one of the creases that are one hinge; HcsearchError where there is none."""
+        """Find a hinge by its name, or by one of the creases that form it; HcsearchError where there is none."""
         hinge = _find(self.hinges, name)
         if hinge is not None:
             return hinge
-        there = f"the hinges are {label_ranges(self.hinges)}" if self.hinges else "there are no hinges"
+        known = f"the hinges are {label_ranges(self.hinges)}" if self.hinges else "there are no hinges"
         if self.design and name.isdigit() and int(name) < self._n:
-            own = self.panels[self.panel(name)]
-            raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {own}: {there}")
-        raise HcsearchError(f"there is no hinge {name}: {there}")
+            merged = self.panels[self.panel(name)]
+            raise HcsearchError(f"crease {int(name)} carries no hinge here, its panels are one, {merged}: {known}")
+        raise HcsearchError(f"there is no hinge {name}: {known}")
 
     def panel(self, name: str) -> int:
-        """The panel of a name, or that one of several belongs to; HcsearchError where there is none."""
+        """Find a panel by its name, or by one of the panels that form it; HcsearchError where there is none."""
         panel = _find(self.panels, name)
         if panel is None:
             raise HcsearchError(f"there is no panel {name}: the panels are {label_ranges(self.panels)}")
@@ -54,9 +54,9 @@ class Labels:
 
 
 def labels_of(linkage: Linkage, *, design: bool | None = None) -> Labels:
-    """The names of a linkage's panels and hinges.
+    """The labels of a linkage's panels and hinges.
 
-    design : whether its facets are the panels of a circuit, in order; unless given, what its pattern says.
+    design : whether its facets are the panels of a circuit, in order; None to take it from the pattern.
     """
     pattern = linkage.pattern
     if not (pattern.of_circuit if design is None else design):
@@ -74,23 +74,23 @@ def labels_of(linkage: Linkage, *, design: bool | None = None) -> Labels:
 
 
 def named_hinges(linkage: Linkage, hinges: Iterable[int]) -> str:
-    """Some hinges of a linkage by their names, in a sentence."""
+    """The names of some hinges of a linkage, separated by commas."""
     names = labels_of(linkage).hinges
     return ", ".join(names[hinge] for hinge in hinges) or "none"
 
 
 def is_label(text: str) -> bool:
-    """Whether a text may name a panel or a hinge: a number, or several that are one, `3+4`."""
+    """Whether a text may be the name of a panel or a hinge: a number, or several as in `3+4`."""
     return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
 
 
 def label_data(name: str) -> int | str:
-    """A name as data: a number, but a text where it is one of several, `3+4`."""
+    """A name as data: an integer, or a text for a merged one, `3+4`."""
     return int(name) if name.isdigit() else name
 
 
 def label_ranges(names: Sequence[str]) -> str:
-    """Names in one line: numbers that follow each other as `0 to 3`."""
+    """Write names in one line, with consecutive numbers as `0 to 3`."""
     runs: list[list[str]] = []
     for name in names:
         if runs and name.isdigit() and runs[-1][-1].isdigit() and int(name) == int(runs[-1][-1]) + 1:
@@ -101,6 +101,6 @@ def label_ranges(names: Sequence[str]) -> str:
 
 
 def _find(names: Iterable[str], name: str) -> int | None:
-    """Which name has all the numbers of another, written in any order."""
-    wanted = {part.lstrip("0") or "0" for part in name.split("+")}
-    return next((k for k, own in enumerate(names) if wanted <= set(own.split("+"))), None)
+    """The position of the first name that contains all the numbers of another, in any order; None without one."""
+    parts = {part.lstrip("0") or "0" for part in name.split("+")}
+    return next((k for k, own in enumerate(names) if parts <= set(own.split("+"))), None)

@@ -23,11 +23,11 @@ from hcsearch.shape.pattern import Pattern
 
 
 class HingeTree(NamedTuple):
-    """A breadth-first tree, and one for each further part of a pattern that has several.
+    """A breadth-first forest of a pattern's panels, with one tree for each connected part.
 
-    order : of panels. roots : (n_panels,), where the tree of each begins. parents, hinges, signs : (n_panels,), the
-        panel before each, the hinge between them, and 1 where it is the hinge's second panel, else -1; -1, -1 and 0 for
-        a root.
+    order : of panels, breadth-first. roots : (n_panels,), the root of each panel's tree. parents, hinges, signs :
+        (n_panels,), the parent of each panel, the hinge between them, and 1 where the panel is the hinge's second one,
+        else -1; -1, -1 and 0 for a root.
     """
 
     order: WholeNumbers
@@ -37,7 +37,7 @@ class HingeTree(NamedTuple):
     signs: WholeNumbers
 
     def way(self, panel: int) -> list[tuple[int, int]]:
-        """Hinges from the root of a panel to it, with their signs."""
+        """The path of hinges from the root to a panel, with their signs."""
         steps = []
         while self.parents[panel] >= 0:
             steps.append((int(self.hinges[panel]), int(self.signs[panel])))
@@ -46,7 +46,7 @@ class HingeTree(NamedTuple):
 
 
 def hinge_tree(pattern: Pattern, base: int, without: Container[int] = ()) -> HingeTree:
-    """The tree from a base panel: ways from there are the shortest that there are, across no hinge of `without`."""
+    """The breadth-first tree from a base panel, and of other parts, across hinges other than those of `without`."""
     n = len(pattern.panels)
     joined: list[list[tuple[int, int, int]]] = [[] for _ in range(n)]
     for k, hinge in enumerate(pattern.hinges):
@@ -57,7 +57,7 @@ def hinge_tree(pattern: Pattern, base: int, without: Container[int] = ()) -> Hin
     parents, hinges, signs = np.full(n, -2), np.full(n, -1), np.zeros(n, np.int64)
     roots = np.zeros(n, np.int64)
     order: list[int] = []
-    for root in (base, *range(n)):  # a pattern in several parts has a tree for each
+    for root in (base, *range(n)):  # one tree for each connected part
         if parents[root] != -2:
             continue
         parents[root] = -1
@@ -78,10 +78,10 @@ Walk = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True, eq=False)
 class CongruentLinkage(ByValue):
-    """A linkage that is congruent to another one, and how: rotated, reflected or turned upside down.
+    """A linkage that is congruent to another one, and the congruence: a rotation, reflection or half turn.
 
-    panels, hinges : its panel and its hinge for each of the other one's. turn : shape (3, 3), the matrix that takes
-    directions in space from the other one to this one.
+    panels, hinges : the corresponding panel and hinge for each one of the other linkage. turn : shape (3, 3), the
+    matrix that maps directions in space from the other linkage to this one.
     """
 
     linkage: Linkage
@@ -91,15 +91,15 @@ class CongruentLinkage(ByValue):
 
     @staticmethod
     def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> CongruentLinkage:
-        """The twin of a pattern's linkage. facets : the twin's facet for each of the pattern's."""
-        own, other = pattern, linkage.pattern
-        panels, hinges = [0] * len(own.panels), [0] * len(own.hinges)
+        """The congruence of a pattern's linkage to another linkage. facets : the other's facet for each facet."""
+        other = linkage.pattern
+        panels, hinges = [0] * len(pattern.panels), [0] * len(pattern.hinges)
         for facet, image in enumerate(facets):
-            panels[own.panel_of[facet]] = other.panel_of[image]
-        for pair, crease in own.creases.items():
+            panels[pattern.panel_of[facet]] = other.panel_of[image]
+        for pair, crease in pattern.creases.items():
             if crease.face is not None:
                 first, second = sorted(facets[facet] for facet in pair)
-                hinges[own.hinge_of(pair)] = other.hinge_of((first, second))
+                hinges[pattern.hinge_of(pair)] = other.hinge_of((first, second))
         return CongruentLinkage(linkage, tuple(panels), tuple(hinges), turn)
 
 
@@ -107,9 +107,9 @@ class CongruentLinkage(ByValue):
 class Linkage:
     """The panels and hinges of a pattern in space; fold angles are in rad, lengths in metres.
 
-    base : the panel that stays where it is. made_by : a Python expression that gives an equal linkage, or empty.
-    twin : the congruent linkage that is simulated in place of this one, so that no verdict hangs on how a circuit is
-    written; None where it is this one.
+    base : the panel that is fixed in space. made_by : a Python expression that gives an equal linkage, or empty.
+    twin : the congruent linkage that is simulated in place of this one, so that no verdict depends on how a circuit is
+    written; None where this one is simulated itself.
     """
 
     pattern: Pattern
@@ -139,7 +139,7 @@ class Linkage:
     def directions(self) -> Reals:
         """Unit directions of the hinge lines in the flat state, shape (n_hinges, 3).
 
-        The second panel of a hinge turns about it by the fold angle, right-handed, as seen from the first.
+        The second panel of a hinge turns about it by the fold angle, right-handed, relative to the first.
         """
         directions = np.zeros((self.n_hinges, 3))
         for k, hinge in enumerate(self.pattern.hinges):
@@ -168,7 +168,7 @@ class Linkage:
 
     @cached_property
     def folded(self) -> Reals:
-        """Fold angles of the folded state: pi, but 0 where a hinge stays flat."""
+        """Fold angles of the folded state: pi, or 0 where a hinge stays flat."""
         return np.array([math.pi if hinge.closes else 0.0 for hinge in self.pattern.hinges])
 
     @cached_property
@@ -179,24 +179,24 @@ class Linkage:
     def loops(self) -> tuple[Walk, ...]:
         """Independent loops, as closed walks of pairs (hinge, sense); sense 1 leads from its first panel to its second.
 
-        Those of the pattern where it names enough of them, else one for each hinge that the tree leaves out.
+        These are the loops that the pattern names, if they form a basis, else one for each hinge outside the tree.
         """
         in_tree = {int(h) for h in self._tree.hinges if h >= 0}
-        own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
-        if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
-            return own
+        named = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
+        if len(named) == self.n_hinges - len(in_tree) and self._independent(named):
+            return named
         walks = []
         for k, hinge in enumerate(self.pattern.hinges):
             if k in in_tree:
                 continue
-            out, back = self._tree.way(hinge.first), self._tree.way(hinge.second)
-            common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
-            shared = min(len(out), len(back)) if common is None else common
-            walks.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
+            to_first, to_second = self._tree.way(hinge.first), self._tree.way(hinge.second)
+            common = next((i for i, (a, b) in enumerate(zip(to_first, to_second, strict=False)) if a != b), None)
+            shared = min(len(to_first), len(to_second)) if common is None else common
+            walks.append((*to_first[shared:], (k, 1), *((h, -s) for h, s in reversed(to_second[shared:]))))
         return tuple(walks)
 
     def _independent(self, walks: Sequence[Walk]) -> bool:
-        """Whether none of some closed walks is made of the others: else closing them would not close all loops."""
+        """Whether closed walks are linearly independent as combinations of hinges."""
         crossed = np.zeros((len(walks), self.n_hinges))
         for row, walk in enumerate(walks):
             for hinge, sign in walk:
@@ -204,7 +204,7 @@ class Linkage:
         return int(np.linalg.matrix_rank(crossed)) == len(walks) if walks else True
 
     def walk(self, hinges: Sequence[int]) -> Walk:
-        """A closed walk across hinges that are given in order, with the sense in which each is crossed.
+        """The closed walk across hinges in a given order, with the sense in which each is crossed.
 
         It begins at the panel before the first hinge.
         """
@@ -221,26 +221,26 @@ class Linkage:
 
     @cached_property
     def loop_arrays(self) -> tuple[WholeNumbers, WholeNumbers, WholeNumbers]:
-        """The loops as three arrays: where each loop begins, then the hinges and the senses of all loops."""
+        """The loops as three arrays: start indices, then the hinges and the senses of all loops, concatenated."""
         starts = np.cumsum([0, *map(len, self.loops)])
         steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
         return starts, steps[:, 0].copy(), steps[:, 1].copy()
 
     @cached_property
     def looped(self) -> WholeNumbers:
-        """The hinges that are in a loop, rising."""
+        """The hinges that are in a loop, in rising order."""
         return np.array(sorted({hinge for loop in self.loops for hinge, _ in loop}), np.int64)
 
     @property
     def n_rows(self) -> int:
-        """Number of closure equations: six a loop."""
+        """Number of closure equations: six for each loop."""
         return 6 * len(self.loops)
 
     def closure(self, angles: Reals) -> tuple[Reals, Reals]:
         """The closure residual, shape (n_rows,), and its Jacobian in screw form, shape (n_rows, n_hinges).
 
-        For each loop the rotation (rad) and the gap, divided by the pattern's size, that going around it leaves; the
-        Jacobian's columns are the screws of the hinges, as seen from the first panel of the loop.
+        For each loop the residual is the rotation (rad) and the gap, divided by the pattern's size, after one turn
+        around it; the Jacobian's columns are the screws of the hinges in the frame of the loop's first panel.
         """
         residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
         angles = self._of_hinges("fold angles", angles)
@@ -261,7 +261,7 @@ class Linkage:
 
     @property
     def chain(self) -> Chain:
-        """The lines of the hinges and a tree of panels from the base, as compiled functions take them."""
+        """The hinge lines and the tree of panels from the base, for compiled functions."""
         tree = self._tree
         return Chain(self.directions, self.points, tree.order, tree.parents, tree.hinges, tree.signs)
 
@@ -272,7 +272,7 @@ class Linkage:
         return poses
 
     def _of_hinges(self, name: str, values: Reals) -> Reals:
-        """Values of the hinges as the kernels take them, which do not look where an array ends."""
+        """Values of the hinges as a contiguous array of checked shape, as kernels do not check bounds."""
         if isinstance(values, np.ndarray) and values.shape == self.flat.shape and values.dtype == np.float64:
             return values
         try:

@@ -1,7 +1,7 @@
 """Indexed meshes in the plane, and outlines in planar drawings: faces between edges, unions of faces, corners.
 
-Whether two points are the same is decided here alone, when a mesh is made of polygons. Grids know it in integers
-(`Grid.mesh`). Readers of a mesh compare numbers.
+Only this module decides whether two points coincide, when it makes a mesh of polygons; grids decide it in integers
+(`Grid.mesh`). Readers of a mesh compare vertex numbers.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _Node = TypeVar("_Node", bound=Hashable)
 
 
 def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[PlanePoint, ...], tuple[tuple[int, ...], ...]]:
-    """Find the vertices of polygons, and those of each polygon by number.
+    """Index the vertices of polygons: the list of vertices, and the vertex numbers of each polygon.
 
-    Vertices are numbered in the order in which polygons name them, and are where the first of these has its corner.
+    Vertices are numbered by their first occurrence, and have the coordinates of that corner.
     """
     corners = [corner for polygon in polygons for corner in polygon]
     vertices, numbers = distinct_points(corners, same_point_distance(polygons))
@@ -41,14 +41,14 @@ def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[PlanePoint, ...], tup
 
 
 def same_point_distance(polygons: Iterable[Facet]) -> float:
-    """The distance below which corners of polygons are the same, in their unit."""
+    """The distance below which corners of polygons coincide, in their unit."""
     return SAME_POINT_SHARE * math.sqrt(min(map(facet_area, polygons)))
 
 
 def distinct_points(points: Sequence[PlanePoint], tolerance: float) -> tuple[tuple[PlanePoint, ...], list[int]]:
-    """Find the distinct points, in the order in which they come, and the number of each point among them.
+    """Find the distinct points, in the order of first occurrence, and the number of each point among them.
 
-    Points are the same where both coordinates have neighbours in rising order no further apart than the tolerance.
+    Points coincide where both coordinates are in the same cluster of sorted values no further apart than the tolerance.
     """
     levels = zip(*(_levels(values, tolerance) for values in np.array(points).T), strict=True)
     known: dict[tuple[int, ...], int] = {}
@@ -58,7 +58,7 @@ def distinct_points(points: Sequence[PlanePoint], tolerance: float) -> tuple[tup
 
 
 def _levels(values: Reals, tolerance: float) -> list[int]:
-    """Rank numbers; those that follow each other within a tolerance have one rank."""
+    """Cluster values: ranks in rising order, with one rank for consecutive values within a tolerance."""
     order = np.argsort(values)
     levels = np.empty(len(values), np.int64)
     levels[order] = np.cumsum(np.diff(values[order], prepend=values[order[0]]) > tolerance)
@@ -109,13 +109,13 @@ def facet_area(facet: Sequence[PlanePoint]) -> float:
 
 
 def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
-    """Edges without those, one after the other, at an end of which no other one is."""
+    """Remove dead ends: drop edges with an end of degree one until there are none."""
     edges = list(edges)
     around: dict[int, set[int]] = defaultdict(set)
     for a, b in edges:
         around[a].add(b)
         around[b].add(a)
-    ends = [v for v, near in around.items() if len(near) == 1]
+    ends = [v for v, neighbours in around.items() if len(neighbours) == 1]
     while ends:
         v = ends.pop()
         for other in around.pop(v, set()):
@@ -134,23 +134,23 @@ def faces_between(edges: Iterable[Edge], points: Sequence[PlanePoint]) -> list[l
     for a, b in without_dead_ends(edges):
         around[a].add(b)
         around[b].add(a)
-    turn = {
-        v: sorted(near, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
-        for v, near in around.items()
+    cyclic_order = {
+        v: sorted(neighbours, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
+        for v, neighbours in around.items()
     }
-    sides = [(v, w) for v, near in sorted(turn.items()) for w in near]
-    seen: set[Edge] = set()
+    sides = [(v, w) for v, neighbours in sorted(cyclic_order.items()) for w in neighbours]
+    visited: set[Edge] = set()
     faces = []
     for start in sides:
-        if start in seen:
+        if start in visited:
             continue
         side, face = start, []
         while True:
-            seen.add(side)
+            visited.add(side)
             face.append(side[0])
             a, b = side
-            near = turn[b]
-            side = (b, near[near.index(a) - 1])  # the next edge clockwise keeps the face on the left
+            neighbours = cyclic_order[b]
+            side = (b, neighbours[neighbours.index(a) - 1])  # the next edge clockwise keeps the face on the left
             if side == start:
                 break
         if facet_area([points[v] for v in face]) > 0.0:
@@ -159,7 +159,7 @@ def faces_between(edges: Iterable[Edge], points: Sequence[PlanePoint]) -> list[l
 
 
 def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> list[list[int]]:
-    """Faces with those made one that share an edge of some; edges : the lower point first."""
+    """Merge faces that share one of some edges, each given as a pair with the lower point first."""
     if not within:
         return [list(face) for face in faces]
     beside: dict[Edge, list[int]] = defaultdict(list)
@@ -187,30 +187,30 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
 
 
 def without_spurs(ring: Sequence[int]) -> list[int]:
-    """A ring without corners that stand there twice in a row, and without ways that lead out and back the same way."""
-    own: list[int] = []
+    """Remove repeated corners and spurs, which lead out and back along the same edges, from a ring."""
+    path: list[int] = []
     for v in ring:
-        if own and own[-1] == v:
+        if path and path[-1] == v:
             continue
-        if len(own) > 1 and own[-2] == v:
-            own.pop()
+        if len(path) > 1 and path[-2] == v:
+            path.pop()
             continue
-        own.append(v)
-    low, high = 0, len(own) - 1
-    while high - low > 1 and (own[low] == own[high] or own[low + 1] == own[high] or own[low] == own[high - 1]):
-        if own[low] == own[high]:
+        path.append(v)
+    low, high = 0, len(path) - 1
+    while high - low > 1 and (path[low] == path[high] or path[low + 1] == path[high] or path[low] == path[high - 1]):
+        if path[low] == path[high]:
             high -= 1
-        elif own[low + 1] == own[high]:
+        elif path[low + 1] == path[high]:
             low += 1
         else:
             high -= 1
-    return own[low : high + 1]
+    return path[low : high + 1]
 
 
 def without_straight_corners(face: Sequence[int], points: Sequence[PlanePoint], same: float) -> list[int]:
-    """A face without the corners in the middle of its sides, the straightest one first.
+    """Remove corners in the middle of straight sides of a face, the straightest one first.
 
-    same : how far a corner may be off the line between those before and after it, over the root of the face's area.
+    same : tolerance of a corner's distance from the line between its neighbours, over the root of the face's area.
     """
     n = len(face)
     limit = same * math.sqrt(abs(facet_area([points[v] for v in face])))
@@ -218,20 +218,20 @@ def without_straight_corners(face: Sequence[int], points: Sequence[PlanePoint], 
 
     def off(k: int) -> float:
         (ax, ay), (x, y), (bx, by) = (points[face[i]] for i in (before[k], k, after[k]))
-        long = math.dist((ax, ay), (bx, by))
-        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / long if long > 0.0 else math.inf
+        length = math.dist((ax, ay), (bx, by))
+        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length if length > 0.0 else math.inf
 
-    offs = [off(k) for k in range(n)]
-    waiting = [(offs[k], k) for k in range(n)]
+    distances = [off(k) for k in range(n)]
+    waiting = [(distances[k], k) for k in range(n)]
     heapq.heapify(waiting)
-    left = n
-    while waiting and waiting[0][0] <= limit and left > 3:
-        far, k = heapq.heappop(waiting)
-        if far != offs[k]:
+    remaining = n
+    while waiting and waiting[0][0] <= limit and remaining > 3:
+        distance, k = heapq.heappop(waiting)
+        if distance != distances[k]:
             continue
-        offs[k], left = -1.0, left - 1
+        distances[k], remaining = -1.0, remaining - 1
         after[before[k]], before[after[k]] = after[k], before[k]
         for i in (before[k], after[k]):
-            offs[i] = off(i)
-            heapq.heappush(waiting, (offs[i], i))
-    return [face[k] for k in range(n) if offs[k] >= 0.0]
+            distances[i] = off(i)
+            heapq.heappush(waiting, (distances[i], i))
+    return [face[k] for k in range(n) if distances[k] >= 0.0]

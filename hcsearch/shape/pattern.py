@@ -1,11 +1,11 @@
 """Flat patterns of thick panels: facets, the creases between them that carry hinges or are rigid, and slits.
 
-A pattern is drawn in the flat state, in metres, seen from above. Its atoms are convex facets that meet edge to edge;
-facets joined by rigid creases are one panel, and every edge that is shared but is no crease is a slit. Designs of the
-search and the assemblies of the thesis are all of this kind, and joining two of them is the union of their facets.
+A pattern is drawn in the flat state, in metres, seen from above. It consists of convex facets that meet edge to edge;
+facets joined by rigid creases are one panel, and every shared edge that is no crease is a slit. Designs of the search
+and the assemblies of the thesis are all of this kind, and two of them are joined by the union of their facets.
 
-A pattern is stored as an indexed mesh: a table of vertices, and the vertices of each facet by number. Facets that meet
-in a point name the same vertex, so that no reader has to compare coordinates.
+A pattern is stored as an indexed mesh: a table of vertices, and the vertex numbers of each facet. Facets that meet in a
+point name the same vertex, so that no reader has to compare coordinates.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FacetPair = tuple[int, int]
 
 @dataclass(frozen=True)
 class Crease:
-    """What joins two facets along the edge they share.
+    """The joint of two facets along their shared edge.
 
     face : the face that carries the hinge (top for a valley, bottom for a mountain); None where the edge is rigid.
     closes : whether the hinge is closed in the folded state (fold angle pi); a hinge between two panels of an
@@ -119,7 +119,7 @@ class Pattern:
     ) -> Pattern:
         """Make the pattern whose facets are convex polygons, corners counterclockwise, in metres.
 
-        Corners nearer than the share `SAME_POINT` of the smallest facet's size are one vertex.
+        Corners nearer than `mesh.SAME_POINT_SHARE` times the smallest facet's size are one vertex.
         """
         return Pattern(*polygon_mesh(polygons), creases, thickness, loops)
 
@@ -157,7 +157,7 @@ class Pattern:
 
     @cached_property
     def size(self) -> float:
-        """The side of a square of a panel's mean area, in metres, by which gaps are divided to compare with angles."""
+        """The root of the mean area of a panel, in metres, by which gaps are divided for comparison with angles."""
         return math.sqrt(self.area / len(self.panels))
 
     @cached_property
@@ -171,7 +171,7 @@ class Pattern:
 
     @cached_property
     def edges(self) -> dict[FacetPair, Edge]:
-        """Edges shared by two facets (i, j), i < j: their vertices from start to end with facet i on the left."""
+        """Edges shared by two facets (i, j), i < j: their vertices, from start to end with facet i on the left."""
         left: dict[Edge, int] = {}
         for number, face in enumerate(self.faces):
             for side in sides_of(face):
@@ -197,11 +197,11 @@ class Pattern:
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
         """The panel to which each facet belongs."""
-        of = [0] * len(self.faces)
+        panel_numbers = [0] * len(self.faces)
         for number, panel in enumerate(self.panels):
             for facet in panel:
-                of[facet] = number
-        return tuple(of)
+                panel_numbers[facet] = number
+        return tuple(panel_numbers)
 
     @cached_property
     def panels(self) -> tuple[tuple[int, ...], ...]:
@@ -216,7 +216,7 @@ class Pattern:
 
     @cached_property
     def _joints(self) -> tuple[tuple[Hinge, ...], dict[FacetPair, int]]:
-        """The hinges, and which of them each crease is part of."""
+        """The hinges, and the number of the hinge to which each crease belongs."""
         hinges: list[Hinge] = []
         between: dict[FacetPair, list[int]] = {}
         number: dict[FacetPair, int] = {}
@@ -269,9 +269,9 @@ class Pattern:
         return replace(self, vertices=vertices, faces=faces, creases=creases)
 
     def moved(self, turn: float = 0.0, shift: PlanePoint = (0.0, 0.0), *, over: bool = False) -> Pattern:
-        """The pattern turned about the origin by an angle (rad) and shifted (m).
+        """The pattern rotated about the origin by an angle (rad) and shifted (m).
 
-        over : turn the sheet over first, about the x axis: top and bottom are exchanged with the reflection.
+        over : turn the sheet over first, about the x axis: this reflects it and exchanges top and bottom.
         """
         return self.placed(Isometry.by(turn, shift, reflects=over))
 
@@ -281,7 +281,7 @@ class Pattern:
 
 
 def overlay(patterns: Sequence[Pattern]) -> Pattern:
-    """The union of patterns drawn on one plane: facets that coincide are one, and so are their creases.
+    """The union of patterns drawn on one plane: facets that coincide are merged, and so are their creases.
 
     A crease that is rigid in one pattern merges its panels in the union. PatternError where hinges lie on different
     faces, where a hinge of one pattern runs through a panel of another, or where two facets lie on one side of an
@@ -298,10 +298,10 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
         vertex = list(islice(corners, len(pattern.vertices)))
         number = list(islice(middles, len(pattern.faces)))
         for face, k in zip(pattern.faces, number, strict=True):
-            own = tuple(vertex[v] for v in face)
+            corner_numbers = tuple(vertex[v] for v in face)
             if k == len(faces):
-                faces.append(own)
-            elif set(own) != set(faces[k]):
+                faces.append(corner_numbers)
+            elif set(corner_numbers) != set(faces[k]):
                 raise PatternError(f"a facet laid onto facet {k} has another outline: facets coincide, or lie apart")
         for (i, j), crease in pattern.creases.items():
             pair = (min(number[i], number[j]), max(number[i], number[j]))
@@ -324,19 +324,25 @@ def _centre(facet: Iterable[PlanePoint]) -> PlanePoint:
     return (float(x), float(y))
 
 
-def _one_line(one: Hinge, two: Hinge, tolerance: float) -> bool:
+def _one_line(first: Hinge, second: Hinge, tolerance: float) -> bool:
     """Whether two hinges join the same panels on one line of one face."""
-    if (one.first, one.second, one.face, one.closes) != (two.first, two.second, two.face, two.closes):
+    if (first.first, first.second, first.face, first.closes) != (
+        second.first,
+        second.second,
+        second.face,
+        second.closes,
+    ):
         return False
-    ux, uy = one.end[0] - one.start[0], one.end[1] - one.start[1]
+    ux, uy = first.end[0] - first.start[0], first.end[1] - first.start[1]
     length = math.hypot(ux, uy)
     return all(
-        abs(ux * (p[1] - one.start[1]) - uy * (p[0] - one.start[0])) < tolerance * length for p in (two.start, two.end)
+        abs(ux * (p[1] - first.start[1]) - uy * (p[0] - first.start[0])) < tolerance * length
+        for p in (second.start, second.end)
     )
 
 
-def _spanning(one: Hinge, two: Hinge) -> Hinge:
-    """One hinge over the extent of two on one line."""
-    ux, uy = one.end[0] - one.start[0], one.end[1] - one.start[1]
-    ends = sorted((one.start, one.end, two.start, two.end), key=lambda p: ux * p[0] + uy * p[1])
-    return replace(one, start=ends[0], end=ends[-1])
+def _spanning(first: Hinge, second: Hinge) -> Hinge:
+    """The hinge that spans two hinges on one line."""
+    ux, uy = first.end[0] - first.start[0], first.end[1] - first.start[1]
+    ends = sorted((first.start, first.end, second.start, second.end), key=lambda p: ux * p[0] + uy * p[1])
+    return replace(first, start=ends[0], end=ends[-1])

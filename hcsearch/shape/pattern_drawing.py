@@ -1,4 +1,4 @@
-"""Pictures of flat patterns as small SVG texts: panels, valleys, mountains and slits, with the looks of `drawing`."""
+"""Pictures of flat patterns as small SVG texts: panels, valleys, mountains and slits, in the style of `drawing`."""
 
 from __future__ import annotations
 

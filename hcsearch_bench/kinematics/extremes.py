@@ -92,7 +92,7 @@ def judge(scene: ExtremeScene) -> ExtremeRow:
     middle = rank_at(scene.linkage, path.angles[len(path.angles) // 2])
     residual = float(path.residuals.max())
     answered = path.success or path.outcome == "stopped"
-    bound = scene.allowed + (residual + ROUNDING) / float(path.least.min()) if answered else None
+    bound = scene.allowed + (residual + ROUNDING) / float(path.least_singular_values.min()) if answered else None
     error = scene.error(path) if scene.error is not None and path.success else None
     undecided = bool((path.nullities < 0).any())
     if bound is None:
@@ -232,7 +232,7 @@ def _starts() -> Iterator[ExtremeScene]:
             start = getattr(linkage, state)
 
             def along_branch(linkage: Linkage = linkage, start: Reals = start) -> MotionPath:
-                ways = [b.direction for b in find_branches(linkage, start, stops=True).finite if b.within]
+                ways = [b.direction for b in find_branches(linkage, start, stops=True).finite if b.within_stops]
                 return follow_path(linkage, start, ways[0])
 
             def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> MotionPath:

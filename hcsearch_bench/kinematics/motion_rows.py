@@ -89,7 +89,7 @@ def measure_branches(*, say: Say) -> list[BranchRow]:
                         ", ".join(map(str, sorted(set(dimensions) - {0}))) or "-",
                         len(search.branches),
                         len(search.finite),
-                        sum(branch.within for branch in search.finite),
+                        sum(branch.within_stops for branch in search.finite),
                         seconds,
                     )
                 )

@@ -186,7 +186,9 @@ def branches_of_assemblies() -> Answer:
                 answer.append(search | {"nullity": result.nullity, "families": families})
                 for branch in (branch for branch in result.branches if not branch.dimension):
                     direction = [round(float(x), ROUNDED) + 0.0 for x in branch.direction]
-                    answer.append(search | {"direction": direction, "status": branch.status, "within": branch.within})
+                    answer.append(
+                        search | {"direction": direction, "status": branch.status, "within": branch.within_stops}
+                    )
     return answer
 
 

@@ -79,8 +79,8 @@ def test_what_is_proved_is_proved_by_the_checkers(name):
 def test_boxes_of_a_region_are_proved_by_the_checker(name):
     linkage = joined(name, "hinged")
     region = region_of(linkage, 1, 3000, climbs=300)
-    assert region.go_on(20_000)
-    lock = Enclosure("flat", region.cubes, region.faces, region.boxes, False, None, *region.taken_in)
+    assert region.advance(20_000)
+    lock = Enclosure("flat", region.cubes, region.faces, region.boxes, False, None, *region.bounds)
     sentence = lock_checker.checked(json.loads(json.dumps(lock_claim(linkage, lock))))
     assert sentence.startswith(f"no motion leads from flat to packed, or leaves {region.cubes} boxes of fold angles: ")
     assert region.cubes > 5

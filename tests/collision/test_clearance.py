@@ -114,7 +114,7 @@ def test_the_verdict_is_that_of_two_thousand_states_a_step(motion):
     clearance = certified(linkage, course, measured=False)
     agrees_with_sampling(linkage, course, clearance, 2000)
     assert clearance.kind != "undecided"  # rounding alone does not make it so
-    assert clearance.looks > 0
+    assert clearance.bound_count > 0
 
 
 @pytest.mark.parametrize("linkage", LINKAGES)
@@ -414,17 +414,17 @@ def test_each_step_alone_has_the_same_verdict(motion):
     looks = 0
     for k in range(len(course.times) - 1):
         one = certified(linkage, Course(*(table[k : k + 2] for table in course[:4]), course.cubic), measured=False)
-        looks += one.looks
+        looks += one.bound_count
         if one.kind != "clear":
             break
     assert whole.kind == one.kind
     assert whole.time == pytest.approx(one.time, abs=1e-12)
-    assert whole.looks <= looks
+    assert whole.bound_count <= looks
 
 
 def test_pairs_that_are_far_apart_are_looked_at_once():
     linkage, course = swinging(np.arange(11.0), 1e-3 * np.arange(11), np.zeros(11))
-    assert certified(linkage, course, measured=False).looks == 1
+    assert certified(linkage, course, measured=False).bound_count == 1
 
 
 def test_nothing_is_looked_at_without_pairs_or_steps():
@@ -432,9 +432,9 @@ def test_nothing_is_looked_at_without_pairs_or_steps():
     course = random_course(np.random.default_rng(1), linkage, 3)
     everything = {(0, 1), (0, 2), (1, 2)}
     clearance = certify_clearance(linkage, course, apart=everything)
-    assert (clearance.kind, clearance.gap, clearance.looks) == ("clear", None, 0)
+    assert (clearance.kind, clearance.gap, clearance.bound_count) == ("clear", None, 0)
     one = Course(*(table[:1] for table in course[:4]), False)
-    assert certified(linkage, one).looks == 0
+    assert certified(linkage, one).bound_count == 0
 
 
 @given(motions, st.lists(st.sampled_from([0.0, 1e-5, 3e-4]), min_size=8, max_size=8))

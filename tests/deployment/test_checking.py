@@ -41,7 +41,7 @@ def agrees(found, one):
     clearance = one.clearance
     moves_alike(found, one)
     assert found.clear is VERDICTS[clearance.kind]
-    assert found.looks == clearance.looks
+    assert found.looks == clearance.bound_count
     assert found.collision == ((clearance.time, clearance.panels) if clearance.kind == "collides" else None)
     assert found.gap == clearance.gap
     assert found.deploys is (one.outcome == "flat" and clearance.kind == "clear")

@@ -69,7 +69,7 @@ def test_all_panels_but_the_held_one_hang_in_the_tree_once(linkage):
 def test_panels_are_where_the_linkage_has_them_and_welds_are_closed(linkage, seed):
     rng = np.random.default_rng(seed)
     near = close_linkage(linkage, linkage.folded * rng.uniform(0.9, 1.0) + 0.02 * rng.uniform(-1, 1, linkage.n_hinges))
-    for angles in (linkage.flat, linkage.folded, *([near.angles] if near.success else [])):
+    for angles in (linkage.flat, linkage.folded, *([near.angles] if near.closed else [])):
         tree, table, work = placed(linkage, angles)
         assert welds.weld_errors(table, work, work.errors) < 1e-10
         poses = linkage.poses(angles)

@@ -48,7 +48,7 @@ def alike(result, other, places=slice(None), senses=(1.0,)):
         for sense in senses
     ]
     pairs = [(b, theirs[i]) for b, (i,) in zip(ours, [f for f in matches if f], strict=True)]
-    verdicts = all((b.status, b.within) == (t.status, t.within) for b, t in pairs)
+    verdicts = all((b.status, b.within_stops) == (t.status, t.within_stops) for b, t in pairs)
     return kinds[0] == kinds[1] and len(ours) == len(theirs) and verdicts
 
 
@@ -65,7 +65,7 @@ def test_the_basis_of_a_null_space_is_that_of_the_space(name, state):
     assert np.abs(basis.T @ basis - np.eye(basis.shape[1])).max() < 1e-14
     assert np.abs(local.jacobian @ basis).max() < 1e-13
     for seed in range(3):
-        turned = replace(local, right=orthogonal(local.kept, seed) @ local.right)
+        turned = replace(local, right=orthogonal(local.kept_rank, seed) @ local.right)
         assert turned.null_space() == pytest.approx(basis, abs=1e-12)
 
 

@@ -188,7 +188,7 @@ def opened(linkage, seed):
     """A closed state about 0.3 rad from the folded one, on its open side."""
     change = np.random.default_rng(seed).uniform(0, 0.3, linkage.n_hinges)
     closed = close_linkage(linkage, linkage.folded - np.where(linkage.folded > 0, change, 0))
-    assert closed.success
+    assert closed.closed
     return closed.angles
 
 

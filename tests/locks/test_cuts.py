@@ -74,14 +74,14 @@ def test_cuts_are_kept_once_that_is_asked_for_or_after_eight_times(asked):
     own, others = two_clouds(rng, 2, 4)
     cuts = BoxCuts()
     for count in range(MAX_RECUTS):
-        laid = cuts.lay(own[: len(own) - count], others)
+        laid = cuts.boxes_around(own[: len(own) - count], others)
         assert equal(laid, inside(leaves_around(own[: len(own) - count], others)))
         if asked:
-            cuts.keep()
+            cuts.freeze()
             break
     more, left = np.concatenate([others, rng.uniform(0.0, np.pi, (50, 2))]), own[:30]
     last = leaves_around(own[: len(own) - count], others)
-    assert equal(cuts.lay(left, more), inside(divided_leaves(last, left, more)))
+    assert equal(cuts.boxes_around(left, more), inside(divided_leaves(last, left, more)))
     assert not equal(inside(divided_leaves(last, left, more)), inside(leaves_around(left, more)))
 
 

@@ -233,7 +233,7 @@ def test_a_fine_flood_proves_what_a_coarse_one_does_not(monkeypatch):
     monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", cuts[:1])
     wide = enclose_ends(linkage, 300_000, plates)
     assert not wide.proved
-    assert not wide.open
+    assert not wide.unfinished
     monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", cuts)
     both = enclose_ends(linkage, 300_000, plates)
     assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
@@ -245,7 +245,7 @@ def test_regions_are_laid_where_floods_come_to_the_other_end(monkeypatch):
     monkeypatch.setattr(floods, "FLOOD_GRID_ANGLES", ((1.5,),))
     before = enclose_ends(linkage, 10_000)
     assert not before.proved
-    assert before.open
+    assert before.unfinished
     assert enclose_ends(linkage, 100_000).end == "packed"
 
 
@@ -267,20 +267,20 @@ def test_a_flood_whose_expected_boxes_grow_is_expected_to_grow_on(monkeypatch):
     flood = floods.floods_from(rings, (linkage.folded[hinges], linkage.flat[hinges]), lambda: new_refutation(rings))[0]
     assert flood.boxes_expected == math.inf
     monkeypatch.setattr(floods, "SETTLED_FLOOD_BOXES", 4_000)
-    flood.go_on(5_000)
+    flood.advance(5_000)
     flood.cubes_expected = float(flood.cubes)
-    flood.go_on(10_000)
-    assert flood.earlier[0] == 5_000
+    flood.advance(10_000)
+    assert flood.progress_at_doubling[0] == 5_000
     naive = (
         3.0 * 10_000 * max(flood.cubes, flood.cubes**2 / (3.0 * flood.cubes_expected)) / flood.flood.counts[COUNT_HEAD]
     )
     before = flood.boxes_expected
     assert before >= naive
     # half the cubes by then, and as many faces left as now: the number has not grown
-    flood.earlier = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD] // 2
+    flood.progress_at_doubling = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD] // 2
     assert flood.boxes_expected == pytest.approx(naive, rel=0.1)
     # all faces of as many cubes were tested by then: with twice the boxes it has doubled, and never ends
-    flood.earlier = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD]
+    flood.progress_at_doubling = 5_000, flood.cubes, flood.flood.counts[COUNT_HEAD]
     assert flood.boxes_expected == pytest.approx(naive * naive / 10_000)
     monkeypatch.setattr(floods, "SETTLED_FLOOD_BOXES", 6_000)
     assert flood.boxes_expected == pytest.approx(naive)
@@ -361,7 +361,7 @@ def test_foldings_that_are_known_to_be_locked_are_enclosed(name, way):
     enclosure = enclose_ends(linkage, 400_000)
     # a region is proved by six boxes with six faces where it is around the flat end of the first squares
     assert enclosure.faces >= enclosure.cubes == len(enclosure.lows) > 0
-    assert not enclosure.open
+    assert not enclosure.unfinished
     hinges = linkage.looped
     for end, state in (("packed", linkage.folded[hinges]), ("flat", linkage.flat[hinges])):
         within = ((enclosure.lows <= state) & (state <= enclosure.highs)).all(axis=1)
@@ -398,7 +398,7 @@ def test_what_moves_is_not_enclosed(name):
 def test_a_flood_stops_where_its_boxes_end(boxes):
     enclosure = enclose_ends(joined("hex:0234451512:0", "hinged"), boxes)
     assert not enclosure.proved
-    assert enclosure.open
+    assert enclosure.unfinished
     assert enclosure.boxes <= boxes
 
 
@@ -412,7 +412,7 @@ def test_a_chain_without_a_loop_is_never_locked():
         tuple((x + dx, y) for x, y in ((0.0, 0.0), (0.05, 0.0), (0.05, 0.05), (0.0, 0.05))) for dx in (0.0, 0.05)
     )
     chain = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top")}, 0.006))
-    assert enclose_ends(chain, 1000) == Enclosure(None, 0, 0, 0, open=False)
+    assert enclose_ends(chain, 1000) == Enclosure(None, 0, 0, 0, unfinished=False)
 
 
 @pytest.mark.parametrize(

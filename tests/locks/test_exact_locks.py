@@ -175,7 +175,7 @@ def test_a_wrench_has_no_power_at_all_on_hinges_that_turn():
     rounded = 0
     for linkage, angles, lock in proofs(2):
         end = whole_end(linkage, angles)
-        turning = np.delete(np.arange(linkage.n_hinges), lock.stuck)
+        turning = np.delete(np.arange(linkage.n_hinges), lock.held_hinges)
         exact = exact_checks._powerless(end.columns[turning], end.wrench(lock.wrench))
         assert not (end.columns[turning] @ exact).any()
         rounded += bool((end.columns[turning] @ end.wrench(lock.wrench)).any())
@@ -235,7 +235,7 @@ def test_what_whole_numbers_refuse_is_not_locked(monkeypatch):
     linkage, angles, _ = proofs(2)[0]
     monkeypatch.setattr(exact_checks, "proves_second_order", lambda *_: False)
     lock = lock_at(linkage, angles)
-    assert (lock.locked, lock.tried, lock.wrench) == (False, True, None)
+    assert (lock.locked, lock.second_order_tried, lock.wrench) == (False, True, None)
     assert lock.motion.sum() == pytest.approx(1.0)
 
 

@@ -255,5 +255,5 @@ def test_conditions_that_are_met_change_nothing():
     stops = lock_at(linkage, linkage.folded)
     for rows in (np.zeros((0, 6)), np.eye(6), np.zeros((3, 6))):
         lock = lock_at(linkage, linkage.folded, rows)
-        assert (lock.order, lock.stuck) == (stops.order, stops.stuck)
+        assert (lock.order, lock.held_hinges) == (stops.order, stops.held_hinges)
         assert lock.motion == pytest.approx(stops.motion)

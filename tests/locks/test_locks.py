@@ -48,8 +48,8 @@ def test_proofs_hold_what_they_say(folding):
         if lock.order == 1:
             assert power.min() > WRENCH_MARGIN
         elif lock.order == 2:
-            assert power[list(lock.stuck)].min(initial=1.0) > WRENCH_MARGIN
-            assert np.abs(np.delete(power, lock.stuck)).max() < 1e-12
+            assert power[list(lock.held_hinges)].min(initial=1.0) > WRENCH_MARGIN
+            assert np.abs(np.delete(power, lock.held_hinges)).max() < 1e-12
             rng = np.random.default_rng(1)
             corners = np.array(list(_motions(jacobian * senses, rng)))
             for shares in [*np.eye(len(corners)), *rng.dirichlet(np.full(len(corners), 0.3), size=30)]:
@@ -149,5 +149,5 @@ def test_where_no_proof_is_looked_for_it_is_said():
     linkage = Linkage(folding.pattern(SIZE))
     lock = lock_at(linkage, linkage.folded)
     assert not lock.locked
-    assert not lock.tried
+    assert not lock.second_order_tried
     assert "too many" in lock.reason

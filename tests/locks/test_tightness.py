@@ -5,7 +5,7 @@ import pytest
 
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
-from hcsearch.motion.locks.tightness import _Loops, _there, _within, tightness
+from hcsearch.motion.locks.tightness import _forward_path, _Loops, _scaled_turns, tightness
 from hcsearch.shape.linkage import Linkage
 
 SIZE = (0.05, 0.05, 0.006)
@@ -25,13 +25,13 @@ def test_a_lock_that_a_hundredth_of_a_millimetre_undoes():
     assert "0.01 mm" in measured.sentence
     loops = _Loops(linkage, linkage.folded)
     loops.weights = linkage.pattern.size * np.eye(6)
-    assert max(map(loops.opening, _there(loops, 0.006))) == pytest.approx(1.3e-5, rel=0.02)
+    assert max(map(loops.opening, _forward_path(loops, 0.006))) == pytest.approx(1.3e-5, rel=0.02)
 
 
 def test_the_way_out_ends_closed_and_keeps_the_stops():
     linkage = built("hex:0234550132", 3)
     loops = _Loops(linkage, linkage.folded)
-    way = np.array(_there(loops, 0.006))
+    way = np.array(_forward_path(loops, 0.006))
     assert way.min() >= 0.0
     assert way.max() <= np.pi
     assert (np.diff(way.sum(axis=1)) > 0).all()
@@ -78,7 +78,7 @@ def test_what_is_not_locked_opens_by_nothing_and_open_chains_have_no_loops():
 
 @pytest.mark.parametrize("total", [0.01, 3.0, 3.5, 6.2])
 def test_turns_are_scaled_within_the_other_stop(total):
-    turns = _within(np.array([3.0, 0.1, 0.0, 0.2]), total)
+    turns = _scaled_turns(np.array([3.0, 0.1, 0.0, 0.2]), total)
     assert turns.sum() == pytest.approx(total)
     assert turns.max() <= np.pi
     assert turns.min() >= 0.0

@@ -50,8 +50,8 @@ def laws(it, state, result):
         assert np.linalg.norm(v) == pytest.approx(1)
         assert np.abs(local.jacobian @ v).max() < 1e-12
         bend = it.bend(local.jacobian, v)
-        assert np.abs(local.jacobian @ local.turn(v) + bend).max() < 1e-9
-        if result.stops:
+        assert np.abs(local.jacobian @ local.geodesic_acceleration(v) + bend).max() < 1e-9
+        if result.keeps_stops:
             assert v[state <= 1e-9].min(initial=0) > -1e-9
             assert v[state >= math.pi - 1e-9].max(initial=0) < 1e-9
 
@@ -79,7 +79,7 @@ def test_branches_of_designs_obey_them_too(data):
     state = data.draw(st.sampled_from([it.folded, it.flat]))
     result = find_branches(it, state, stops=data.draw(st.booleans()))
     laws(it, state, result)
-    if result.stops and result.finite and any(branch.within for branch in result.finite):
+    if result.keeps_stops and result.finite and any(branch.within_stops for branch in result.finite):
         assert not lock_at(it, state).locked
 
 
@@ -103,7 +103,7 @@ def test_finite_mechanisms_at_the_ends_of_the_units(name, state):
     assert len(free.finite) == (len(free.branches) if finite is None else finite)
     held = branches_at(name, state, True)
     (only,) = held.branches
-    assert (only.status, only.within) == ("finite", True)
+    assert (only.status, only.within_stops) == ("finite", True)
     assert only.direction == pytest.approx(skew(name, state), abs=1e-6)
     assert "1 of 1 nudged are finite" in held.sentence
 
@@ -155,7 +155,7 @@ def test_the_6r_element_branches_between_its_two_stages():
     assert path.outcome == "length"
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.angles == pytest.approx(math.pi * (1 - first), abs=1e-8)
-    ways = find_branches(it, event.angles, zero=1e-6)
+    ways = find_branches(it, event.angles, zero_below=1e-6)
     # on along the planar 4R, its other branch, and the stage in which the two other joints open
     assert len(ways.finite) == len(ways.branches) == 3
     assert follow_path(it, it.folded, -first).outcome == "stopped"
@@ -165,7 +165,7 @@ def test_a_shaky_state_on_the_way_has_one_motion():
     it = linkage("II")
     path = follow_path(it, it.folded, skew("II", "folded"))
     for event in path.events:
-        result = find_branches(it, event.angles, zero=1e-6)
+        result = find_branches(it, event.angles, zero_below=1e-6)
         (only,) = result.branches
         assert (result.nullity, only.status) == (2, "finite")
 
@@ -191,7 +191,7 @@ def test_forms_are_the_work_of_the_bend_on_self_stresses():
     local = local_at(it, it.flat)
     basis = local.null_space()
     forms = second_order_forms(local, basis)
-    stresses = np.linalg.svd(local.jacobian)[0][:, local.kept :]
+    stresses = np.linalg.svd(local.jacobian)[0][:, local.kept_rank :]
     rng = np.random.default_rng(0)
     for _ in range(5):
         z = rng.standard_normal(basis.shape[1])

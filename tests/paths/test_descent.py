@@ -45,7 +45,7 @@ def laws(path):
         assert (path.end == 0.0).all()
     if path.outcome == "stuck":
         assert "local minimum" in path.sentence
-        assert set(path.stopped) == set(np.flatnonzero(np.minimum(path.end, math.pi - path.end) <= 1e-9))
+        assert set(path.stopped_hinges) == set(np.flatnonzero(np.minimum(path.end, math.pi - path.end) <= 1e-9))
 
 
 def connected(linkage, path, pieces=8):
@@ -126,15 +126,15 @@ def test_a_locked_folding_stays_folded():
     laws(path)
     search = find_descent(linkage, random=1)
     assert not search.success
-    assert {how for _, how in search.tried} == {"stuck"}
+    assert {how for _, how in search.attempts} == {"stuck"}
 
 
 def test_a_search_goes_on_to_other_springs_and_then_backwards():
     search = find_descent(designed("square:012233230011", 0))
     assert search.success
     assert search.backwards
-    assert search.tried[0] == ("uniform", "stuck")
-    name, how = search.tried[-1]
+    assert search.attempts[0] == ("uniform", "stuck")
+    name, how = search.attempts[-1]
     assert (name.split(", ")[-1], how) == ("backwards", "folded")
     assert search.path.outcome == "flat"
     assert (search.path.angles[0] == math.pi).all()

@@ -91,7 +91,7 @@ def test_every_method_opens_a_unit_along_its_exact_path(name, method):
     assert path.angles.min() >= -1e-9
     assert path.angles.max() <= math.pi + 1e-9
     assert (path.nullities[0], path.nullities[len(path.nullities) // 2], path.nullities[-1]) == (4, 1, 4)
-    assert path.steps == len(path.angles) - 1 == len(path.lengths) - 1 == len(path.least) - 1
+    assert path.steps == len(path.angles) - 1 == len(path.lengths) - 1 == len(path.least_singular_values) - 1
     assert path.evaluations >= path.steps
     assert path.success
 
@@ -243,7 +243,7 @@ def test_beyond_flat_without_stops_the_flat_state_is_a_bifurcation():
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.nullity == 4
     assert np.abs(event.angles).max() < 1e-8
-    stopped = follow_path(it.linkage, it.at(math.pi - 0.4), it.opening, limits=replace(limits, branch="stop"))
+    stopped = follow_path(it.linkage, it.at(math.pi - 0.4), it.opening, limits=replace(limits, at_bifurcation="stop"))
     assert stopped.outcome == "branch"
     assert np.abs(stopped.end).max() < 1e-8
 
@@ -259,15 +259,15 @@ def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
     assert path.residuals.max() <= CLOSED_LOOP_RESIDUAL
     beyond = np.flatnonzero(np.minimum(start, math.pi - start) < -1e-9)
     if len(beyond):
-        assert (path.outcome, path.stopped, len(path.angles)) == ("stopped", tuple(beyond), 1)
+        assert (path.outcome, path.stopped_hinges, len(path.angles)) == ("stopped", tuple(beyond), 1)
         assert "beyond" in path.sentence
         return
     assert path.angles.min() >= -1e-9
     assert path.angles.max() <= math.pi + 1e-9
     if path.outcome == "stopped":
         margins = np.minimum(path.end, math.pi - path.end)
-        assert path.stopped
-        assert np.abs(margins[list(path.stopped)]).max() < 1e-9
+        assert path.stopped_hinges
+        assert np.abs(margins[list(path.stopped_hinges)]).max() < 1e-9
         assert "stops" in path.sentence
 
 
@@ -290,7 +290,7 @@ def test_paths_that_cannot_go_on_say_why():
     assert "branches" in follow_path(linkage, state.angles, state.right[0]).sentence
     assert follow_path(linkage, linkage.folded, it.opening, limits=PathLimits(max_steps=3)).outcome == "out of budget"
     shut = follow_path(linkage, linkage.folded, -it.opening)
-    assert (shut.outcome, shut.steps, len(shut.stopped)) == ("stopped", 0, 24)
+    assert (shut.outcome, shut.steps, len(shut.stopped_hinges)) == ("stopped", 0, 24)
     assert follow_path(linkage, linkage.flat).sentence == "flat at the start"
 
 

@@ -34,7 +34,7 @@ class Array:
 
     @staticmethod
     def from_cells(grid: Grid | str, cells: Iterable[Cell]) -> Array:
-        """The array of some cells of a grid, given by itself or its name.
+        """Make the array of some cells of a grid, which is given by itself or by its name.
 
         Errors: ArrayError for cells of another form, repeated or not connected, or none; SizeError for too many.
         """
@@ -67,7 +67,7 @@ class Array:
 
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
-        """The cells, row by row from the bottom, each row from the left."""
+        """The cells, row by row from the bottom, left to right in each row."""
         return tuple(_cells(self.grid, self.rows))
 
     @cached_property
@@ -104,7 +104,7 @@ class Array:
         )
 
     def canonical(self) -> Array:
-        """One array for all congruent ones: the image with the fewest rows, and of those the least in order."""
+        """The canonical array of all congruent ones: the image of fewest rows, and of those the least in order."""
         return min(self._images, key=lambda image: (len(image.rows), image.rows))
 
     @property
@@ -114,16 +114,16 @@ class Array:
 
     def symmetries(self) -> list[tuple[LatticeIsometry, LatticePoint]]:
         """The isometries that map the array onto itself, each with the translation that follows it."""
-        least = min(self.points)
+        corner = min(self.points)
         pairs = []
         for isometry, image in zip(self.grid.point_group, self._images, strict=True):
             if image.rows == self.rows:
-                moved = min(map(isometry, self.points))
-                pairs.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
+                image_corner = min(map(isometry, self.points))
+                pairs.append((isometry, (corner[0] - image_corner[0], corner[1] - image_corner[1])))
         return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
-        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their places in `cells`."""
+        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their indices in `cells`."""
         index = {point: i for i, point in enumerate(self.points)}
         edges = []
         for i, point in enumerate(self.points):
@@ -144,13 +144,13 @@ class Array:
 
 
 def check_size(n: int, what: str) -> None:
-    """SizeError when there are more cells than arrays may have."""
+    """Raise SizeError for more cells than arrays may have."""
     if n > MAX_CELLS:
         raise SizeError(f"{what} is larger than {MAX_CELLS} cells: take a smaller one")
 
 
 def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
-    """A cell in whole numbers; ArrayError for what is none."""
+    """Check a cell and convert it to a tuple of integers; ArrayError if it is no cell of the grid."""
     try:
         numbers = tuple(map(operator.index, cell))
     except TypeError:
@@ -162,22 +162,22 @@ def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
 
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
-    """Number of connected components."""
-    left = set(map(grid.point, cells))
+    """Number of connected components of some cells."""
+    remaining = set(map(grid.point, cells))
     parts = 0
-    while left:
+    while remaining:
         parts += 1
-        todo = [left.pop()]
-        while todo:
-            for _, to in grid.neighbours(todo.pop()):
-                if to in left:
-                    left.remove(to)
-                    todo.append(to)
+        pending = [remaining.pop()]
+        while pending:
+            for _, to in grid.neighbours(pending.pop()):
+                if to in remaining:
+                    remaining.remove(to)
+                    pending.append(to)
     return parts
 
 
 def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
-    """Rows of cells moved to touch x = 0 and y = 0."""
+    """Encode cells, moved to touch x = 0 and y = 0, as integers, one for each row."""
     listed = list(cells)
     x0, y0 = min(c[0] for c in listed), min(c[1] for c in listed)
     rows = [0] * (max(c[1] for c in listed) - y0 + 1)
@@ -188,11 +188,11 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 
 
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
-    """Cells of rows, row by row."""
+    """Decode rows into cells, row by row."""
     cells: list[Cell] = []
-    for y, left in enumerate(rows):
-        row = left
-        while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
+    for y, bits in enumerate(rows):
+        row = bits
+        while row:  # visit set bits only: a row may be thousands wide, and hold one cell
             lowest = row & -row
             bit = lowest.bit_length() - 1
             cells.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))

@@ -1,4 +1,4 @@
-"""Array specifications: what a person types for an array (`6x5`, `3-4-3`, `p5x4`, `t5`, `h3`, `@file`)."""
+"""Array specifications, the short texts for arrays that users type (`6x5`, `3-4-3`, `p5x4`, `t5`, `h3`, `@file`)."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     for pattern, make in _SHAPES:
         match = re.fullmatch(pattern, spec)
         if match:
-            # more digits than these are too large whatever they are
+            # nine digits suffice to show that a size is too large
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
                 raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
-            least = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
-            check_size(least, f"array {spec!r}")
+            min_cells = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
+            check_size(min_cells, f"array {spec!r}")
             cells = make(grid, sizes)
             if cells is None:
                 raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_HELP[grid.name]}")
@@ -127,9 +127,9 @@ _SHAPES = (
 
 
 def _read_cells(grid: Grid, path: str) -> list[Cell]:
-    """Cells of a text file, one a line; empty lines and lines that begin with # are passed over."""
+    """Read the cells of a text file, one in each line; empty lines and comments from # on are skipped."""
     lines = read_text_file(path, "the cells in").splitlines()
-    wanted = 3 if grid.is_triangle else 2
+    coordinate_count = 3 if grid.is_triangle else 2
     cells: list[Cell] = []
     for number, line in enumerate(lines, 1):
         text = line.split("#")[0].replace(",", " ").split()
@@ -137,8 +137,10 @@ def _read_cells(grid: Grid, path: str) -> list[Cell]:
             continue
         numbers = [int(word) for word in text if re.fullmatch("[+-]?[0-9]{1,9}", word)]
         cell = tuple(numbers) if len(numbers) == len(text) else ()
-        if len(cell) != wanted or (wanted == 3 and cell[2] not in (0, 1)):
-            form = "x y u with u 0 (up) or 1 (down)" if wanted == 3 else ("q r" if grid.name == "hex" else "x y")
+        if len(cell) != coordinate_count or (coordinate_count == 3 and cell[2] not in (0, 1)):
+            form = (
+                "x y u with u 0 (up) or 1 (down)" if coordinate_count == 3 else ("q r" if grid.name == "hex" else "x y")
+            )
             raise ArrayError(f"{path}, line {number}: {line.strip()!r} is no cell: write {form}")
         cells.append(cell)
     return cells

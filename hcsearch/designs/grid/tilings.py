@@ -1,4 +1,4 @@
-"""The tilings: directions, cells and symmetries in exact integers.
+"""The four grids on three tilings: directions, cells and symmetries in exact integers.
 
 Every cell has a lattice point (X, Y): hexagons their axial coordinates, squares their column and row, triangles
 (3x + 1 + u, 3y + 1 + u), three times the centroid. Directions count counterclockwise in units of 2 pi / `directions`;
@@ -21,9 +21,9 @@ LatticePoint = tuple[int, int]
 
 @dataclass(frozen=True)
 class LatticeIsometry:
-    """A symmetry of a tiling that fixes the origin: direction i goes to sign * i + offset.
+    """A symmetry of a tiling that fixes the origin and maps direction i to sign * i + offset.
 
-    matrix : (a, b, c, d), the point (X, Y) goes to (a X + b Y, c X + d Y).
+    matrix : (a, b, c, d), by which the point (X, Y) is mapped to (a X + b Y, c X + d Y).
     """
 
     sign: int
@@ -31,7 +31,7 @@ class LatticeIsometry:
     matrix: tuple[int, int, int, int]
 
     def __call__(self, point: LatticePoint) -> LatticePoint:
-        """Image of a lattice point."""
+        """The image of a lattice point."""
         a, b, c, d = self.matrix
         x, y = point
         return (a * x + b * y, c * x + d * y)
@@ -57,7 +57,7 @@ class Grid:
 
     @property
     def is_triangle(self) -> bool:
-        """Whether cells carry a third coordinate u: 0 points up, 1 points down."""
+        """Whether cells are triangles, with a third coordinate u: 0 points up, 1 points down."""
         return self.turns == (1, -1)
 
     @property
@@ -96,10 +96,10 @@ class Grid:
 
     @property
     def row_moves(self) -> list[list[tuple[int, int, int]]]:
-        """What a step adds to the column of bits and to the row, for each element of the point group and direction.
+        """Increments of bit column and row by a step, for each element of the point group and each direction.
 
-        Columns are those of `Array.rows`; the third number is the column, modulo the columns of a cell, that a step in
-        the direction leaves from.
+        Columns are those of `Array.rows`; the third number is the column, modulo the columns of a cell, from which a
+        step in the direction starts.
         """
         if self.is_triangle:
             moves = [(1 if d % 2 == 0 else -1, {1: 1, 4: -1}.get(d, 0), d % 2) for d in range(6)]
@@ -136,8 +136,8 @@ class Grid:
     def lattice_corners(self, cell: Cell) -> list[LatticePoint]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
 
-        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; those of
-        triangles have thirds already.
+        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; for
+        triangles they are in thirds already.
         """
         x, y = self.point(cell)
         faces = [d for d, _ in self.neighbours((x, y))]
@@ -155,9 +155,9 @@ class Grid:
         return (math.sqrt(3) / 6 * (2 * x + y), y / 2)
 
     def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
-        """Vertices of panels of side 1 in their cells, and the vertices of each panel by number, counterclockwise.
+        """The mesh of panels of side 1: vertices, and the vertex numbers of each panel, counterclockwise.
 
-        Vertices are numbered in the order in which cells name them.
+        Vertices are numbered by their first occurrence in the cells.
         """
         numbers: dict[LatticePoint, int] = {}
         faces = [
@@ -190,7 +190,7 @@ GRIDS: dict[str, Grid] = {
 
 
 def grid_named(name: str) -> Grid:
-    """The grid of a name; NotationError lists the names there are."""
+    """Find a grid by its name; NotationError, which lists the names, for another one."""
     try:
         return GRIDS[name]
     except KeyError:
@@ -198,5 +198,5 @@ def grid_named(name: str) -> Grid:
 
 
 def grid_of(grid: Grid | str) -> Grid:
-    """A grid that is given by itself or by its name."""
+    """Return a grid that is given by itself or by its name."""
     return grid if isinstance(grid, Grid) else grid_named(str(grid))

@@ -170,7 +170,7 @@ def _ways(linkage: Linkage) -> list[Reals]:
         senses = ((only, opening), (-only, -opening))
         return [velocity for velocity, opens in senses if opens.min() > -1e-9]
     finite = find_branches(linkage, linkage.folded, stops=True).finite
-    return [way.direction for way in finite if way.within]
+    return [way.direction for way in finite if way.within_stops]
 
 
 def _searched(linkage: Linkage, ways: int) -> _Motion:

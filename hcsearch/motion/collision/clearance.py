@@ -1,8 +1,8 @@
-"""Whether a motion is clear of collisions at all of its times, certified, and its smallest gap.
+"""Certified clearance of motions: whether panels collide at any time, and the smallest gap.
 
-Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
-keep apart (`solids.kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels
-are placed by a tree of hinges; what that leaves open of the loops is asked for as slack
+A motion is clear if panels shrunk by a margin on every face never overlap; pairs that the stops of their hinge keep
+apart (`panel_prisms.kept_apart`) may be left out. Between the states of a motion the fold angles are polynomials, and
+panels are placed by a tree of hinges; the error of closed loops that this leaves is given as slack
 (docs/explanation/collision.md).
 """
 
@@ -40,16 +40,17 @@ from hcsearch.shape.linkage import Linkage
 
 @dataclass(frozen=True)
 class Clearance:
-    """The verdict on a motion.
+    """The verdict on the collisions of a motion.
 
-    kind : `clear` at all times, with the margin; `collides`, for sure, at a time; `undecided`, nearer than the slack at
-        a time, but overlapping by more at none. time : s, of what is not clear; panels : which two, the lower first.
-    gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
-        none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
-        neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
-        within the resolution, and the slack, of it.
-    looks : how often the gap of a pair was bounded in an interval. speed : at which the panels come together where it
-        is not clear, m/s.
+    kind : `clear` at all times, with the margin; `collides`, for certain, at some time; `undecided`: nearer than the
+        slack at some time, but never overlapping by more. time : s, of the contact; panels : the two panels of it, the
+        lower number first.
+    gap : for a clear motion, the smallest gap (m) at which two panels approach each other and part again; None where
+        none do. Only gaps between two states at which the pair is further apart by two margins more count, as
+        neighbours touch in the packed and in the flat state. The true least gap is within the resolution, and the
+        slack, of it.
+    bound_count : number of times that the gap of a pair was bounded in an interval. speed : approach speed of the
+        panels where the motion is not clear, m/s.
     """
 
     kind: Literal["clear", "collides", "undecided"]
@@ -57,7 +58,7 @@ class Clearance:
     time: float | None
     panels: tuple[int, int] | None
     gap: float | None
-    looks: int
+    bound_count: int
     speed: float = 0.0
 
 
@@ -71,26 +72,27 @@ def certify_clearance(
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
 ) -> Clearance:
-    """Certify a motion of the fold angles of a linkage.
+    """Certify that a motion of the fold angles of a linkage is clear of collisions, or find one.
 
-    margin : by which panels are shrunk on every face, m. resolution : to which the smallest gap is known, m.
-    slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
-    apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
-    motion is wanted.
+    margin : by which panels are shrunk on every face, m. resolution : of the smallest gap, m.
+    slack : bound of the placement error of panels by the tree of hinges, m, for all times or for each step, (k - 1,).
+    apart : pairs of panels, the lower number first, that are left out. measured : whether to compute the smallest gap
+    of a clear motion.
     """
     solids = collision_solids(linkage, margin, apart)
     if not len(solids.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    return _Certificate(linkage, solids, resolution).of(course, slack, measured)
+    return _Certificate(linkage, solids, resolution).certify(course, slack, measured)
 
 
 def least_gap_of_motion(
     linkage: Linkage, course: Course, *, resolution: float = TOUCHING_DISTANCE, apart: Collection[tuple[int, int]] = ()
 ) -> float | None:
-    """The least gap (m) of two panels as they are at any time of a motion, below 0 where they overlap.
+    """The least gap (m) between two panels as built over all times of a motion; negative where they overlap.
 
-    An overlap is as deep as the least way by which the panels would have to be moved apart. No gap is less by more
-    than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a pair.
+    The depth of an overlap is the shortest translation that separates the panels. The true least gap is lower by no
+    more than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a
+    pair.
     """
     prisms = prisms_of(linkage)
     pairs = solid_pairs(linkage, prisms, apart)
@@ -99,47 +101,47 @@ def least_gap_of_motion(
 
 
 class _Certificate:
-    """The search of one motion for collisions."""
+    """Search for collisions in one motion."""
 
     def __init__(self, linkage: Linkage, solids: Solids, resolution: float) -> None:
         self.linkage, self.solids, self.resolution = linkage, solids, resolution
 
-    def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
+    def certify(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
         """As `certify_clearance`."""
         if np.ndim(slack) == 0:
             return self._judged(course, float(slack), measured)
-        own, looks, undecided = np.asarray(slack), 0, None
-        changes = np.flatnonzero(np.diff(own)) + 1
-        for first, last in pairwise([0, *changes.tolist(), len(own)]):
+        slacks, bound_count, undecided = np.asarray(slack), 0, None
+        changes = np.flatnonzero(np.diff(slacks)) + 1
+        for first, last in pairwise([0, *changes.tolist(), len(slacks)]):
             times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
             piece = Course(times, angles, rates, accelerations, course.cubic)
-            clearance = self._judged(piece, float(own[first]), False)
-            looks += clearance.looks
+            clearance = self._judged(piece, float(slacks[first]), False)
+            bound_count += clearance.bound_count
             if clearance.kind == "collides":
-                return replace(clearance, looks=looks)
+                return replace(clearance, bound_count=bound_count)
             undecided = undecided or (clearance if clearance.kind == "undecided" else None)
         if undecided is not None:
-            return replace(undecided, looks=looks)
+            return replace(undecided, bound_count=bound_count)
         gap = math.inf
-        if measured:  # where pairs come back to shows in the whole motion only
-            chain, own_solids = self.linkage.chain, self.solids
-            threshold = 2.0 * own_solids.margin
-            gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)
-            gap, looks = max(gap - float(own.max()), 0.0), looks + more
-        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+        if measured:  # where pairs approach and part again shows in the whole motion only
+            chain, solids = self.linkage.chain, self.solids
+            threshold = 2.0 * solids.margin
+            gap, dip_bounds = smallest_dip(chain, solids.prisms, solids.pairs, course, threshold, self.resolution)
+            gap, bound_count = max(gap - float(slacks.max()), 0.0), bound_count + dip_bounds
+        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
-        answer = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
-        own = self.solids
-        wanted = ClearanceTolerances(slack, own.margin, own.deepest, self.resolution)
+        report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+        solids = self.solids
+        tolerances = ClearanceTolerances(slack, solids.margin, solids.max_margin, self.resolution)
         verdict = judge_clearance(
-            self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer
+            self.linkage.chain, solids.prisms, solids.shrunk, solids.pairs, course, tolerances, measured, report
         )
-        looks, gap = int(answer.bound_counts[0]), float(answer.gaps[0])
+        bound_count, gap = int(report.looks[0]), float(report.gaps[0])
         if verdict == MOTION_CLEAR:
-            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
-        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
+            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
+        first, second = sorted(self.linkage.pattern.panel_of[facet] for facet in solids.pairs.prisms[report.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == MOTION_COLLIDES else "undecided"
-        pair, time = int(answer.pairs[0]), float(answer.times[0])
-        speed = approach_speed(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
-        return Clearance(kind, self.solids.margin, time, (one, two), None, looks, speed)
+        pair, time = int(report.pairs[0]), float(report.times[0])
+        speed = approach_speed(self.linkage.chain, solids.shrunk, solids.pairs, pair, course, time)
+        return Clearance(kind, self.solids.margin, time, (first, second), None, bound_count, speed)

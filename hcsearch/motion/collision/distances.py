@@ -1,7 +1,7 @@
 """Distances between panels on a motion, approach speeds, and depths of penetration (thesis 4.3, 4.4).
 
 Two convex prisms are apart, or only touch, where some direction separates them: the normal of a face of either or the
-cross product of two edges. Otherwise the least overlap along these directions is how deep they cut into each other.
+cross product of two edges. Otherwise their depth of penetration is the least overlap along these directions.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from hcsearch.motion.collision.panel_prisms import facet_pairs, prisms_of
 from hcsearch.shape.linkage import Linkage
 
 TOUCHING_DEPTH_SHARE = 1e-6
-"""Prisms that cut into each other by no more than this share of the pattern's size only touch."""
+"""Prisms that penetrate each other by no more than this share of the pattern's size only touch."""
 
 
 @dataclass(frozen=True)
 class PanelCut:
-    """Two panels that cut into each other at a state, given by its number, and how deep (m)."""
+    """Two panels that penetrate each other at a state, the number of the state, and the depth (m)."""
 
     state: int
     panels: tuple[int, int]
@@ -35,9 +35,10 @@ class PanelCut:
 def first_cut(
     linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()
 ) -> PanelCut | None:
-    """The first of some states, shape (n_states, n_hinges), at which panels cut deeper than allowed (m): the deepest.
+    """The deepest cut at the first of some states where panels penetrate deeper than allowed (m); None without one.
 
-    apart : pairs of panels, the lower number first, that are left out, as their stops keep them apart.
+    states : shape (n_states, n_hinges). apart : pairs of panels, the lower number first, that are left out, as their
+    stops keep them apart.
     """
     pairs = facet_pairs(linkage, apart)
     depths = np.zeros(len(pairs))
@@ -46,24 +47,24 @@ def first_cut(
     if state < 0:
         return None
     worst = int(depths.argmax())
-    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
-    return PanelCut(state, (one, two), float(depths[worst]))
+    first, second = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
+    return PanelCut(state, (first, second), float(depths[worst]))
 
 
 def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
-    """How deep panels cut into each other at the worst of some states, shape (n_states, n_hinges), in metres."""
+    """The greatest depth of penetration of panels at some states, shape (n_states, n_hinges), in metres."""
     states = np.ascontiguousarray(states, float)
     return float(deepest_overlap(linkage.chain, prisms_of(linkage), facet_pairs(linkage, apart), states))
 
 
 def penetration(linkage: Linkage, angles: Reals) -> float:
-    """How deep facets of different panels cut into each other at one state, in metres; 0 where they only touch."""
+    """The greatest depth of penetration of panels at one state, in metres; 0 where they only touch."""
     cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
     return 0.0 if cut is None else cut.depth
 
 
 def cuts_through(linkage: Linkage, states: Reals) -> bool:
-    """Whether panels cut through each other at any of some states, shape (n_states, n_hinges)."""
+    """Whether panels penetrate each other at any of some states, shape (n_states, n_hinges)."""
     return first_cut(linkage, states, TOUCHING_DEPTH_SHARE * linkage.pattern.size) is not None
 
 
@@ -73,10 +74,10 @@ CONTACT_GAP_SHARE = 2e-5
 
 @dataclass(frozen=True, eq=False)
 class Proximity(ByValue):
-    """How far apart panels are at some states.
+    """Distances between panels at some states.
 
     pairs : (p, 2), panels, the lower number first. gaps : (p, k), m: the distance of two panels, 0 where they touch,
-    minus how deep they cut into each other where they collide.
+    minus the depth of penetration where they collide.
     """
 
     pairs: WholeNumbers
@@ -89,7 +90,7 @@ class Proximity(ByValue):
 
     @property
     def collision(self) -> int | None:
-        """The first state at which panels collide; None without. The thesis counts panels that touch, too."""
+        """The first state at which panels collide, None without one. The thesis counts panels that touch, too."""
         states = np.flatnonzero((self.gaps < 0.0).any(axis=0))
         return int(states[0]) if len(states) else None
 
@@ -104,9 +105,9 @@ def proximal_distances(
 ) -> Proximity:
     """Distances of all pairs of panels that no hinge joins, at states of shape (k, n_hinges).
 
-    A pair's distance is the least of their facets. apart : more pairs that are left out, the lower number first.
-    allowed : panels that cut no deeper into each other (m) only touch; a millionth of the pattern's size unless given.
-    reach : of a distance beyond it (m) a lower bound beyond it will do, which is faster.
+    The distance of a pair is the least between their facets. apart : more pairs to leave out, the lower number first.
+    allowed : panels that penetrate no deeper (m) only touch; by default a millionth of the pattern's size.
+    reach : distances beyond it (m) are replaced by a lower bound beyond it, which is faster.
     """
     states = np.ascontiguousarray(states, float)
     if states.ndim != 2 or states.shape[1] != linkage.n_hinges:
@@ -128,8 +129,9 @@ def proximal_distances(
 class NearestPanels(NamedTuple):
     """The nearest panels at some states.
 
-    pairs : (k, 2), panels, the lower number first: the deepest overlap, else the least gap but those that touch; -1
-    without. gaps : (k,), m, of these pairs, below 0 where they overlap; nan without. touching : (k,), pairs that touch.
+    pairs : (k, 2), panels, the lower number first: the pair of deepest overlap, else of least gap among pairs that do
+    not touch; -1 without one. gaps : (k,), m, of these pairs, negative where they overlap; nan without one.
+    touching : (k,), number of pairs that touch.
     """
 
     pairs: WholeNumbers
@@ -140,25 +142,26 @@ class NearestPanels(NamedTuple):
 def nearest_panels(linkage: Linkage, states: Reals) -> NearestPanels:
     """The nearest panels that no hinge joins, at states of shape (k, n_hinges).
 
-    Pairs that touch, to within `CONTACT_GAP_SHARE`, are counted alone: packed and flat panels do, and some meet in a
-    corner all the time, so that they say nothing of what is near.
+    Pairs that touch, to within `CONTACT_GAP_SHARE`, are only counted: packed and flat panels touch, and some pairs meet
+    in a corner all the time, so they do not show which panels are near.
     """
     distances = proximal_distances(linkage, states)
     touching = np.abs(distances.gaps) <= CONTACT_GAP_SHARE * linkage.pattern.size
     gaps = np.where(touching, math.inf, distances.gaps)
-    pairs, least = np.full((len(states), 2), -1), np.full(len(states), math.nan)
+    pairs, least_gaps = np.full((len(states), 2), -1), np.full(len(states), math.nan)
     if len(gaps):
-        best = gaps.argmin(axis=0)
-        near = np.isfinite(gaps[best, np.arange(len(states))])
-        pairs[near] = distances.pairs[best[near]]
-        least[near] = gaps[best[near], np.flatnonzero(near)]
-    return NearestPanels(pairs, least, touching.sum(axis=0))
+        nearest = gaps.argmin(axis=0)
+        found = np.isfinite(gaps[nearest, np.arange(len(states))])
+        pairs[found] = distances.pairs[nearest[found]]
+        least_gaps[found] = gaps[nearest[found], np.flatnonzero(found)]
+    return NearestPanels(pairs, least_gaps, touching.sum(axis=0))
 
 
 def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
-    """The dataset V of thesis eq. 4.25, shape (p,), m/s: how fast panels approached each other that now collide.
+    """Approach speeds of the panels that collide, the dataset V of thesis eq. 4.25, shape (p,), m/s.
 
-    From the two states before the first collision; 0 for pairs that do not collide there, and without a collision.
+    Computed from the two states before the first collision; 0 for pairs that do not collide there, and without a
+    collision.
     times : (k,), of the states, s.
     """
     state = proximity.collision
@@ -174,19 +177,19 @@ def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
 
 
 def panel_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> WholeNumbers:
-    """All pairs of panels, shape (p, 2), but those that a hinge joins and those named."""
-    out = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
-    out |= set(apart)
+    """All pairs of panels that no hinge joins, except those in `apart`, shape (p, 2)."""
+    excluded = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
+    excluded |= set(apart)
     n = linkage.n_panels
-    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in out]
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in excluded]
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
 def _facets_of(linkage: Linkage, panels: WholeNumbers) -> PanelPairs:
-    """The pairs of facets of pairs of panels."""
+    """The pairs of facets of each pair of panels."""
     facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
     for facet, panel in enumerate(linkage.pattern.panel_of):
         facets[panel].append(facet)
-    of_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
-    starts = np.cumsum([0, *map(len, of_panels)])
-    return PanelPairs(np.array([pair for pairs in of_panels for pair in pairs], np.int64).reshape(-1, 2), starts)
+    pairs_by_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
+    starts = np.cumsum([0, *map(len, pairs_by_panels)])
+    return PanelPairs(np.array([pair for pairs in pairs_by_panels for pair in pairs], np.int64).reshape(-1, 2), starts)

@@ -1,4 +1,4 @@
-"""The panels of a linkage as right prisms, as built or less a margin, and the pairs that can meet."""
+"""Panels as right prisms, as built or shrunk by a margin, and the pairs of them that can meet."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ PrismCorner = tuple[float, float, float]
 TableEntry = TypeVar("TableEntry", bound=np.generic)
 
 PARALLEL_SIDES_SINE = 1e-9
-"""Sine of the angle between directions that count as one."""
+"""Directions are parallel where the sine of their angle is no greater."""
 FACET_CACHE_SIZE = 4096
-"""Facets whose sides and insets are kept: arrays of one size share their cells."""
+"""Number of facets whose sides and insets are cached: arrays of one panel size share their cells."""
 
 
 def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
-    """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
+    """Prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
     pattern = linkage.pattern
     upright = (0.0, 0.0, 1.0)
     solids: list[list[PrismCorner]] = []
     edges: list[list[PrismCorner]] = []
     normals: list[list[PrismCorner]] = []
     for facet in pattern.facets:
-        sides = _classes(facet)
+        sides = _side_directions(facet)
         faces = (margin, pattern.thickness - margin)
         solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
         edges.append([*((x, y, 0.0) for x, y in sides), upright])
@@ -50,14 +50,14 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         vertices=vertices,
         middles=middles,
         reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
-        normals=padded_table([np.array(own) for own in normals]),
-        edges=padded_table([np.array(own) for own in edges]),
+        normals=padded_table([np.array(axes) for axes in normals]),
+        edges=padded_table([np.array(axes) for axes in edges]),
     )
 
 
 def deepest_margin(linkage: Linkage) -> float:
-    """The margin (m) by which prisms would be shrunk to nothing, or a side of one would be gone."""
-    least = 0.5 * linkage.pattern.thickness
+    """The least margin (m) at which a prism, or one of its sides, vanishes."""
+    max_margin = 0.5 * linkage.pattern.thickness
     for facet in linkage.pattern.facets:
         inside = _inset(facet, 1.0)
         for k in range(len(facet)):
@@ -65,25 +65,25 @@ def deepest_margin(linkage: Linkage) -> float:
             across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
             lost = length - sum(across) / length
             if lost > 0.0:
-                least = min(least, length / lost)
-    return least
+                max_margin = min(max_margin, length / lost)
+    return max_margin
 
 
 def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> NDArray[np.int64]:
-    """Pairs of facets of different panels, but of those that are kept apart, shape (n_pairs, 2)."""
+    """Pairs of facets of different panels, except of the pairs of panels in `apart`, shape (n_pairs, 2)."""
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
     low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
-    wanted = low != high
+    selected = low != high
     if apart:
         n = linkage.n_panels
-        wanted &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return np.column_stack([first[wanted], second[wanted]])
+        selected &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
+    return np.column_stack([first[selected], second[selected]])
 
 
 @lru_cache(FACET_CACHE_SIZE)
 def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
-    """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
+    """The corners of a convex polygon with every side moved inwards by a margin, counterclockwise."""
     corners = []
     for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
         first, second = math.dist(before, (x, y)), math.dist((x, y), after)
@@ -95,8 +95,8 @@ def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
 
 
 @lru_cache(FACET_CACHE_SIZE)
-def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
-    """Unit vectors of the sides of a facet, one of those that are parallel."""
+def _side_directions(facet: Facet) -> tuple[tuple[float, float], ...]:
+    """Unit vectors along the sides of a facet, one for each class of parallel sides."""
     directions: list[tuple[float, float]] = []
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
         long = math.hypot(to_x - x, to_y - y)
@@ -107,10 +107,10 @@ def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
 
 
 def padded_table(rows: Sequence[NDArray[TableEntry]]) -> NDArray[TableEntry]:
-    """Tables of different lengths as one, filled with zeros."""
+    """Stack tables of different lengths, padded with zeros."""
     table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
-    for row, own in zip(table, rows, strict=True):
-        row[: len(own)] = own
+    for row, entries in zip(table, rows, strict=True):
+        row[: len(entries)] = entries
     return table
 
 
@@ -119,65 +119,65 @@ REFERENCE_EDGE_LENGTH = 0.05
 DEFAULT_PANEL_MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
 MAX_MARGIN_SHARE = 0.2
-"""A margin is no more than this share of the thickness: the middle of thin panels is left, too."""
+"""Default margins are no more than this share of the thickness, so that thin panels keep a core."""
 GAP_RESOLUTION = 5e-5
-"""A smallest gap is known to this (m)."""
+"""Resolution of the smallest gap (m)."""
 MIN_PANEL_MARGIN = 1e-5
-"""The least margin of which it is asked whether it is enough (m)."""
+"""The least margin that is tested (m)."""
 TOUCHING_DISTANCE = 1e-6
-"""Panels nearer to each other than this, or overlapping by less, touch (m): loops are closed to about as much."""
+"""Panels nearer to each other than this, or overlapping by less, touch (m): about the error of closed loops."""
 
 
 def scale_of(linkage: Linkage) -> float:
-    """The longest edge of a linkage's facets over `REFERENCE_EDGE_LENGTH`, to ten digits, past which is rounding."""
+    """The longest edge of a linkage's facets over `REFERENCE_EDGE_LENGTH`, rounded to ten digits."""
     facets = linkage.pattern.facets
     longest = max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
     return float(f"{longest / REFERENCE_EDGE_LENGTH:.10g}")
 
 
 def margin_of(linkage: Linkage) -> float:
-    """The margin in proportion to the panels, m: to their edges, but no more than a share of their thickness."""
+    """The default margin (m): in proportion to the panels' edges, but at most a share of their thickness."""
     return min(DEFAULT_PANEL_MARGIN * scale_of(linkage), MAX_MARGIN_SHARE * linkage.pattern.thickness)
 
 
 def resolution_of(linkage: Linkage) -> float:
-    """The resolution of a smallest gap in proportion to the panels, m."""
+    """The resolution of the smallest gap (m), in proportion to the panels."""
     return GAP_RESOLUTION * scale_of(linkage)
 
 
 def check_margin(linkage: Linkage, margin: float) -> float:
-    """Refuse a margin that leaves nothing of a panel, or none between panels that touch; the least that is too much."""
-    most = deepest_margin(linkage)
-    if not 0.0 < margin < most:
+    """The least margin (m) at which a panel vanishes; HcsearchError unless the given one is positive and smaller."""
+    max_margin = deepest_margin(linkage)
+    if not 0.0 < margin < max_margin:
         raise HcsearchError(
             f"a margin of {1e3 * margin:g} mm is not positive or leaves nothing of a panel: "
-            f"give more than 0 and less than {1e3 * most:.4g} mm as margin_mm of a scene file, or thicker panels"
+            f"give more than 0 and less than {1e3 * max_margin:.4g} mm as margin_mm of a scene file, or thicker panels"
         )
-    return most
+    return max_margin
 
 
 class Solids(NamedTuple):
-    """The panels of a linkage as the kernels take them: prisms, those with the margin taken off, and pairs.
+    """The panels of a linkage for the kernels: prisms as built, prisms shrunk by the margin, and pairs of them.
 
-    margin : by which panels are shrunk on every face, m. deepest : the margin that would leave nothing of a panel, m.
+    margin : by which panels are shrunk on every face, m. max_margin : the margin at which a panel vanishes, m.
     """
 
     prisms: Prisms
     shrunk: Prisms
     pairs: PrismPairs
     margin: float
-    deepest: float
+    max_margin: float
 
 
 def collision_solids(linkage: Linkage, margin: float, apart: Collection[tuple[int, int]] = ()) -> Solids:
-    """The solids of a linkage; apart : pairs of panels, the lower number first, that are left out."""
-    deepest = check_margin(linkage, margin)
+    """Solids of a linkage with a margin (m). apart : pairs of panels, the lower number first, that are left out."""
+    max_margin = check_margin(linkage, margin)
     prisms = prisms_of(linkage)
-    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), deepest)
+    return Solids(prisms, prisms_of(linkage, margin), solid_pairs(linkage, prisms, apart), float(margin), max_margin)
 
 
 def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> PrismPairs:
-    """The pairs of facets of different panels but those left out, and the hinges between their panels.
+    """Pairs of facets of different panels, except those of `apart`, with the hinges between their panels.
 
     prisms : of all facets, not shrunk.
     """
@@ -187,22 +187,25 @@ def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, i
 def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
 
-    Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
-    only touch at fold angles from 0 to pi (docs/explanation/collision.md). Panels that
-    reach across the line are not among them.
+    Each panel lies on one side of the hinge's line in the flat pattern, so both lie in quarter spaces about that line,
+    which only touch at fold angles from 0 to pi (docs/explanation/collision.md). Panels that extend across the line are
+    not among them.
     """
     pattern, pairs = linkage.pattern, set()
-    same = SAME_POINT_SHARE * pattern.size
+    tolerance = SAME_POINT_SHARE * pattern.size
 
-    def beside(panel: int, hinge: Hinge) -> Reals:
-        """How far to the left of a hinge's line the corners of a panel are."""
+    def offsets_from(panel: int, hinge: Hinge) -> Reals:
+        """Signed distances of the corners of a panel to the left of a hinge's line."""
         start = np.array(hinge.start)
         along = (np.array(hinge.end) - start) / math.dist(hinge.start, hinge.end)
         corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]]) - start
-        left: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
-        return left
+        offsets: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
+        return offsets
 
     for hinge in pattern.hinges:
-        if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
+        if (
+            offsets_from(hinge.first, hinge).min() >= -tolerance
+            and offsets_from(hinge.second, hinge).max() <= tolerance
+        ):
             pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
     return frozenset(pairs)

@@ -1,4 +1,4 @@
-"""How far panels reach: beyond their hinges, by way of others, and elsewhere where loops are open."""
+"""Bounds of the extent of panels: from their hinges, across the linkage, and by the error of open loops."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hcsearch.shape.linkage import Linkage
 
 
 def slack_of(linkage: Linkage, gap: float) -> float:
-    """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
+    """Bound of the displacement of panels (m) by a closure residual (rad, or gap over the pattern's size).
 
-    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
-    which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
-    what lies between the places at which gaps are computed.
+    A panel that is reached the other way around a loop is rotated by up to sqrt(3) residuals about a point of the loop,
+    from which no panel is further than the longest way, and translated by as much times the size. The rest of the
+    factor covers panels between the places at which residuals are computed.
     """
     if not linkage.loops:
         return 0.0
@@ -23,53 +23,53 @@ def slack_of(linkage: Linkage, gap: float) -> float:
 
 
 def longest_way(linkage: Linkage) -> float:
-    """What no two corners are further apart, however the hinges are folded (m).
+    """An upper bound (m) of the distance between any two corners, however the hinges are folded.
 
-    The greatest length of the shortest ways from corner to corner that are straight in each panel and go over from one
-    to the next at an end of their hinge: panels are rigid, so such a way keeps its length.
+    It is the greatest of the shortest paths between corners that are straight in each panel and pass from one panel to
+    the next at an end of their hinge: panels are rigid, so such a path keeps its length.
     """
     pattern = linkage.pattern
     ends, panels = [], []
-    for own, point in zip(pattern.hinges, linkage.points, strict=True):
-        ends += [(*own.start, point[2]), (*own.end, point[2])]
-        panels += 2 * [(own.first, own.second)]
+    for hinge, point in zip(pattern.hinges, linkage.points, strict=True):
+        ends += [(*hinge.start, point[2]), (*hinge.end, point[2])]
+        panels += 2 * [(hinge.first, hinge.second)]
     points = np.array(ends)
-    ways = np.full((len(points), len(points)), np.inf)
-    beside: list[list[int]] = [[] for _ in pattern.panels]  # ends of the hinges of each panel
+    distances = np.full((len(points), len(points)), np.inf)
+    ends_of: list[list[int]] = [[] for _ in pattern.panels]  # ends of the hinges of each panel
     for k, pair in enumerate(panels):
         for panel in set(pair):
-            beside[panel].append(k)
+            ends_of[panel].append(k)
     for k, pair in enumerate(panels):
-        others = sorted({end for panel in pair for end in beside[panel]})
-        ways[k, others] = np.linalg.norm(points[k] - points[others], axis=1)
-    longer = np.empty_like(ways)
+        neighbours = sorted({end for panel in pair for end in ends_of[panel]})
+        distances[k, neighbours] = np.linalg.norm(points[k] - points[neighbours], axis=1)
+    detours = np.empty_like(distances)
     for k in range(len(points)):  # Floyd and Warshall's shortest paths
-        np.add(ways[:, k, None], ways[k], out=longer)
-        np.minimum(ways, longer, out=ways)
+        np.add(distances[:, k, None], distances[k], out=detours)
+        np.minimum(distances, detours, out=distances)
     corners, owners = [], []
     for panel, facets in enumerate(pattern.panels):
         for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
             corners += [(x, y, 0.0), (x, y, pattern.thickness)]
             owners += 2 * [panel]
     # from each corner to the ends of its panel's hinges, of which most panels have four
-    most = max(map(len, beside))
-    near = np.array([[*beside[panel], *[0] * (most - len(beside[panel]))] for panel in owners])
-    there = np.arange(most) < np.array([[len(beside[panel])] for panel in owners])
-    first = np.where(there, np.linalg.norm(np.array(corners)[:, None] - points[near], axis=2), np.inf)
+    max_ends = max(map(len, ends_of))
+    end_indices = np.array([[*ends_of[panel], *[0] * (max_ends - len(ends_of[panel]))] for panel in owners])
+    is_end = np.arange(max_ends) < np.array([[len(ends_of[panel])] for panel in owners])
+    to_ends = np.where(is_end, np.linalg.norm(np.array(corners)[:, None] - points[end_indices], axis=2), np.inf)
     longest = 0.0
     for k in range(len(corners)):  # a corner at a time: all pairs at once would take gigabytes
-        out = (first[k][:, None] + ways[near[k]]).min(axis=0)
-        longest = max(longest, float((out[near] + first).min(axis=1).max()))
+        from_corner = (to_ends[k][:, None] + distances[end_indices[k]]).min(axis=0)
+        longest = max(longest, float((from_corner[end_indices] + to_ends).min(axis=1).max()))
     return longest
 
 
 def reaches(linkage: Linkage) -> Reals:
-    """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
+    """The greatest distance of the corners of a hinge's two panels from its line (m), for each hinge, (n_hinges,)."""
     pattern, farthest = linkage.pattern, np.zeros(linkage.n_hinges)
     for k, hinge in enumerate(pattern.hinges):
         for panel in (hinge.first, hinge.second):
             corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
-            ways = corners - linkage.points[k, :2]
-            across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
+            offsets = corners - linkage.points[k, :2]
+            across = linkage.directions[k, 0] * offsets[:, 1] - linkage.directions[k, 1] * offsets[:, 0]
             farthest[k] = max(farthest[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
     return farthest

@@ -1,4 +1,4 @@
-"""From fold angles that nearly close the loops to the nearest ones that do."""
+"""Closing of loops: the nearest closed state to fold angles that nearly close them."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ CLOSED_LOOP_RESIDUAL = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class ClosingResult(ByValue):
-    """Outcome of closing: fold angles, greatest residual that is left, steps taken, and whether that is closed."""
+    """Result of `close_linkage`: fold angles, their greatest residual, number of steps, and whether they are closed."""
 
     angles: Reals
     residual: float
     steps: int
-    success: bool
+    closed: bool
 
 
 def correction(jacobian: Reals, residual: Reals) -> Reals:
-    """Shortest change of the fold angles that takes a residual away, to first order.
+    """The shortest change of the fold angles that cancels a residual to first order.
 
-    Damped by the residual itself (Levenberg and Marquardt), so that it stays short at singular states and is Newton's
-    where they are near; redundant loops do no harm.
+    The step is damped by the residual itself (Levenberg and Marquardt): it stays short at singular states and tends to
+    Newton's near closed ones. Redundant loops do no harm.
     """
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     damping = float(residual @ residual)
@@ -40,7 +40,7 @@ def correction(jacobian: Reals, residual: Reals) -> Reals:
 def close_linkage(
     linkage: Linkage, angles: Reals, *, tolerance: float = CLOSED_LOOP_RESIDUAL, max_steps: int = 30
 ) -> ClosingResult:
-    """Close the loops, moving the fold angles as little as needed (Gauss-Newton)."""
+    """Close the loops with a small change of the fold angles (Gauss-Newton)."""
     angles = np.array(angles, float)
     residual, jacobian = linkage.closure(angles)
     for step in range(max_steps + 1):

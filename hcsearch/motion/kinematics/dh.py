@@ -26,7 +26,7 @@ SAME_LINE_TOLERANCE = 1e-9
 """Hinges are parallel below this sine, and meet below this distance in metres."""
 
 _TURN = np.zeros((4, 4))
-_TURN[0, 1], _TURN[1, 0] = -1.0, 1.0  # what turning about z does to first order
+_TURN[0, 1], _TURN[1, 0] = -1.0, 1.0  # derivative of a rotation about z at angle 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class HingeLines(NamedTuple):
 
 
 def dh_loop(linkage: Linkage, walk: Walk, angles: Reals, signs: Sequence[int] | None = None) -> DHLoop:
-    """Parameters of one loop of a linkage at any fold angles, whether they close it or not.
+    """Denavit-Hartenberg parameters of one loop of a linkage at any fold angles, closed or not.
 
     The next panel turns about z_i as the fold angle grows, so that d theta_i / d angle = 1; or `signs`, where given:
     with -1 the hinge's z_i is reversed. x_i points from hinge i - 1 to hinge i. Where they meet, it points into
@@ -70,7 +70,7 @@ def dh_loop(linkage: Linkage, walk: Walk, angles: Reals, signs: Sequence[int] | 
 
 
 def flat_hinge_lines(linkage: Linkage, walk: Walk, signs: Sequence[int] | None = None) -> HingeLines:
-    """Hinges of a loop of a linkage in the flat state, directed and with normals as in `dh_loop`."""
+    """The hinge lines of a loop in the flat state, with directions and normals as in `dh_loop`."""
     hinges = [hinge for hinge, _ in walk]
     senses = np.array([sense for _, sense in walk]) * _or_ones(signs, len(walk))
     inward = [1.0 if linkage.pattern.hinges[hinge].face == "bottom" else -1.0 for hinge in hinges]
@@ -80,7 +80,7 @@ def flat_hinge_lines(linkage: Linkage, walk: Walk, signs: Sequence[int] | None =
 
 
 def dh_of_lines(lines: HingeLines) -> DHLoop:
-    """Parameters of a closed loop with its hinges along given lines; lengths from 0 on, angles in (-pi, pi].
+    """Denavit-Hartenberg parameters of a closed loop of given hinge lines; lengths >= 0, angles in (-pi, pi].
 
     Between parallel hinges, the common normal is the one through the point given of the second.
     """
@@ -105,8 +105,8 @@ def first_frame(lines: HingeLines) -> Reals:
 
 
 def hinge_lines(loop: DHLoop) -> HingeLines:
-    """Where the hinges lie, seen from frame 1; each point is the origin of its frame."""
-    frames = _before(transforms(loop))[:-1]
+    """The hinge lines in the coordinates of frame 1; each point is the origin of the hinge's frame."""
+    frames = _partial_products(transforms(loop))[:-1]
     return HingeLines(frames[:, :3, 2], frames[:, :3, 3], frames[:, :3, 0])
 
 
@@ -137,7 +137,7 @@ def dh_jacobian(loop: DHLoop) -> Reals:
     Column k holds the first three rows of C_k, one after the other.
     """
     steps = transforms(loop)
-    before = _before(steps)
+    before = _partial_products(steps)
     after = np.eye(4)
     jacobian = np.empty((12, len(steps)))
     for k in reversed(range(len(steps))):
@@ -147,7 +147,7 @@ def dh_jacobian(loop: DHLoop) -> Reals:
 
 
 def stacked_jacobian(loops: Sequence[DHLoop], walks: Sequence[Walk], n_hinges: int) -> Reals:
-    """Jacobian of loops that share hinges, one column a hinge, shape (12 n_loops, n_hinges) (thesis eqs. A10 to A12).
+    """Jacobian of several loops that share hinges, shape (12 n_loops, n_hinges) (thesis eqs. A10 to A12).
 
     walks : for each loop, of each theta, the hinge that it turns and d theta / d (what the column stands for), +1 or
         -1; the singular values do not depend on these signs.
@@ -160,21 +160,21 @@ def stacked_jacobian(loops: Sequence[DHLoop], walks: Sequence[Walk], n_hinges: i
 
 
 def dh_closure_jacobian(linkage: Linkage, angles: Reals) -> Reals:
-    """Jacobian of all loops of a linkage by its fold angles, shape (12 n_loops, n_hinges), in metres."""
+    """Jacobian of all loops of a linkage with respect to its fold angles, shape (12 n_loops, n_hinges), in metres."""
     loops = [dh_loop(linkage, walk, angles) for walk in linkage.loops]
     walks = [tuple((hinge, 1) for hinge, _ in walk) for walk in linkage.loops]
     return stacked_jacobian(loops, walks, linkage.n_hinges)
 
 
 def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
-    """What takes the screw Jacobian of a loop to its D-H Jacobian: dh_jacobian = screw_map @ screws, shape (12, 6).
+    """The linear map from the screw Jacobian of a loop to its D-H Jacobian: dh_jacobian = screw_map @ screws, (12, 6).
 
     frame : pose of frame 1 in the coordinates of the screws, each a rotation and the velocity at the origin (metres).
     closure : closure matrix of the loop, the identity unless given. There, an angular component comes twice, with
         both signs, and a velocity once; the map has full rank in any case, so both Jacobians have one null space.
     """
     closed = np.eye(4) if closure is None else closure
-    back = np.linalg.inv(frame)
+    inverse = np.linalg.inv(frame)
     matrix = np.empty((12, 6))
     for k in range(6):
         twist = np.zeros((4, 4))
@@ -183,12 +183,12 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
             twist[i, j], twist[j, i] = -1.0, 1.0
         else:
             twist[k - 3, 3] = 1.0
-        matrix[:, k] = (back @ twist @ frame @ closed)[:3].ravel()
+        matrix[:, k] = (inverse @ twist @ frame @ closed)[:3].ravel()
     return matrix
 
 
 def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
-    """For each hinge i: x_i, where it meets z_i, and where x_{i+1} meets z_i; shape (n, 3) each."""
+    """For each hinge i: x_i, its intersection with z_i, and that of x_{i+1} with z_i; shape (n, 3) each."""
     n = len(lines.points)
     x, origins, ends = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     for i in range(n):
@@ -197,7 +197,7 @@ def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
         normal = np.cross(z, z_next)
         sine = math.sqrt(normal @ normal)
         if sine < SAME_LINE_TOLERANCE:
-            along, along_next = float(gap @ z), 0.0  # of all common normals, that through the second point
+            along, along_next = float(gap @ z), 0.0  # choose the common normal through the second point
             normal = gap - along * z
             if math.sqrt(normal @ normal) <= SAME_LINE_TOLERANCE:
                 normal = lines.normals[i] - (lines.normals[i] @ z) * z
@@ -212,8 +212,8 @@ def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
     return x, origins, ends
 
 
-def _before(steps: Reals) -> Reals:
-    """Products of the matrices before each, and of all, shape (n + 1, 4, 4)."""
+def _partial_products(steps: Reals) -> Reals:
+    """Partial products of the matrices, from the identity to the product of all, shape (n + 1, 4, 4)."""
     products = np.empty((len(steps) + 1, 4, 4))
     products[0] = np.eye(4)
     for k, step in enumerate(steps):
@@ -221,17 +221,17 @@ def _before(steps: Reals) -> Reals:
     return products
 
 
-def _dots(one: Reals, two: Reals) -> Reals:
-    return np.asarray(np.einsum("ij,ij->i", one, two), float)
+def _dots(first: Reals, second: Reals) -> Reals:
+    return np.asarray(np.einsum("ij,ij->i", first, second), float)
 
 
-def _angles(one: Reals, two: Reals, about: Reals) -> Reals:
-    """Angles from vectors to others about unit vectors across both."""
-    return _wrapped(np.arctan2(_dots(np.cross(one, two), about), _dots(one, two)))
+def _angles(first: Reals, second: Reals, axes: Reals) -> Reals:
+    """Signed angles between pairs of vectors about unit vectors perpendicular to both."""
+    return _wrapped(np.arctan2(_dots(np.cross(first, second), axes), _dots(first, second)))
 
 
 def _wrapped(angles: Reals) -> Reals:
-    """Angles in (-pi, pi]; what rounding puts next to -pi is pi."""
+    """Angles wrapped to (-pi, pi]; angles at -pi but for rounding become pi."""
     turns = np.ceil((angles - math.pi) / (2 * math.pi) - SAME_LINE_TOLERANCE)
     return np.asarray(angles - 2 * math.pi * turns, float)
 

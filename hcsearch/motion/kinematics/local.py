@@ -1,4 +1,4 @@
-"""A state of a linkage and what it is like nearby: tangents, curvature, and how far it is from singular."""
+"""Local analysis of a linkage at a state: tangent space, curvature, and distance from singularity."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from hcsearch.motion.kinematics.numerical_rank import Rank, decide_rank
 from hcsearch.shape.linkage import Linkage
 
 MIN_PIVOT_SHARE = 0.618
-"""Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
+"""Hinges whose squared residual projection exceeds this share of the greatest are candidates for the next basis vector;
+the first one is taken, as by symmetry many are equal but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocalState(ByValue):
-    """Fold angles (rad) with the closure Jacobian there, split into row space and null space by its singular values.
+    """Fold angles (rad) and the closure Jacobian at them, split into row space and null space by its singular values.
 
     jacobian : shape (n_rows, n_hinges).
-    rank : decided or not; `kept` says how many singular values count as non-zero either way.
-    left, values, right : the singular vectors and values that are kept, shapes (n_rows, kept), (kept,),
-        (kept, n_hinges).
+    rank : decided or not; `kept_rank` is the number of singular values that count as non-zero.
+    left, values, right : the singular vectors and values that are kept, shapes
+        (n_rows, kept_rank), (kept_rank,), (kept_rank, n_hinges).
     """
 
     linkage: Linkage
@@ -36,14 +37,14 @@ class LocalState(ByValue):
     right: Reals
 
     @property
-    def kept(self) -> int:
+    def kept_rank(self) -> int:
         """Number of singular values that count as non-zero."""
         return len(self.values)
 
     @property
-    def least(self) -> float:
-        """Least singular value that counts; infinite in an open chain."""
-        return float(self.values[-1]) if self.kept else np.inf
+    def least_singular_value(self) -> float:
+        """Least singular value that counts as non-zero; infinite in an open chain."""
+        return float(self.values[-1]) if self.kept_rank else np.inf
 
     @property
     def nullity(self) -> int:
@@ -51,48 +52,48 @@ class LocalState(ByValue):
         return -1 if self.rank.nullity is None else self.rank.nullity
 
     def tangent(self, vector: Reals) -> Reals:
-        """The part of a velocity that keeps the loops closed to first order."""
+        """Project a velocity onto the null space, where the loops stay closed to first order."""
         tangential: Reals = vector - self.right.T @ (self.right @ vector)
         return tangential
 
-    def turn(self, velocity: Reals) -> Reals:
-        """The shortest acceleration that keeps the loops closed to second order, at a velocity that does to first.
+    def geodesic_acceleration(self, velocity: Reals) -> Reals:
+        """The shortest acceleration that keeps the loops closed to second order, for a tangent velocity.
 
-        A motion whose acceleration is this one is a geodesic: it runs on straight as far as the closure lets it. With
-        one degree of freedom that is the motion itself, by arc length.
+        A motion with this acceleration is a geodesic of the closed states. With one degree of freedom it is the motion
+        itself, parametrised by arc length.
         """
-        if not self.kept:
+        if not self.kept_rank:
             return np.zeros_like(velocity)
         bend = self.linkage.bend(self.jacobian, velocity)
         acceleration: Reals = -self.right.T @ ((self.left.T @ bend) / self.values)
         return acceleration
 
     def null_space(self) -> Reals:
-        """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m).
+        """An orthonormal basis of the null space of the Jacobian, shape (n_hinges, m).
 
-        The singular vectors of zero are any basis, another on another processor. This one is that of the projections
-        of single hinges' velocities, one after another of those that add much, so it depends on the space alone.
+        The singular vectors of zero are an arbitrary basis, which differs between processors. This one is built from
+        projections of unit velocities of single hinges, pivoted as in Gram-Schmidt, so it depends on the space alone.
         """
         n = len(self.angles)
-        left = np.eye(n) - self.right.T @ self.right
-        basis = np.empty((n, n - self.kept))
+        remainder = np.eye(n) - self.right.T @ self.right
+        basis = np.empty((n, n - self.kept_rank))
         for k in range(basis.shape[1]):
-            sizes = left.diagonal()
-            column = left[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
+            sizes = remainder.diagonal()
+            column = remainder[:, int(np.argmax(sizes > MIN_PIVOT_SHARE * sizes.max()))]
             column = self.tangent(column - basis[:, :k] @ (basis[:, :k].T @ column))
             basis[:, k] = column / np.linalg.norm(column)
-            left = left - np.outer(basis[:, k], basis[:, k])
+            remainder = remainder - np.outer(basis[:, k], basis[:, k])
         return basis
 
 
 def local_at(
-    linkage: Linkage, angles: Reals, *, kept: int | None = None, closure: tuple[Reals, Reals] | None = None
+    linkage: Linkage, angles: Reals, *, kept_rank: int | None = None, closure: tuple[Reals, Reals] | None = None
 ) -> LocalState:
-    """What a linkage is like at a state.
+    """Analyse a linkage at given fold angles.
 
-    kept : how many singular values count as non-zero, where that is known better than from the values, as between two
-        closed states; else those above the noise.
-    closure : residual and Jacobian there, where they are at hand.
+    kept_rank : number of singular values that count as non-zero, where that is known better than from the values, as
+        between two closed states; else those above the noise.
+    closure : residual and Jacobian at these angles, if already evaluated.
     """
     residual, jacobian = linkage.closure(angles) if closure is None else closure
     if not len(residual):
@@ -102,31 +103,33 @@ def local_at(
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     worst = float(np.abs(residual).max())
     rank = decide_rank(s, linkage.n_hinges, worst)
-    if kept is None:
-        kept = int(np.count_nonzero(s > rank.noise))
-    return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept], s[:kept], vt[:kept])
+    if kept_rank is None:
+        kept_rank = int(np.count_nonzero(s > rank.noise))
+    return LocalState(linkage, angles, worst, jacobian, rank, u[:, :kept_rank], s[:kept_rank], vt[:kept_rank])
 
 
-def same_orientation(one: LocalState, two: LocalState) -> bool:
-    """Whether as many kept singular values go through zero between two near states as come back: none, two, ...
+def same_orientation(before: LocalState, after: LocalState) -> bool:
+    """Whether an even number of the kept singular values change sign between two near states.
 
-    Singular values followed as smooth functions change sign where they vanish, which the singular vectors remember:
-    det(U1' U2) det(V1' V2) < 0 says that an odd number did (thesis appendix asks only for the rank).
+    Singular values that are continued as smooth functions change sign where they vanish, and the singular vectors show
+    it: det(U1' U2) det(V1' V2) < 0 if an odd number did (the thesis appendix asks only for the rank).
     """
-    if one.kept != two.kept or not one.kept:
+    if before.kept_rank != after.kept_rank or not before.kept_rank:
         return True
-    ranges = np.linalg.slogdet(one.left.T @ two.left)[0]
-    rows = np.linalg.slogdet(one.right @ two.right.T)[0]
+    ranges = np.linalg.slogdet(before.left.T @ after.left)[0]
+    rows = np.linalg.slogdet(before.right @ after.right.T)[0]
     return bool(ranges * rows >= 0)
 
 
 def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
-    """Values of the form that `bend` is of a vector with itself, for all pairs, shape (n, n, n_rows).
+    """Values of the symmetric bilinear form of the quadratic form `bend`, for all pairs of vectors, (n, n, n_rows).
 
     vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
     """
-    own = np.array([bend(vector) for vector in vectors])
-    values = np.empty((len(vectors), len(vectors), own.shape[1]))
+    squares = np.array([bend(vector) for vector in vectors])
+    values = np.empty((len(vectors), len(vectors), squares.shape[1]))
     for i, j in combinations_with_replacement(range(len(vectors)), 2):
-        values[i, j] = values[j, i] = own[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - own[i] - own[j])
+        values[i, j] = values[j, i] = (
+            squares[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - squares[i] - squares[j])
+        )
     return values

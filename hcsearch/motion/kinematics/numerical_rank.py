@@ -22,7 +22,7 @@ class Rank(ByValue):
     """Rank of a closure Jacobian in the screw form, lengths divided by the pattern's size.
 
     singular_values : all of them, the greatest first.
-    noise : what rounding and the closure residual can make of a zero.
+    noise : bound of a zero singular value, by rounding and the closure residual.
     rank : number of singular values above the noise; None (undecided) where one lies within `DECIDED_RANK_GAP` of it.
     gap : least singular value that counts, over the greater of the noise and the next one.
     """
@@ -40,7 +40,7 @@ class Rank(ByValue):
 
 
 def decide_rank(singular_values: Reals, n_columns: int, residual: float = 0.0) -> Rank:
-    """Decide the rank of a matrix from its singular values and the error (relative) of what it was made of."""
+    """Decide the rank of a matrix from its singular values and the relative error of its entries."""
     largest = float(singular_values[0]) if len(singular_values) else 0.0
     shape = max(n_columns, len(singular_values))
     noise = (8 * shape * np.finfo(float).eps + 10 * residual) * max(largest, 1.0)
@@ -68,9 +68,9 @@ MAX_GENERIC_ATTEMPTS = 3
 
 
 def leaving_step(folded: Reals, attempt: int) -> Reals:
-    """Changes of the fold angles in each of `GENERIC_STEP_COUNT` steps away from the folded state, against the stops.
+    """The change of the fold angles in each of `GENERIC_STEP_COUNT` steps from the folded state away from the stops.
 
-    No two hinges of a linkage open equally, and no two attempts are alike: 0.075 to 0.225 rad, equally spread.
+    Changes are spread evenly over 0.075 to 0.225 rad, and differ between hinges and between attempts.
     """
     share = (0.5 + np.arange(len(folded)) * 0.6180339887498949 + attempt * 0.7548776662466927) % 1.0
     steps: Reals = np.where(folded > 0.0, -0.15, 0.15) * (0.5 + share)
@@ -78,10 +78,10 @@ def leaving_step(folded: Reals, attempt: int) -> Reals:
 
 
 def generic_rank(linkage: Linkage) -> Rank:
-    """The greatest rank at closed states on the way from the folded state, with hinges two-sided.
+    """The greatest rank at closed states near the folded state, with two-sided hinges.
 
-    A linkage may leave its folded state in several ways, with more freedom in some (all of its parallel hinges first,
-    say) than in others; the rank is that of the way with the least. Undecided where no attempt gets away.
+    A linkage may leave its folded state in several ways, some with more freedom (all of its parallel hinges first, say)
+    than others; the rank is that of the way with the least freedom. Undecided where no attempt leaves the state.
     """
     best = replace(rank_at(linkage, linkage.folded), rank=None, gap=0.0)
     for attempt in range(MAX_GENERIC_ATTEMPTS):

@@ -1,4 +1,4 @@
-"""Two small problems within the stops 0 <= rho <= pi: the nearest closed state, and rates of fold angles."""
+"""Closed states within the stops 0 <= rho <= pi: the nearest one, links between two, and least-energy velocities."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.shape.linkage import Linkage
 
 UNMOVED_HINGE_TURN = 1e-9
-"""A hinge stands still in a tangent space whose unit vectors turn it by no more than this."""
+"""A hinge counts as fixed in a tangent space whose unit vectors turn it by no more than this."""
 STRAIGHT_DEVIATION_SHARE, MAX_DEVIATION_SHARE = 0.1, 0.5
-"""Half-way between two states the closed ones may be off by this share of half the way, and if looked into by that."""
+"""Deviations of the closed state at the middle of a step, as shares of half the step: up to the first the states are
+linked; up to the second both halves are examined in turn; beyond it they are not linked."""
 
 
 def close_within_stops(
     linkage: Linkage, angles: Reals, *, held: Flags | None = None, max_steps: int = 25
 ) -> tuple[LocalState | None, int]:
-    """The closed state nearest to some fold angles that keeps the stops, and how often closure was evaluated.
+    """The closed state within the stops that is nearest to some fold angles, and the number of closure evaluations.
 
-    Hinges that are held stay as they are, and those that corrections would take beyond a stop stay there; None where
-    the others cannot close the loops.
+    Held hinges do not turn. Hinges that a correction would take beyond a stop are clamped there; None where the others
+    cannot close the loops.
     """
     angles = np.clip(angles, 0.0, math.pi)
     held = np.zeros(len(angles), bool) if held is None else held.copy()
@@ -44,55 +45,56 @@ def close_within_stops(
 
 
 def states_are_linked(
-    linkage: Linkage, one: Reals, two: Reals, *, held: Flags | None = None, depth: int = 5
+    linkage: Linkage, start: Reals, end: Reals, *, held: Flags | None = None, depth: int = 5
 ) -> tuple[bool, int]:
-    """Whether closed states lead from one to another beside the straight way, and how often closure was evaluated.
+    """Whether closed states near the straight line connect two of them, and the number of closure evaluations.
 
-    The state nearest to half-way must be near it. Where it is off by more than a little, so must those of both halves.
+    The closed state nearest to the midpoint must be near it. Where it deviates by more than a little, both halves are
+    examined likewise.
     """
-    half = 0.5 * float(np.linalg.norm(two - one))
-    middle, count = close_within_stops(linkage, 0.5 * (one + two), held=held)
+    half = 0.5 * float(np.linalg.norm(end - start))
+    middle, count = close_within_stops(linkage, 0.5 * (start + end), held=held)
     if middle is None:
         return False, count
-    off = float(np.linalg.norm(middle.angles - 0.5 * (one + two)))
-    if off <= STRAIGHT_DEVIATION_SHARE * half:
+    deviation = float(np.linalg.norm(middle.angles - 0.5 * (start + end)))
+    if deviation <= STRAIGHT_DEVIATION_SHARE * half:
         return True, count
-    if off > MAX_DEVIATION_SHARE * half or not depth:
+    if deviation > MAX_DEVIATION_SHARE * half or not depth:
         return False, count
-    for pair in ((one, middle.angles), (middle.angles, two)):
-        leads, more = states_are_linked(linkage, *pair, held=held, depth=depth - 1)
-        count += more
-        if not leads:
+    for pair in ((start, middle.angles), (middle.angles, end)):
+        linked, evaluations = states_are_linked(linkage, *pair, held=held, depth=depth - 1)
+        count += evaluations
+        if not linked:
             return False, count
     return True, count
 
 
 def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: Reals) -> Reals:
-    """The velocity v = basis z that makes 1/2 sum k (rho + v)^2 least, with low <= v <= high.
+    """The velocity v = basis z that minimises 1/2 sum k (rho + v)^2 subject to low <= v <= high.
 
     basis : orthonormal columns, shape (n_hinges, m). springs : k > 0, shape (n_hinges,). low <= 0 <= high, so that
     v = 0 is allowed; it is also the answer where rounding hides all others.
     A least distance problem, min |y| with G y >= h, solved by non-negative least squares (Lawson and Hanson 1974,
     Solving Least Squares Problems, chapter 23).
     """
-    still = np.zeros(len(angles))
+    zero_velocity = np.zeros(len(angles))
     if not basis.shape[1]:
-        return still
+        return zero_velocity
     root = np.sqrt(springs)
     q, r = np.linalg.qr(root[:, None] * basis)
-    aim = q.T @ (root * angles)  # the energy is that of y = r z + aim, and a constant
-    moved = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # rounding must not make walls of what stands still
-    rows = np.linalg.solve(r.T, basis[moved].T).T
-    shift = rows @ aim
-    walls = np.vstack([rows, -rows])
-    heights = np.concatenate([np.minimum(low[moved], 0.0) + shift, -np.maximum(high[moved], 0.0) - shift])
-    columns = np.c_[walls, heights]
+    offset = q.T @ (root * angles)  # the energy is that of y = r z + offset, plus a constant
+    movable = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # fixed hinges must not become constraints by rounding
+    rows = np.linalg.solve(r.T, basis[movable].T).T
+    shift = rows @ offset
+    constraints = np.vstack([rows, -rows])
+    bounds = np.concatenate([np.minimum(low[movable], 0.0) + shift, -np.maximum(high[movable], 0.0) - shift])
+    columns = np.c_[constraints, bounds]
     columns /= np.linalg.norm(columns, axis=1)[:, None]
     target = np.zeros(columns.shape[1])
     target[-1] = 1.0
-    weights, left = np.empty(len(walls)), np.empty(len(target))
-    nonnegative_least_squares(columns, target, weights, left)
-    if left[-1] < 1e-12:
-        return still
-    nearest: Reals = basis @ np.linalg.solve(r, -left[:-1] / left[-1] - aim)
+    weights, residual = np.empty(len(constraints)), np.empty(len(target))
+    nonnegative_least_squares(columns, target, weights, residual)
+    if residual[-1] < 1e-12:
+        return zero_velocity
+    nearest: Reals = basis @ np.linalg.solve(r, -residual[:-1] / residual[-1] - offset)
     return np.clip(nearest, low, high)

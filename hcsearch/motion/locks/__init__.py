@@ -1,1 +1,1 @@
-"""Locks: proofs that one-sided hinges hold a linkage in its folded or its flat state."""
+"""Locks: proofs that a linkage cannot leave an end of its motion, or cannot move from one end to the other."""

@@ -8,18 +8,18 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
 Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
-checked in whole numbers, with rays computed anew (`lattice`, `certificates`), and counts only if it holds there:
-`Lock.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to rounding.
-Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
-y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
+checked in whole numbers, with rays computed anew (`lattice`, `exact_checks`), and counts only if it holds there:
+`LockVerdict.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to
+rounding. Contacts between layers (`LayerContact`) narrow K by C x >= 0. At first order they push with forces f >= 0,
+and the proof is y . A_i > f . C_i for every hinge; at second order they only narrow K, as a contact has an order of its
 own and may slide off.
-Locked means that the state is isolated: panels, hinges and stops are exact. Others may lie near it, behind a gap of
-micrometres. Nothing here says that a linkage moves: that is for a path to show.
+Locked means that the state is isolated: panels, hinges and stops are exact. Other states may lie near it, behind a gap
+of micrometres. Nothing here says that a linkage moves: only a path shows that.
 
-Folded, every panel lies flat in a layer and every hinge is level. So the points of a panel rise, to first order, by an
-affine function of their place in the plan: the sum of what the hinges between it and the panel that stays do. Two
-panels that touch must not come nearer to each other anywhere where they do; at the corners of that area is enough.
-Panels of one stack share hinges and their stops say the same (docs/explanation/theory.md, 26); in general linkages they
+In the folded state every panel lies flat in a layer and every hinge is level. So the points of a panel rise, to first
+order, by an affine function of their place in the plan: the sum over the hinges between it and the base panel. Two
+panels that touch must not approach each other anywhere in the area of contact, for which its corners are sufficient.
+Panels of one stack share hinges, and their stops imply this (docs/explanation/theory.md, 26); in general linkages they
 need not. Side walls that touch are left out: panels have some clearance there.
 """
 
@@ -39,7 +39,7 @@ from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.linkage import Linkage, hinge_tree
 
 WRENCH_MARGIN = 1e-7
-"""A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is
+"""Minimum by which the inequalities of a candidate wrench hold, with screws and wrench of unit length; rounding is
 1e-13."""
 
 CONTACT_VIOLATION_TOLERANCE = 1e-7
@@ -49,37 +49,37 @@ ZERO_SCREW_SHARE = 1e-9
 """Singular values of hinges' screws below this share of the greatest are zeros; rounding is 1e-15."""
 
 MAX_PROOF_RAYS = 60
-"""Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
+"""Maximum number of rays of a second-order proof, which has an inequality for every two of them."""
 
 
 @dataclass(frozen=True, eq=False)
 class LockVerdict(ByValue):
-    """What is known about leaving one state.
+    """The verdict on whether a linkage can leave a state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
-    tried : whether a proof by second order was looked for; there may be too many motions at first order to try.
-    wrench : of a proof, shape (n_rows,); margin : the least of what it proves positive.
-    forces : of a proof, how hard layers push at each contact, shape (n_contacts,), none negative, all 0 by second
-        order. The greatest entry of wrench and forces is 1.
-    motion : turns of the hinges to first order that stops, loops and contacts allow, summing to 1; None where there
+    second_order_tried : whether a proof by second order was tried; there may be too many first-order motions for that.
+    wrench : of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
+    forces : of a proof, forces of layers at each contact, shape (n_contacts,), none negative, all 0 by second order.
+        The greatest entry of wrench and forces is 1.
+    motion : turns of the hinges that stops, loops and contacts allow to first order, summing to 1; None where there
         are none.
-    stuck : hinges that no motion turns at first order.
+    held_hinges : hinges that no motion turns at first order.
     exact : whether it is proved in whole numbers. If not, a lock is proved but for rounding: the linkage is on no
-        tiling, or contacts are given that are none of its lattice.
+        tiling, or some given contacts are not on its lattice.
     """
 
     order: Literal[1, 2] | None
-    tried: bool
+    second_order_tried: bool
     wrench: Reals | None
     margin: float
     motion: Reals | None
-    stuck: tuple[int, ...]
+    held_hinges: tuple[int, ...]
     forces: Reals | None = None
     exact: bool = False
 
     @property
     def locked(self) -> bool:
-        """Whether no motion leaves the state: proved."""
+        """Whether it is proved that no motion leaves the state."""
         return self.order is not None
 
     @property
@@ -91,7 +91,7 @@ class LockVerdict(ByValue):
             return "a wrench in the loops loads every hinge onto its stop, so none can open"
         if self.order == 2:
             return "every motion that is possible at first order opens the loops at second order"
-        if self.tried:
+        if self.second_order_tried:
             return "the stops allow a motion at first order, and no wrench was found that excludes it at second order"
         return (
             "the stops allow too many motions at first order to search for a wrench that excludes them at second order"
@@ -99,7 +99,7 @@ class LockVerdict(ByValue):
 
 
 def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> LockVerdict:
-    """Look for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
+    """Search for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
     contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
     in the folded state. Two-stack foldings of one circuit need none, as their stops imply them
@@ -115,27 +115,27 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     def bend(x: Reals) -> Reals:
         return linkage.bend(jacobian, senses * x)
 
-    used: list[int] = []
-    while True:  # what is proved with some contacts holds with all, and few matter
-        lock, motions = _lock(columns, rows[used], bend)
-        apart = (rows @ motions.T).min(axis=1, initial=0.0)
-        apart[used] = 0.0
-        if lock.locked or apart.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
+    chosen: list[int] = []
+    while True:  # a proof with some contacts holds with all, and few are needed
+        lock, motions = _verdict_with(columns, rows[chosen], bend)
+        parting = (rows @ motions.T).min(axis=1, initial=0.0)
+        parting[chosen] = 0.0
+        if lock.locked or parting.min(initial=0.0) > -CONTACT_VIOLATION_TOLERANCE:
             break
-        used.append(int(apart.argmin()))
+        chosen.append(int(parting.argmin()))
     if not lock.locked:
         return lock
-    exact = _exactly(linkage, angles, lock, rows[used])
+    exact = _holds_exactly(linkage, angles, lock, rows[chosen])
     if exact is False:
         return replace(lock, order=None, wrench=None, margin=0.0, forces=None)
     forces = np.zeros(len(rows))
     if lock.forces is not None:
-        forces[used] = lock.forces
+        forces[chosen] = lock.forces
     return replace(lock, forces=forces, exact=exact is not None)
 
 
-def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
-    """Whether a proof holds in whole numbers; None where the linkage or a contact has none."""
+def _holds_exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals) -> bool | None:
+    """Whether a proof holds in whole numbers; None where the linkage or a contact is not on a lattice."""
     assert lock.wrench is not None
     end = whole_end(linkage, angles)
     rows = None if end is None else end.contacts(contacts)
@@ -147,14 +147,14 @@ def _exactly(linkage: Linkage, angles: Reals, lock: LockVerdict, contacts: Reals
     return exact_checks.proves_first_order(end, rows, lock.wrench, forces)
 
 
-def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
-    """What is known with some contacts, and motions that stops, loops and these contacts allow at first order.
+def _verdict_with(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[LockVerdict, Reals]:
+    """The verdict with some contacts, and the motions that stops, loops and these contacts allow at first order.
 
-    columns : shape (n, n_rows), screws in the sense in which hinges turn. motions : shape (n_motions, n), each of
-    sum 1; all extreme ones where there are not too many.
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. Motions have the shape (n_motions, n), each
+    of sum 1; all extreme ones where there are not too many.
     """
     n, height = columns.shape
-    # with s >= 0 for how fast contacts part: A x = 0, C x - s = 0
+    # with s >= 0, the speeds at which contacts part: A x = 0, C x - s = 0
     full = np.block([[columns, contacts.T], [np.zeros((len(contacts), height)), -np.eye(len(contacts))]])
     lengths = np.sqrt((full**2).sum(axis=1))
     free = np.flatnonzero(lengths == 0.0)  # hinges in no loop
@@ -174,46 +174,47 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
         return LockVerdict(None, False, None, 0.0, motions[0], ()), motions
     motions = motions[1:]
     proof = excluding_wrench(columns, motions, bilinear_products(motions, bend))
-    stuck = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
+    held_hinges = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
     motion = motions.mean(axis=0)
     if proof is None:
-        return LockVerdict(None, True, None, 0.0, motion, stuck), motions
-    return LockVerdict(2, True, proof[0], proof[1], motion, stuck), motions
+        return LockVerdict(None, True, None, 0.0, motion, held_hinges), motions
+    return LockVerdict(2, True, proof[0], proof[1], motion, held_hinges), motions
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
-    """The x >= 0 of sum 1 with A x nearest to 0, the wrench of greatest entry 1 that parts them, and its least power.
+    """The x >= 0 of sum 1 with the least |A x|, the separating wrench of greatest entry 1, and its least power.
 
     Where the power is positive the wrench holds every hinge shut; else A x is 0 but for rounding.
     """
     n, height = columns.shape
-    x, left = np.empty(n), np.empty(height + 1)
-    nonnegative_least_squares(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, left)
-    wrench = -left[:height] / max(np.abs(left[:height]).max(), np.finfo(float).tiny)
+    x, residual = np.empty(n), np.empty(height + 1)
+    nonnegative_least_squares(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, residual)
+    wrench = -residual[:height] / max(np.abs(residual[:height]).max(), np.finfo(float).tiny)
     return x, wrench, float((columns @ wrench).min())
 
 
 def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, float] | None:
     """A wrench y, of greatest entry 1, that excludes motions at second order, and its margin; None without one.
 
-    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends : `products` of
-        the rays.
-    On hinges that can turn at first order y has no power; it is asked to hold the others shut, that y . bend of every
-    ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends :
+        `bilinear_products` of the rays.
+    On hinges that can turn at first order y has no power. It must hold the others shut, with y . bend positive for
+    every ray and not negative for every two rays, which suffices for all their sums.
     """
     from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
     if not columns.shape[1]:
         return None
     turning = rays.max(axis=0) > 1e-9
-    held = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
+    held_columns = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
     basis = null_space(columns[turning], rcond=ZERO_SCREW_SHARE)  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
-    own = bends.diagonal(axis1=0, axis2=1).T
+    squares = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
-    positive, crossing = np.r_[held, own], bends[first, second]
-    for method in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
+    positive, crossing = np.r_[held_columns, squares], bends[first, second]
+    # the first is ten times as quick, and needs all products to be positive or 0
+    for method in (_interior_wrench, _best_wrench):
         wrench = method(positive @ basis, crossing @ basis, basis)
         if wrench is None:
             continue
@@ -225,28 +226,28 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     return None
 
 
-def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
-    """The wrench in the middle of those with positive powers, by least squares; None where there is none."""
-    rows = np.r_[positive, nonnegative_]
+def _interior_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
+    """A wrench in the interior of the cone of positive powers, by least squares; None where it is empty."""
+    rows = np.r_[positive, nonnegative]
     lengths = np.sqrt((rows**2).sum(axis=1))
     if (lengths[: len(positive)] < ZERO_SCREW_SHARE).any():
         return None
-    some = lengths > ZERO_SCREW_SHARE
-    _, middle, margin = _first_order(np.ascontiguousarray(rows[some] / lengths[some, None]))
+    nonzero = lengths > ZERO_SCREW_SHARE
+    _, middle, margin = _first_order(np.ascontiguousarray(rows[nonzero] / lengths[nonzero, None]))
     return basis @ middle if margin > 0.0 else None
 
 
-def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
-    """The wrench of the greatest margin by a linear program."""
+def _best_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
+    """The wrench of the greatest margin, by a linear program; None where that fails."""
     from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
-    # the wrench's entries are bounded, not its coordinates, so that its margin does not depend on the basis
-    upper = np.r_[-positive, -nonnegative_, basis, -basis]
-    least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
-    most = np.r_[np.zeros(len(positive) + len(nonnegative_)), np.ones(2 * len(basis))]
+    # bound the wrench's entries, not its coordinates, so that its margin does not depend on the basis
+    upper = np.r_[-positive, -nonnegative, basis, -basis]
+    margin_column = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
+    upper_bounds = np.r_[np.zeros(len(positive) + len(nonnegative)), np.ones(2 * len(basis))]
     bounds = [(None, None)] * basis.shape[1] + [(None, 1.0)]
     objective = np.r_[np.zeros(basis.shape[1]), -1.0]
-    result = linprog(objective, A_ub=np.c_[upper, least], b_ub=most, bounds=bounds, method="highs")
+    result = linprog(objective, A_ub=np.c_[upper, margin_column], b_ub=upper_bounds, bounds=bounds, method="highs")
     if result.status != 0 or not result.x[:-1].any():
         return None
     wrench: Reals = basis @ result.x[:-1]
@@ -254,21 +255,21 @@ def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
 
 
 TOUCHING_LAYER_SHARE = 1e-3
-"""Layers nearer than this share of the thickness touch; folded states have them at whole multiples of it."""
+"""Layers nearer than this share of the thickness touch; folded states have them at whole multiples of the thickness."""
 CONTACT_GRID_SHARE = 1e-12
-"""Areas in which facets touch are cut on a grid as fine as this share of a panel's size; without one, triangles that
-lie beside each other but for rounding are taken for one."""
+"""Grid of areas of contact, as a share of a panel's size; without a grid, rounding merges triangles that lie beside
+each other."""
 MIN_CONTACT_SHARE = 1e-8
-"""What is shorter or smaller than this share of a panel is rounding, and facets touch there along an edge at most."""
+"""Lengths and areas of contact below this share of a panel are due to rounding: facets touch along an edge at most."""
 MIN_PARTING_SHARE = 1e-9
-"""A hinge parts two panels where, turned by 1 rad, it changes their height by more than this share of their size."""
+"""A hinge parts two panels if a turn by 1 rad changes their vertical distance by more than this share of their size."""
 
 
 @dataclass(frozen=True, eq=False)
 class LayerContact(ByValue):
-    """A facet that lies on a facet of another panel in the folded state.
+    """The contact of two facets of different panels, one on the other, in the folded state.
 
-    corners : of the area in which they touch, seen from above, shape (k, 2), in metres, where the base panel stays.
+    corners : of the area of contact, seen from above, shape (k, 2), in metres, in the frame of the base panel.
     """
 
     below: int
@@ -277,9 +278,9 @@ class LayerContact(ByValue):
 
 
 def layer_contacts(linkage: Linkage) -> list[LayerContact]:
-    """All facets that lie on facets of other panels in the folded state, but not across a crease.
+    """All contacts between facets of different panels in the folded state, except across a crease.
 
-    Across a crease a facet lies on one side of the hinge, and the stop keeps it from what it lies on.
+    Two facets that share a crease lie on one side of its hinge, whose stop keeps them apart.
     """
     import shapely  # noqa: PLC0415 - takes longer to load than most proofs take
 
@@ -305,30 +306,30 @@ def layer_contacts(linkage: Linkage) -> list[LayerContact]:
 
 
 def parting_rates(linkage: Linkage, touching: list[LayerContact]) -> Reals:
-    """How fast hinges that leave their stops by 1 rad a unit of time part panels, at all corners of some contacts.
+    """Speeds at which panels part at the corners of contacts, for each hinge that leaves its stop at unit rate.
 
-    Shape (n_corners, n_hinges), as shares of the pattern's size; rows of different corners of one contact follow each
-    other. Panels that no hinges join have zeros.
+    Shape (n_corners, n_hinges), as shares of the pattern's size; the corners of one contact are consecutive rows.
+    Panels that no hinges connect have zeros.
     """
     panel, rise = linkage.pattern.panel_of, _rise(linkage)
-    # the shortest way between two panels that share a hinge is that hinge, and their row has no other entry
+    # the shortest path between two panels that share a hinge is that hinge, and their row has no other entry
     trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
     rows = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
-        apart = np.zeros((linkage.n_hinges, 3))
-        base, other = panel[contact.below], panel[contact.above]
-        if trees[base].roots[other] == base:
-            for k, sign in trees[base].way(other):
-                apart[k] = sign * rise[k]
+        coefficients = np.zeros((linkage.n_hinges, 3))
+        base, panel_above = panel[contact.below], panel[contact.above]
+        if trees[base].roots[panel_above] == base:
+            for k, sign in trees[base].way(panel_above):
+                coefficients[k] = sign * rise[k]
         corners = contact.corners / linkage.pattern.size
-        rows.append(np.c_[corners, np.ones(len(corners))] @ apart.T)
+        rows.append(np.c_[corners, np.ones(len(corners))] @ coefficients.T)
     return np.concatenate(rows)
 
 
 def _rise(linkage: Linkage) -> Reals:
-    """What each hinge does to heights as it leaves its stop in the folded state, shape (n_hinges, 3).
+    """Coefficients of the rise that each hinge causes as it leaves its stop in the folded state, shape (n_hinges, 3).
 
-    Seen from its first panel the second rises by a x + b y + c at a point (x, y) of the plan, all in units of size.
+    Relative to its first panel the second rises by a x + b y + c at a point (x, y) of the plan, in units of size.
     """
     first = [hinge.first for hinge in linkage.pattern.hinges]
     poses = linkage.poses(linkage.folded)[first]
@@ -341,9 +342,10 @@ def _rise(linkage: Linkage) -> Reals:
 
 
 def contact_rows(linkage: Linkage) -> Reals:
-    """Contacts of the folded state as conditions C x >= 0 on the turns x >= 0 of its hinges, as `lock_at` takes them.
+    """Contacts of the folded state as conditions C x >= 0 on the turns x >= 0 of its hinges, for `lock_at`.
 
-    Shape (n_conditions, n_hinges), as shares of the pattern's size; none twice, and none that x >= 0 implies.
+    Shape (n_conditions, n_hinges), as shares of the pattern's size; without duplicates and conditions that x >= 0
+    implies.
     """
     rows = parting_rates(linkage, layer_contacts(linkage))
     rows[np.abs(rows) < MIN_PARTING_SHARE] = 0.0

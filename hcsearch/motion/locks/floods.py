@@ -1,4 +1,4 @@
-"""Floods from an end of the motion, coarse or fine: one of two ways to enclose what can be reached from there."""
+"""Coarse and fine floods of cubes from an end of the motion, which enclose all states that can be reached from it."""
 
 from __future__ import annotations
 
@@ -24,27 +24,26 @@ from hcsearch.kernels.enclosure.refutation import Refutation
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 
 FLOOD_GRID_ANGLES = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
-"""Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
-leave a stop."""
+"""Grid angles of cubes from either stop (rad), of coarse and of fine floods: narrow cubes hold hinges that hardly leave
+a stop."""
 MISSED_CUBES_RATIO = 3.0
-"""A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
+"""Bound of the ratio of the cubes of a flood to those that a walk visits, if the flood holds only reachable parts."""
 WAITING_FACE_COST_RATIO = 3.0
-"""Faces that wait take more boxes than those that were tested by now: so many times, about."""
+"""Approximate cost of a waiting face over that of a tested one, in boxes."""
 SETTLED_FLOOD_BOXES = 300_000
-"""After so many boxes the number that is expected should grow no more; until then it often does, though the flood ends.
-"""
+"""Number of boxes after which the estimate should grow no more; until then it often does, even if the flood ends."""
 FLOOD_CUBE_CAPACITY = 200_000
-"""Cubes that a flood holds."""
+"""Maximum number of cubes of a flood."""
 BOXES_PER_KERNEL_CALL = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
 
 @dataclass(eq=False)
 class CubeFlood:
-    """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is made as its first turn comes.
+    """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is allocated at its first turn.
 
-    tables : makes the tables that it searches by. cubes_expected : how many it will take in, if that is known.
-    earlier : its boxes, cubes and tested cubes when the boxes had last doubled.
+    new_tables : factory of the tables of its search. cubes_expected : estimate of its final number of cubes, or None.
+    progress_at_doubling : numbers of boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
     rings: HingeRings
@@ -52,104 +51,106 @@ class CubeFlood:
     level: int
     start: Reals
     goal: Reals
-    tables: Callable[[], Refutation]
+    new_tables: Callable[[], Refutation]
     flood: Flood | None = None
     search: Refutation | None = None
     cubes_expected: float | None = None
-    going: bool = True
-    earlier: tuple[int, int, int] = (0, 0, 0)
+    active: bool = True
+    progress_at_doubling: tuple[int, int, int] = (0, 0, 0)
 
     @property
     def boxes(self) -> int:
-        """Boxes that it has taken."""
+        """Number of boxes tested so far."""
         return self._count(COUNT_BOXES)
 
     @property
     def cubes(self) -> int:
-        """Cubes that it has taken in."""
+        """Number of cubes flooded so far."""
         return self._count(COUNT_TAIL)
 
     @property
     def faces(self) -> int:
-        """Faces that it has tested."""
+        """Number of faces tested so far."""
         return self._count(COUNT_TESTED_FACES)
 
     def _count(self, entry: int) -> int:
         return 0 if self.flood is None else int(self.flood.counts[entry])
 
-    def go_on(self, boxes: int) -> bool:
-        """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
+    def advance(self, boxes: int) -> bool:
+        """Advance the flood up to a total number of boxes; return whether it has ended without the other end."""
         if self.flood is None or self.search is None:
             self.flood, self.search = (
                 new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY),
-                self.tables(),
+                self.new_tables(),
             )
-        if self.boxes >= 2 * self.earlier[0]:
-            self.earlier = self._progress
+        if self.boxes >= 2 * self.progress_at_doubling[0]:
+            self.progress_at_doubling = self._progress
         state = flooding.FLOOD_GOING
         while state == flooding.FLOOD_GOING and self.boxes < boxes:
             state = int(
                 spread_flood(self.rings, self.flood, min(self.boxes + BOXES_PER_KERNEL_CALL, boxes), self.search)
             )
-        self.going = state == flooding.FLOOD_GOING
+        self.active = state == flooding.FLOOD_GOING
         return state == flooding.FLOOD_ENCLOSED
 
     @property
     def boxes_expected(self) -> float:
-        """How many boxes it will have taken at its end, about.
+        """Estimate of the total number of boxes at the end of the flood.
 
-        If it takes in as many cubes as expected. A walk misses some; where there are many more by now, cubes have let
-        the flood into other parts of the closed states, and it will take in many more than these. Where this number
-        grew since the flood had taken half as many boxes, it is to grow as much with each doubling that is left.
+        It assumes the expected number of cubes. A walk misses some; where the flood has many more already, cubes have
+        let it into other parts of the closed states, and it will take many more than these. Where the estimate grew
+        since the last doubling of boxes, it is extrapolated with the same growth for each remaining doubling.
         """
         if self.flood is None or self.cubes_expected is None:
             return math.inf
-        now, before = self._expected_at(*self._progress), self._expected_at(*self.earlier)
-        if not self.boxes > self.earlier[0] > SETTLED_FLOOD_BOXES:
-            return now
-        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.earlier[0])
-        return now * math.pow(max(now / before, 1.0), doublings)
+        estimate, earlier_estimate = self._expected_at(*self._progress), self._expected_at(*self.progress_at_doubling)
+        if not self.boxes > self.progress_at_doubling[0] > SETTLED_FLOOD_BOXES:
+            return estimate
+        doublings = math.log(max(estimate / self.boxes, 1.0)) / math.log(self.boxes / self.progress_at_doubling[0])
+        return estimate * math.pow(max(estimate / earlier_estimate, 1.0), doublings)
 
     @property
     def _progress(self) -> tuple[int, int, int]:
-        """Boxes that it has taken, cubes that it has taken in, and those of which all faces were tested."""
+        """Numbers of boxes tested, cubes flooded, and cubes of which all faces were tested."""
         return self.boxes, self.cubes, self._count(COUNT_HEAD)
 
     def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
-        """How many boxes it would take, by what it came to at some time, and the cubes that are expected now."""
+        """Estimate of the total number of boxes from the progress at some time and the current estimate of cubes."""
         assert self.cubes_expected is not None
-        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED_CUBES_RATIO * self.cubes_expected))
-        return WAITING_FACE_COST_RATIO * boxes * most / max(tested, 0.5)
+        final_cubes = max(self.cubes_expected, cubes, cubes**2 / (MISSED_CUBES_RATIO * self.cubes_expected))
+        return WAITING_FACE_COST_RATIO * boxes * final_cubes / max(tested, 0.5)
 
     @property
-    def taken_in(self) -> tuple[Reals, Reals]:
-        """Lowest and highest angles of its cubes."""
+    def bounds(self) -> tuple[Reals, Reals]:
+        """Lowest and highest angles of the cubes."""
         assert self.flood is not None
         cubes, grid = self.flood.cubes[: self.cubes].astype(np.int64), self.flood.grid
         return grid[cubes], grid[cubes + 1]
 
 
-def floods_from(rings: HingeRings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
-    """Coarse and fine floods from either end, packed and flat, none of which has begun."""
+def floods_from(rings: HingeRings, ends: tuple[Reals, Reals], new_tables: Callable[[], Refutation]) -> list[CubeFlood]:
+    """Coarse and fine floods from the packed and the flat end, not yet started."""
     levels = range(len(FLOOD_GRID_ANGLES))
-    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], tables) for side in (0, 1) for level in levels]
+    return [
+        CubeFlood(rings, side, level, ends[side], ends[1 - side], new_tables) for side in (0, 1) for level in levels
+    ]
 
 
 def flood_grid(level: int) -> Reals:
-    """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
+    """Grid angles of the cubes of a flood, from 0 to `MAX_BOX_ANGLE`."""
     cuts = np.array(FLOOD_GRID_ANGLES[level])
     return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [MAX_BOX_ANGLE]])
 
 
 def expected_cube_counts(states: Reals) -> list[float]:
-    """How many cubes of either grid hold states that can be reached from where a walk, (m, n), leads to these, about.
+    """Estimate the number of cubes of each grid that hold reachable states, from the states of a walk, (m, n).
 
-    By those that it comes to once and twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
+    The estimator uses the numbers of cubes visited once and twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
     """
     expected = []
     for level in range(len(FLOOD_GRID_ANGLES)):
         cubes = np.searchsorted(flood_grid(level), states, side="right")
-        times = np.unique(cubes, axis=0, return_counts=True)[1]
-        once, twice = ((times == k).sum() for k in (1, 2))
-        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
+        visits = np.unique(cubes, axis=0, return_counts=True)[1]
+        once, twice = ((visits == k).sum() for k in (1, 2))
+        expected.append(len(visits) + once * (once - 1) / (2.0 * (twice + 1)))
     return expected

@@ -1,4 +1,4 @@
-"""Screws of hinges in whole numbers, at ends of the motion of linkages on a tiling.
+"""Exact screws of hinges, in whole numbers, at the ends of the motion of linkages on a tiling.
 
 Flat and folded, every hinge lies along an edge of the tiling at a whole multiple of the thickness
 (docs/explanation/theory.md, 25). On squares and rectangles points are rational. On triangles and hexagons one
@@ -22,15 +22,15 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage, Walk
 
 ExactArray = NDArray[np.object_]
-"""Arrays of Python's integers, which do not overflow."""
+"""Arrays of Python integers, which do not overflow."""
 
 LatticeLine = tuple[int, int, int, int, int]
 """A point of a hinge's line in the flat state, (X, Y, Z), and its direction (X, Y)."""
 
 EXACT_LENGTH_DIGITS = 12
-"""Decimal digits of the lengths that are taken for exact."""
+"""Decimal digits to which lengths are taken as exact."""
 LATTICE_TOLERANCE = 1e-7
-"""Points are on the lattice where they are no further from it than this share of its steps; rounding is 1e-14."""
+"""Points within this share of the steps from the lattice are on it; rounding is 1e-14."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,17 +49,20 @@ class LatticeFrame(ByValue):
     axes: Reals
 
     def points(self, points: Reals) -> ExactArray | None:
-        """Whole coordinates X, Y of points (k, 2) of the plane, in metres; None where some are off the lattice."""
+        """Whole coordinates X, Y of points (k, 2) of the plane, in metres; None if some are off the lattice."""
         steps = self.unit * np.array([math.sqrt(self.q) * self.steps[0], self.steps[1]])
         return self._on_lattice((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
 
     def directions(self, directions: Reals) -> ExactArray | None:
-        """Whole directions of unit vectors of the plane, shape (k, 2); None where some lead off the lattice."""
+        """Whole directions along unit vectors of the plane, shape (k, 2); None if some are no lattice directions."""
         scaled = self.length * directions @ self.axes / np.array([math.sqrt(self.q), 1.0])
         return self._on_lattice(scaled, np.array([1, 1], object))
 
     def _on_lattice(self, counts: Reals, steps: ExactArray) -> ExactArray | None:
-        """Points of so many steps in X and Y; of triangles and hexagons all have an even sum, as half turns need it."""
+        """Whole coordinates from counts of steps in X and Y, whose sum is even on triangles and hexagons; else None.
+
+        Half turns map the lattice to itself only with even sums.
+        """
         multiples = _rounded(counts, steps)
         if multiples is None or (self.q == 3 and (np.rint(counts).sum(axis=1) % 2).any()):
             return None
@@ -87,7 +90,7 @@ class LatticeFrame(ByValue):
 
 
 def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
-    """The lattice of a pattern's first facet: a rectangle, or a regular triangle or hexagon; None where it is none."""
+    """The lattice of a pattern's first facet, if that is a rectangle or a regular triangle or hexagon; else None."""
     facet = np.array(linkage.pattern.facets[0])
     sides = np.roll(facet, -1, axis=0) - facet
     lengths = np.hypot(*sides.T)
@@ -102,12 +105,12 @@ def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
         return None
     across = sides[0] / lengths[0]
     axes = np.array([[across[1], across[0]], [-across[0], across[1]]])  # Y along the first side
-    own = (lengths[1], lengths[0]) if len(facet) == 4 else (0.5 * lengths[0], 0.5 * lengths[0])
-    exact = [_decimal(length) for length in (*own, linkage.pattern.thickness)]
-    least = math.lcm(*(length.denominator for length in exact))
-    steps = (int(exact[0] * least), int(exact[1] * least), int(exact[2] * least))
+    side_steps = (lengths[1], lengths[0]) if len(facet) == 4 else (0.5 * lengths[0], 0.5 * lengths[0])
+    exact = [_decimal(length) for length in (*side_steps, linkage.pattern.thickness)]
+    denominator = math.lcm(*(length.denominator for length in exact))
+    steps = (int(exact[0] * denominator), int(exact[1] * denominator), int(exact[2] * denominator))
     q, length = (1, 1) if len(facet) == 4 else (3, 2)
-    return LatticeFrame(q, length, steps, 1.0 / least, facet[0], axes)
+    return LatticeFrame(q, length, steps, 1.0 / denominator, facet[0], axes)
 
 
 def _decimal(length: float) -> Fraction:
@@ -115,7 +118,7 @@ def _decimal(length: float) -> Fraction:
 
 
 def _rounded(values: Reals, steps: ExactArray) -> ExactArray | None:
-    """The nearest whole multiples of steps, from multiples that are whole but for rounding; None where they are not."""
+    """Multiples of steps whose factors are whole but for rounding, made exact; None if some are not whole."""
     whole = np.rint(values)
     if not np.isfinite(values).all() or np.abs(values - whole).max(initial=0.0) > LATTICE_TOLERANCE:
         return None
@@ -138,13 +141,13 @@ class WholeEnd(ByValue):
 
     @property
     def rank(self) -> int:
-        """How many of the screws are independent."""
+        """Number of independent screws."""
         return len(reduced_rows(self.columns)) if self.columns.size else 0  # an open chain has no rows
 
     def wrench(self, wrench: Reals) -> ExactArray:
-        """The wrench of `Linkage.closure`'s rows, shape (n_rows,), that has the same powers on whole screws.
+        """Convert a wrench on the rows of `Linkage.closure`, shape (n_rows,), to one on whole screws.
 
-        The same but for rounding and a positive factor: its entries are fractions, the values of doubles.
+        Powers are the same but for rounding and a positive factor: the entries are fractions, the values of doubles.
         """
         frame = self.frame
         basis = np.eye(3)
@@ -157,9 +160,9 @@ class WholeEnd(ByValue):
         return np.array([Fraction(value) for value in entries.ravel().tolist()], object)
 
     def contacts(self, rows: Reals) -> ExactArray | None:
-        """Conditions on turns, shape (k, n_hinges), as `layers.contact_rows` has them, in whole numbers.
+        """Conditions on turns, shape (k, n_hinges), as `end_locks.contact_rows` has them, in whole numbers.
 
-        They are heights of lattice points over lines of the lattice; None where some are not.
+        They are heights of lattice points over lines of the lattice; None if some are not.
         """
         frame = self.frame
         steps = [math.gcd(*u) for u in (abs(self._directions) * np.array([frame.steps[1], frame.steps[0]], object))]
@@ -167,13 +170,13 @@ class WholeEnd(ByValue):
         return _rounded(rows / (height * np.array(steps, float)), np.array(steps, object))
 
     def force(self, forces: Reals) -> ExactArray:
-        """Forces at contacts, on the scale of `wrench`, as fractions."""
+        """Forces at contacts as fractions, on the scale of `wrench`."""
         scaled = forces * self.frame.unit * math.sqrt(self.frame.q) / self.size
         return np.array([Fraction(value) for value in scaled.tolist()], object)
 
     @property
     def _directions(self) -> ExactArray:
-        """A direction of each hinge, which it has in some loop, shape (n_hinges, 2)."""
+        """The direction of each hinge in the first loop that holds it, shape (n_hinges, 2); 1 where none does."""
         directions: ExactArray = np.zeros((len(self.columns), 2), object)
         for row in range(0, self.columns.shape[1], 6):
             unknown = ~directions.any(axis=1).astype(bool)
@@ -182,7 +185,7 @@ class WholeEnd(ByValue):
         return directions
 
     def bends(self, wrench: ExactArray) -> ExactArray:
-        """The form of y . b on velocities: entries y . [A_i, A_j], shape (n_hinges, n_hinges), symmetric.
+        """The symmetric form of y . b on velocities: entries y . [A_i, A_j], shape (n_hinges, n_hinges).
 
         Twice y . b(x) is the form's value at x, up to a positive factor.
         """
@@ -196,7 +199,7 @@ class WholeEnd(ByValue):
 
 
 def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
-    """Screws at a state where every hinge is at a stop, in whole numbers.
+    """The end of the motion, in whole numbers, at a state where every hinge is at a stop.
 
     None where the linkage is on no tiling, a hinge is not at a stop, or the loops are not closed exactly.
     """
@@ -231,17 +234,17 @@ def _spans(linkage: Linkage) -> Reals:
 def _walked(
     frame: LatticeFrame, lines: Sequence[LatticeLine], closed: Sequence[bool], walk: Walk
 ) -> list[list[int]] | None:
-    """Screws of a loop's hinges in the sense in which they leave their stops, seen from its first panel.
+    """Screws of a loop's hinges in the sense in which they leave their stops, in the frame of its first panel.
 
-    None where the loop is not closed. Panels come to lie by half turns about level lines, which turn directions (X, Y)
-    by `turn` / 2, a matrix that is whole on all tilings, shift them, and turn heights over.
+    None where the loop is not closed. Panels are placed by half turns about level lines, which multiply directions
+    (X, Y) by `turn` / 2, a matrix that is whole on all tilings, shift them, and reverse heights.
     """
     q, double = frame.q, 4 // frame.length**2
     (a, b, c, d), (x, y, z), up = (2, 0, 0, 2), (0, 0, 0), 1
     screws = []
     for hinge, sign in walk:
         px, py, pz, ux, uy = lines[hinge]
-        # where the line lies; what is halved is even, as half turns map the lattice to itself
+        # the placed line; halved values are even, as half turns map the lattice to itself
         px, py, pz = (a * px + b * py) // 2 + x, (c * px + d * py) // 2 + y, up * pz + z
         ux, uy = sign * (a * ux + b * uy) // 2, sign * (c * ux + d * uy) // 2
         sense = -1 if closed[hinge] else 1
@@ -256,23 +259,23 @@ def _walked(
 
 
 def reduced_rows(rows: ExactArray) -> dict[int, list[int]]:
-    """Gauss's elimination of rows of whole numbers: a row for each column with a pivot, 0 in the columns of others."""
+    """Reduce whole rows by Gauss's elimination: for each pivot column its row, which is 0 in other pivot columns."""
     pivots: dict[int, list[int]] = {}
-    for own in rows.tolist():
-        row = own
+    for whole_row in rows.tolist():
+        row = whole_row
         for column, pivot in pivots.items():
             row = _cleared(row, pivot, column)
         column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
         if row[column]:
-            pivots = {own: _cleared(pivot, row, column) for own, pivot in pivots.items()}
+            pivots = {place: _cleared(pivot, row, column) for place, pivot in pivots.items()}
             pivots[column] = row
     return pivots
 
 
 def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
-    """A multiple of a row, less one of a pivot's row, with 0 in its column, in lowest terms."""
+    """A multiple of a row plus one of a pivot's row that is 0 in the pivot's column, in lowest terms."""
     if not row[column]:
         return row
     cleared = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
-    least = math.gcd(*cleared) or 1
-    return [value // least for value in cleared]
+    divisor = math.gcd(*cleared) or 1
+    return [value // divisor for value in cleared]

@@ -1,9 +1,9 @@
 """Parts of the closed states, and cuts of all fold angles into boxes that separate one part from the others.
 
-Parts are far apart, but a part of six freedoms is shown by a hundred thousand states so sparsely that the nearest one
-may be of another part. So a state belongs to a part if small steps lead from it to a state of that.
+Parts are far apart, but a hundred thousand states sample a part of six degrees of freedom so sparsely that the nearest
+state may be of another part. So a state belongs to a part if small steps lead from it to a state of that part.
 
-Boxes within boxes need fewer faces, but parts that wind about each other leave none of those.
+Nested boxes (`boxes.region_around`) need fewer faces than cuts, but do not exist for parts that wind about each other.
 """
 
 from __future__ import annotations
@@ -21,194 +21,198 @@ from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, Box, boxes_outside, state
 PART_WALK_STEPS, PART_CLIMB_STEPS = 2000, 200
 """Steps of the walk from a state, and of each climb from there."""
 MAX_APPROACH_STEPS, APPROACH_ROUNDS = 1000, 3
-"""Steps towards the nearest state of a part, and how often the nearest one is chosen anew."""
+"""Maximum number of steps towards the nearest state of a part, and number of times that it is chosen anew."""
 NEAREST_PART_COUNT = 3
-"""Parts towards which steps are tried: those that have the nearest states."""
+"""Number of parts that are approached: those with the nearest states."""
 ARRIVED_DISTANCE = 0.05
-"""Steps that come so near to a state (rad, the root of the sum of squares) lead to it."""
+"""A state is reached from within this distance (rad, root of the sum of squares)."""
 APPROACH_START_COUNT = 3
-"""States from which steps are tried, the one that was met first, then others of the walk from it."""
+"""Number of starts of an approach: the new state first, then states of the walk from it."""
 
 
 class StateParts:
     """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
 
-    own, others : (m, n), to which walks from both ends lead. seed : of further walks. work : tables.
-    steps : of walks, all together, as boxes of the search are counted.
+    part, other_part : (m, n), states of walks from both ends. seed : of further walks. tables : of the kernels.
+    steps : total number of steps of walks, counted like boxes of the search.
     """
 
-    def __init__(self, rings: HingeRings, own: Reals, others: Reals, seed: int, work: Refutation) -> None:
-        self.rings, self.seed, self.work = rings, seed, work
-        self.states = [own, others]
+    def __init__(self, rings: HingeRings, part: Reals, other_part: Reals, seed: int, tables: Refutation) -> None:
+        self.rings, self.seed, self.tables = rings, seed, tables
+        self.states = [part, other_part]
         self.steps = 0
 
-    def climbed(self, states: Reals, box: Box, steps: int) -> Reals:
-        """States, and those to which climbs from them lead, within a box."""
-        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.work)
+    def climb_within(self, states: Reals, box: Box, steps: int) -> Reals:
+        """Extend states by climbs from them within a box."""
+        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.tables)
         self.steps += len(climbed) - len(states)
         return climbed
 
-    def add(self, state: Reals, box: Box) -> int:
-        """Add a closed state, (n,), with what a walk from it leads to, and climbs within a box; the number of its part.
+    def add_state(self, state: Reals, box: Box) -> int:
+        """Add a closed state, (n,), and states of a walk and of climbs in a box from it; return the number of its part.
 
-        It is a part by itself where steps lead to none that is known, STARTS * NEAREST * AGAIN * TOWARDS at most.
+        It is a new part where no approach reaches a known one, from `APPROACH_START_COUNT` starts to
+        `NEAREST_PART_COUNT` parts in `APPROACH_ROUNDS` rounds of `MAX_APPROACH_STEPS`.
         """
-        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.work)
+        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.tables)
         self.steps += PART_WALK_STEPS
-        held = states_in(box, walked)
-        passed = [walked, self.climbed(held, box, PART_CLIMB_STEPS)[len(held) :]]
+        inside = states_in(box, walked)
+        new_states = [walked, self.climb_within(inside, box, PART_CLIMB_STEPS)[len(inside) :]]
         for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
-            number = self._leads_to(start, passed)
+            number = self._reached_part(start, new_states)
             if number is not None:
-                self.states[number] = np.concatenate([self.states[number], *passed])
+                self.states[number] = np.concatenate([self.states[number], *new_states])
                 return number
-        self.states.append(np.concatenate(passed))
+        self.states.append(np.concatenate(new_states))
         return len(self.states) - 1
 
-    def _leads_to(self, state: Reals, passed: list[Reals]) -> int | None:
-        """The part to which steps lead from a state, if to any; the states that they pass are listed."""
+    def _reached_part(self, state: Reals, new_states: list[Reals]) -> int | None:
+        """The part that small steps from a state reach, or None; append the states on the way to `passed`."""
         order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
         for number in order[:NEAREST_PART_COUNT].tolist():
-            here = state
-            for again in range(APPROACH_ROUNDS):
-                goal = self.states[number][_nearest(self.states[number], here)[0]]
-                states, steps = approach_goal(self.rings, here, goal, MAX_APPROACH_STEPS, self.seed + again, self.work)
+            position = state
+            for attempt in range(APPROACH_ROUNDS):
+                goal = self.states[number][_nearest(self.states[number], position)[0]]
+                states, steps = approach_goal(
+                    self.rings, position, goal, MAX_APPROACH_STEPS, self.seed + attempt, self.tables
+                )
                 self.steps += steps
-                passed.append(states)
-                here = states[-1]
-                if float(((here - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
+                new_states.append(states)
+                position = states[-1]
+                if float(((position - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
                     return int(number)
         return None
 
 
 def _nearest(states: Reals, state: Reals) -> tuple[int, float]:
-    """Which of some states, (m, n), is nearest to one, (n,), and the square of how far away it is."""
-    away = ((states - state) ** 2).sum(axis=1)
-    number = int(away.argmin())
-    return number, float(away[number])
+    """The number of the nearest neighbour of a state, (n,), among others, (m, n), and its squared distance."""
+    squares = ((states - state) ** 2).sum(axis=1)
+    number = int(squares.argmin())
+    return number, float(squares[number])
 
 
 CUT_FACE_OFFSET = 0.1
-"""How far the outermost faces are from the states of the part (rad)."""
+"""Distance of the outermost faces from the states of the part (rad)."""
 CUT_STOP_DISTANCE = 0.05
-"""A part that comes so near to a stop (rad) counts as reaching it."""
+"""A part that is nearer than this to a stop (rad) counts as reaching it."""
 MAX_VOID_WIDTH, VOID_WIDTH_WEIGHT = 0.3, 0.15
-"""Of cuts that leave states as mixed, one through a wider void is better: its score falls by WORTH for each radian
-of the void's width, up to VOID (rad)."""
+"""Of cuts of equal impurity, one through a wider void is better: its score falls by `VOID_WIDTH_WEIGHT` for each radian
+of the void's width, up to `MAX_VOID_WIDTH` (rad)."""
 MIN_CUT_WIDTH = 1e-9
-"""States are not cut apart along an angle where less than this is between them (rad)."""
+"""States are not separated along an angle in which they differ by less than this (rad)."""
 MAX_CUT_SAMPLES = 100_000
-"""States of each kind by which a cut is chosen, at most."""
+"""Maximum number of states of each kind from which a cut is chosen."""
 MAX_CUT_BOXES = 1000
-"""Boxes in all, at most."""
+"""Maximum number of boxes."""
 MAX_RECUTS = 8
-"""How often all are cut anew; then boxes alone are cut further that hold states which they should not."""
+"""Number of complete recuts; after them only boxes that hold states of both kinds are cut further."""
 
 
 class BoxCuts:
-    """How all angles are cut, by states that are more each time."""
+    """The current cuts of all angles, which are updated as states are added."""
 
     def __init__(self) -> None:
         self._leaves: list[CutLeaf] = []
-        self._left = MAX_RECUTS
+        self._recuts_left = MAX_RECUTS
 
-    def lay(self, own: Reals, others: Reals) -> list[Box] | None:
-        """Boxes that hold the states of a part, (m, n), and none of the others, (k, n); None as `leaves_around`."""
-        leaves = leaves_around(own, others) if self._left else divided_leaves(self._leaves, own, others)
-        self._left = max(self._left - 1, 0)
+    def boxes_around(self, part: Reals, others: Reals) -> list[Box] | None:
+        """Boxes that hold the states of a part, (m, n), and no others, (k, n); None where `leaves_around` has none."""
+        leaves = leaves_around(part, others) if self._recuts_left else divided_leaves(self._leaves, part, others)
+        self._recuts_left = max(self._recuts_left - 1, 0)
         self._leaves = leaves or []
         return None if leaves is None else [leaf.box for leaf in leaves if leaf.inside]
 
-    def keep(self) -> None:
-        """Cut no more anew, as proofs of faces are at stake."""
-        self._left = 0
+    def freeze(self) -> None:
+        """Allow no more complete recuts, which would discard proofs of faces."""
+        self._recuts_left = 0
 
 
 @dataclass(frozen=True, eq=False)
 class CutLeaf(ByValue):
-    """A box, and whether it is taken in."""
+    """A box, and whether it belongs to the region."""
 
     box: Box
     inside: bool
 
 
-def leaves_around(own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """Boxes that cover all angles: those inside hold the states of a part, (m, n), the rest all others, (k, n).
+def leaves_around(part: Reals, others: Reals) -> list[CutLeaf] | None:
+    """Cut all angles into boxes: those inside hold the states of a part, (m, n), the rest all others, (k, n).
 
-    None where it would take too many, or states of both kinds are nearly the same.
+    None where there would be too many, or where states of both kinds nearly coincide.
     """
-    around = _around(own)
-    beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(own.shape[1])], [around])]
-    return divided_leaves([CutLeaf(around, inside=True), *beside], own, others)
+    bounding_box = _bounding_box(part)
+    beside = [CutLeaf(box, inside=False) for box in boxes_outside([whole_box(part.shape[1])], [bounding_box])]
+    return divided_leaves([CutLeaf(bounding_box, inside=True), *beside], part, others)
 
 
-def divided_leaves(leaves: list[CutLeaf], own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """The same leaves, but for those that hold states of both kinds, which are cut; None as `leaves_around`."""
-    parts: list[CutLeaf] = []
+def divided_leaves(leaves: list[CutLeaf], part: Reals, others: Reals) -> list[CutLeaf] | None:
+    """Cut the leaves that hold states of both kinds; None as for `leaves_around`."""
+    divided: list[CutLeaf] = []
     for leaf in leaves:
-        mine, rest = states_in(leaf.box, own), states_in(leaf.box, others)
-        if len(mine) and len(rest):
-            cut = _cut_apart(leaf.box, mine, rest)
+        part_inside, others_inside = states_in(leaf.box, part), states_in(leaf.box, others)
+        if len(part_inside) and len(others_inside):
+            cut = _cut_apart(leaf.box, part_inside, others_inside)
             if cut is None:
                 return None
-            parts += cut
+            divided += cut
         else:
-            parts.append(CutLeaf(leaf.box, bool(len(mine)) or (leaf.inside and not len(rest))))
-        if len(parts) > MAX_CUT_BOXES:
+            divided.append(CutLeaf(leaf.box, bool(len(part_inside)) or (leaf.inside and not len(others_inside))))
+        if len(divided) > MAX_CUT_BOXES:
             return None
-    return parts
+    return divided
 
 
-def _cut_apart(box: Box, own: Reals, others: Reals) -> list[CutLeaf] | None:
-    """Halves of a box, and of these, until each holds states of one kind alone."""
+def _cut_apart(box: Box, part: Reals, others: Reals) -> list[CutLeaf] | None:
+    """Cut a box recursively until each leaf holds states of one kind only; None as for `leaves_around`."""
     leaves: list[CutLeaf] = []
-    left = [(box, own, others)]
-    while left:
-        box, own, others = left.pop()
-        if not (len(own) and len(others)):
-            leaves.append(CutLeaf(box, bool(len(own))))
+    pending = [(box, part, others)]
+    while pending:
+        box, part, others = pending.pop()
+        if not (len(part) and len(others)):
+            leaves.append(CutLeaf(box, bool(len(part))))
             continue
-        cut = _best_cut(own, others)
-        if cut is None or len(leaves) + len(left) > MAX_CUT_BOXES:
+        cut = _best_cut(part, others)
+        if cut is None or len(leaves) + len(pending) > MAX_CUT_BOXES:
             return None
         hinge, level = cut
-        most, least = box[1].copy(), box[0].copy()
-        most[hinge] = least[hinge] = level
-        below = own[:, hinge] <= level, others[:, hinge] <= level
-        left.append(((least, box[1]), own[~below[0]], others[~below[1]]))
-        left.append(((box[0], most), own[below[0]], others[below[1]]))
+        lower_high, upper_low = box[1].copy(), box[0].copy()
+        lower_high[hinge] = upper_low[hinge] = level
+        below = part[:, hinge] <= level, others[:, hinge] <= level
+        pending.append(((upper_low, box[1]), part[~below[0]], others[~below[1]]))
+        pending.append(((box[0], lower_high), part[below[0]], others[below[1]]))
     return leaves
 
 
-def _best_cut(own: Reals, others: Reals) -> tuple[int, float] | None:
-    """The hinge and the angle at which a cut leaves the least mixed, (m, n) states of each kind; None for none.
+def _best_cut(part: Reals, others: Reals) -> tuple[int, float] | None:
+    """The hinge and the angle of the cut that leaves the least impurity of two kinds of states, (m, n); None for none.
 
-    How mixed is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
+    The measure is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
     Trees, 1984).
     """
-    own, others = own[:: len(own) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
+    part, others = part[:: len(part) // MAX_CUT_SAMPLES + 1], others[:: len(others) // MAX_CUT_SAMPLES + 1]
     best, cut = np.inf, None
-    for hinge in range(own.shape[1]):
-        angles = np.concatenate([own[:, hinge], others[:, hinge]])
+    for hinge in range(part.shape[1]):
+        angles = np.concatenate([part[:, hinge], others[:, hinge]])
         order = np.argsort(angles, kind="stable")
-        angles, mine = angles[order], np.cumsum(order < len(own))
+        angles, part_counts = angles[order], np.cumsum(order < len(part))
         last = np.flatnonzero(np.diff(angles) > MIN_CUT_WIDTH)
         if not len(last):
             continue
-        ones, rest = mine[last] / len(own), (last + 1 - mine[last]) / len(others)
-        mixed = ones * rest / (ones + rest) + (1.0 - ones) * (1.0 - rest) / (2.0 - ones - rest)
-        score = 2.0 * mixed - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
+        # shares of both kinds below each cut
+        p, q = part_counts[last] / len(part), (last + 1 - part_counts[last]) / len(others)
+        impurity = p * q / (p + q) + (1.0 - p) * (1.0 - q) / (2.0 - p - q)
+        score = 2.0 * impurity - VOID_WIDTH_WEIGHT * np.minimum(angles[last + 1] - angles[last], MAX_VOID_WIDTH)
         k = int(score.argmin())
         if score[k] < best:
             best, cut = float(score[k]), (hinge, float(0.5 * (angles[last[k]] + angles[last[k] + 1])))
     return cut
 
 
-def _around(states: Reals) -> Box:
-    """A box around states, with faces beside them."""
-    least, most = states.min(axis=0), states.max(axis=0)
-    low = np.where(least < CUT_STOP_DISTANCE, 0.0, np.maximum(least - CUT_FACE_OFFSET, 0.0))
+def _bounding_box(states: Reals) -> Box:
+    """A box around states, with faces at `CUT_FACE_OFFSET` from them, or at the stops."""
+    lowest, highest = states.min(axis=0), states.max(axis=0)
+    low = np.where(lowest < CUT_STOP_DISTANCE, 0.0, np.maximum(lowest - CUT_FACE_OFFSET, 0.0))
     high = np.where(
-        most > MAX_BOX_ANGLE - CUT_STOP_DISTANCE, MAX_BOX_ANGLE, np.minimum(most + CUT_FACE_OFFSET, MAX_BOX_ANGLE)
+        highest > MAX_BOX_ANGLE - CUT_STOP_DISTANCE, MAX_BOX_ANGLE, np.minimum(highest + CUT_FACE_OFFSET, MAX_BOX_ANGLE)
     )
     return low, high

@@ -1,7 +1,7 @@
-"""A few boxes of fold angles around all states to which an end leads, if their faces hold no closed state.
+"""Regions of few boxes of fold angles, which enclose all states that an end leads to if no face holds a closed state.
 
-Faces of wide boxes take many boxes of the search, but about how many is known beforehand; and unlike a flood of cubes,
-such a region takes in no other part of the closed states for a cube that both have in common.
+Faces of wide boxes take many boxes of the search, but their number can be estimated beforehand; and unlike a flood of
+cubes, such a region does not include another part of the closed states because of a common cube.
 """
 
 from __future__ import annotations
@@ -42,22 +42,23 @@ from hcsearch.motion.locks.partition import BoxCuts, StateParts
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""
 MAX_REGION_SAMPLES, FACE_NEWTON_STARTS = 20_000, 40
-"""States of each part among which those near a face are looked for, and how many of these Newton's method starts at."""
+"""Maximum number of states of each part that are searched for those near a face, and number of the nearest of these at
+which Newton's method starts."""
 FACE_PROBE_COUNT = 60
-"""Branches by which the number of boxes is estimated that a face takes."""
+"""Number of random branches for the estimate of the boxes that a face takes."""
 MAX_FACE_BOXES = 4e6
-"""A face that is expected to take more boxes is searched in halves: what a closed state undoes is less."""
+"""A face that is expected to take more boxes is searched in halves, so that a closed state voids less work."""
 MAX_NESTED_MET_STATES, MAX_MET_STATES = 100, 1000
-"""Closed states that are met on faces until boxes within boxes are given up for cuts, and at most."""
+"""Numbers of closed states met on faces at which nested boxes are given up for cuts, and the region altogether."""
 MAX_STATES_BEFORE_RECUT = 60
-"""Closed states that are met on faces before cuts are laid anew, at most."""
+"""Maximum number of closed states met on faces before cuts are laid anew."""
 FACE_CLIMB_DISTANCE = 0.7
-"""How far climbs from a state on a face lead away from that (rad)."""
+"""Maximum distance (rad) of climbs from a state on a face along the face's hinge."""
 
 
 @dataclass(eq=False)
-class _Part:
-    """A part of a face that is to be proved, and how many boxes that is expected to take, still."""
+class _FacePart:
+    """A part of a face that is to be proved, and the estimated number of boxes that this still takes."""
 
     face: BoxFace
     expected: float
@@ -66,14 +67,14 @@ class _Part:
 class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
-    states : (m, n), to which walks and climbs from the end lead. others : (k, n), the same of the other end.
-    seed : of estimates and further walks. search, aside : tables of its own, for the search of a face, which is
-    interrupted, and for what comes in between.
-    Where a closed state is met on a face, what a walk from there leads to is added to the part to which small steps
-    lead, or is a part by itself. Then boxes are laid anew; of their faces, what is proved stays so. They are boxes
-    within boxes as long as some of these leave out the other end; parts by themselves are left out, or taken in if they
-    cannot be left out. Afterwards all angles are cut into boxes, and all other parts are left out. A step of a walk,
-    and one try of Newton's method, count as a box of the search, as they take about as long.
+    states : (m, n), of walks and climbs from the end. others : (k, n), those from the other end.
+    seed : of estimates and further walks. search, probe_tables : tables of its own, for the search of a face, which is
+    interrupted, and for computations in between.
+    Where a closed state is met on a face, the states of a walk from there are added to the part that small steps reach,
+    or form a new part. Then boxes are laid anew; proved parts of faces stay proved. Boxes are nested as long as nested
+    boxes exclude the other end; new parts are excluded, or included if they cannot be excluded. Afterwards all angles
+    are cut into boxes, and all other parts are excluded. A step of a walk, and one trial of Newton's method, count as a
+    box of the search, as they take about as long.
     """
 
     def __init__(
@@ -84,51 +85,51 @@ class Region:
         others: Reals,
         seed: int,
         search: Refutation,
-        aside: Refutation,
+        probe_tables: Refutation,
     ) -> None:
         self.rings, self.side, self.seed = rings, side, seed
-        self.search, self.aside = search, aside
-        self.faces, self.going = 0, True
-        self._parts = StateParts(rings, states, others, seed, aside)
-        self._inside, self._last = {0}, 0
+        self.search, self.probe_tables = search, probe_tables
+        self.faces, self.active = 0, True
+        self._parts = StateParts(rings, states, others, seed, probe_tables)
+        self._inside_parts, self._last_part = {0}, 0
         self._cuts: BoxCuts | None = None
         self._region: list[Box] = []
         self._unprobed: list[BoxFace] = []
-        self._waiting: list[_Part] = []
-        self._searched: _Part | None = None
+        self._waiting: list[_FacePart] = []
+        self._searched: _FacePart | None = None
         self._proved: dict[tuple[int, float], list[Box]] = defaultdict(list)
-        self._known: dict[bytes, float] = {}
-        self._taken, self._met, self._new, self._expected = 0, 0, 0, math.inf
+        self._expected_by_face: dict[bytes, float] = {}
+        self._boxes_taken, self._met_count, self._new_count, self._expected = 0, 0, 0, math.inf
 
     @property
     def boxes(self) -> int:
-        """Boxes of the search, and steps of walks."""
-        return self._taken + self._parts.steps
+        """Number of boxes tested plus steps of walks."""
+        return self._boxes_taken + self._parts.steps
 
     @property
     def cubes(self) -> int:
-        """Of how many boxes it consists."""
+        """Number of boxes of the region."""
         return len(self._region)
 
     @property
-    def taken_in(self) -> tuple[Reals, Reals]:
-        """Lowest and highest angles of its boxes, (cubes, n) each."""
+    def bounds(self) -> tuple[Reals, Reals]:
+        """Lowest and highest angles of the boxes, (cubes, n) each."""
         low, high = zip(*self._region, strict=True)
         return np.array(low), np.array(high)
 
     @property
     def boxes_expected(self) -> float:
-        """How many boxes it will have taken at its end, about; infinite until all faces were probed once.
+        """Estimate of the total number of boxes at the end; infinite until all faces were probed once.
 
-        Where boxes were laid anew, those that were expected before, until all faces are probed again.
+        After boxes were laid anew, the former estimate holds until all faces are probed again.
         """
-        if self._unprobed or self._new or not self._region:
+        if self._unprobed or self._new_count or not self._region:
             return self._expected
         return self.boxes + sum(part.expected for part in self._waiting)
 
-    def go_on(self, boxes: int) -> bool:
-        """Search its faces until it has taken so many boxes in all; whether all of them are proved."""
-        while self.going and self.boxes < boxes:
+    def advance(self, boxes: int) -> bool:
+        """Search the faces up to a total number of boxes; return whether all of them are proved."""
+        while self.active and self.boxes < boxes:
             if self._is_stale:
                 self._lay_out()
             elif self._unprobed:
@@ -141,101 +142,105 @@ class Region:
 
     @property
     def _is_stale(self) -> bool:
-        """Whether boxes are to be laid anew.
+        """Whether boxes must be laid anew.
 
-        Boxes within boxes are after each state that is met; cuts after AT_ONCE of them, or when all faces were probed,
-        as that moves all faces.
+        Nested boxes are laid anew after each new state; cuts after `MAX_STATES_BEFORE_RECUT` of them, or when all faces
+        were probed, as that moves all faces.
         """
         if self._cuts is None:
-            return self._new > 0 or not self._region
-        return self._new == MAX_STATES_BEFORE_RECUT or (self._new > 0 and not self._unprobed)
+            return self._new_count > 0 or not self._region
+        return self._new_count == MAX_STATES_BEFORE_RECUT or (self._new_count > 0 and not self._unprobed)
 
     def _lay_out(self) -> None:
-        """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
-        self._region = self._boxes() or []
-        self._new = 0
-        self.going = bool(self._region) and self._met < MAX_MET_STATES
+        """Lay boxes around the parts that are included; then list the parts of their faces that are not yet proved."""
+        self._region = self._new_boxes() or []
+        self._new_count = 0
+        self.active = bool(self._region) and self._met_count < MAX_MET_STATES
         self._unprobed, self._waiting, self._searched = [], [], None
         for face in box_faces(self._region, MAX_BOX_ANGLE):
             proved = self._proved[face.hinge, face.level]
             for part in boxes_outside([(face.low, face.high)], proved):
-                self._list(BoxFace(face.hinge, *part))
+                self._enqueue(BoxFace(face.hinge, *part))
 
-    def _boxes(self) -> list[Box] | None:
-        """Boxes within boxes, or by cuts where there are none, or closed states were met on too many of their faces."""
-        if self._cuts is None and self._met < MAX_NESTED_MET_STATES:
-            region = self._boxes_within_boxes()
-            if region is None and self._last > 1:
-                self._inside ^= {self._last}
-                region = self._boxes_within_boxes()
+    def _new_boxes(self) -> list[Box] | None:
+        """Nested boxes, or cuts where there are none, or where too many closed states were met on faces."""
+        if self._cuts is None and self._met_count < MAX_NESTED_MET_STATES:
+            region = self._nested_boxes()
+            if region is None and self._last_part > 1:
+                self._inside_parts ^= {self._last_part}
+                region = self._nested_boxes()
             if region is not None:
                 return region
         self._cuts = self._cuts or BoxCuts()
-        own, *others = self._parts.states
-        return self._cuts.lay(own, np.concatenate(others))
+        part, *other_parts = self._parts.states
+        return self._cuts.boxes_around(part, np.concatenate(other_parts))
 
-    def _boxes_within_boxes(self) -> list[Box] | None:
-        """Boxes within boxes around the parts that are taken in, without the others; None where there are none."""
+    def _nested_boxes(self) -> list[Box] | None:
+        """Nested boxes around the parts that are included, without the others; None where there are none."""
         states = self._parts.states
-        own = [states[number] for number in sorted(self._inside)]
-        others = [part for number, part in enumerate(states) if number not in self._inside]
-        return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=REGION_CLIMB_STEPS))
+        included = [states[number] for number in sorted(self._inside_parts)]
+        excluded = [part for number, part in enumerate(states) if number not in self._inside_parts]
+        return region_around(
+            np.concatenate(included), excluded, partial(self._parts.climb_within, steps=REGION_CLIMB_STEPS)
+        )
 
-    def _list(self, face: BoxFace) -> None:
-        """List a face as one to be probed, or to be searched if it was probed before; or its halves, as by then."""
-        expected = self._known.get(_key(face))
+    def _enqueue(self, face: BoxFace) -> None:
+        """Enqueue a face for probing, or for search if its number of boxes is known; halve it if that is too great."""
+        expected = self._expected_by_face.get(_key(face))
         if expected is None:
             self._unprobed.append(face)
         elif expected > MAX_FACE_BOXES:
             for half in face.halves():
-                self._list(half)
+                self._enqueue(half)
         else:
-            self._waiting.append(_Part(face, expected))
+            self._waiting.append(_FacePart(face, expected))
 
     def _probe(self, face: BoxFace) -> None:
-        """Look for a closed state on a face; without one, list it with the boxes that it is to take."""
-        if self._meets_at(face):
-            self._take_in(self.aside.state.copy(), face)
+        """Search for a closed state on a face; without one, enqueue it with an estimate of its boxes."""
+        if self._finds_closed_state(face):
+            self._take_in(self.probe_tables.state.copy(), face)
             return
         expected, verdict, tested = estimate_box_count(
-            self.rings, face.low, face.high, FACE_PROBE_COUNT, self.seed, self.aside
+            self.rings, face.low, face.high, FACE_PROBE_COUNT, self.seed, self.probe_tables
         )
-        self._taken += tested
+        self._boxes_taken += tested
         if verdict == BOX_CLOSED:
-            self._take_in(self.aside.state.copy(), face)
+            self._take_in(self.probe_tables.state.copy(), face)
         elif verdict == BOX_EMPTY:
-            self._known[_key(face)] = expected
-            self._list(face)
+            self._expected_by_face[_key(face)] = expected
+            self._enqueue(face)
         else:
-            self.going = False
+            self.active = False
 
-    def _meets_at(self, face: BoxFace) -> bool:
-        """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
+    def _finds_closed_state(self, face: BoxFace) -> bool:
+        """Whether Newton's method from states near a face finds a closed state on it, kept in `probe_tables.state`."""
         for part in self._parts.states:
             states = part[:: len(part) // MAX_REGION_SAMPLES + 1]
-            away = excess_over_box((face.low, face.high), states).max(axis=1)
-            for number in np.argsort(away, kind="stable")[:FACE_NEWTON_STARTS]:
-                self.aside.state[:] = np.clip(states[number], face.low, face.high)
-                self._taken += 1
-                if reaches_closed_state(self.rings, face.low, face.high, self.aside.state, self.aside):
+            excess = excess_over_box((face.low, face.high), states).max(axis=1)
+            for number in np.argsort(excess, kind="stable")[:FACE_NEWTON_STARTS]:
+                self.probe_tables.state[:] = np.clip(states[number], face.low, face.high)
+                self._boxes_taken += 1
+                if reaches_closed_state(self.rings, face.low, face.high, self.probe_tables.state, self.probe_tables):
                     return True
         return False
 
-    def _search(self, part: _Part, boxes: int) -> None:
-        """Search a part of a face on, until it has taken so many boxes in all."""
+    def _search(self, part: _FacePart, boxes: int) -> None:
+        """Continue the search of a part of a face, up to a total number of boxes of the region."""
         face = part.face
         self._expected = self.boxes_expected
         if part is not self._searched:
             self._searched = part
             self.faces += 1
             if self._cuts is not None:
-                self._cuts.keep()
+                self._cuts.freeze()
             start_refutation(self.rings, face.low, face.high, self.search)
-        before = int(self.search.counts[REFUTATION_TESTED_BOXES])
-        verdict = continue_refutation(self.rings, before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search)
-        taken = int(self.search.counts[REFUTATION_TESTED_BOXES]) - before
-        self._taken += taken
-        part.expected = max(part.expected - taken, 0.0)
+        tested_before = int(self.search.counts[REFUTATION_TESTED_BOXES])
+        verdict = continue_refutation(
+            self.rings, tested_before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search
+        )
+        tested = int(self.search.counts[REFUTATION_TESTED_BOXES]) - tested_before
+        self._boxes_taken += tested
+        part.expected = max(part.expected - tested, 0.0)
         if verdict == BOX_CLOSED:
             self._take_in(self.search.state.copy(), face)
         elif verdict == BOX_EMPTY:
@@ -243,19 +248,19 @@ class Region:
             self._searched = None
             self._proved[face.hinge, face.level].append((face.low, face.high))
         elif verdict != BOX_UNFINISHED:
-            self.going = False
+            self.active = False
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
-        """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
+        """Add a closed state that was met on a face, with the states of a walk from it, to its part."""
         low, high = whole_box(self.rings.folds)
-        if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
+        if self._cuts is not None:  # with many states, unbounded climbs would take too long
             low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
             high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
-        self._last = self._parts.add(state, (low, high))
-        self._met += 1
-        self._new += 1
+        self._last_part = self._parts.add_state(state, (low, high))
+        self._met_count += 1
+        self._new_count += 1
 
 
 def _key(face: BoxFace) -> bytes:
-    """What tells a face from others."""
+    """A key that identifies a face."""
     return face.low.tobytes() + face.high.tobytes()

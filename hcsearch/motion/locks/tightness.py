@@ -1,12 +1,12 @@
-"""How tight a lock is: by how much the loops must give way before the linkage leaves a state where it is locked.
+"""Tightness of a lock: the opening of the loops that a linkage needs to leave a locked state.
 
-A locked state is isolated, but others may be near, behind a gap of micrometres. Let hinges turn by x >= 0 away from
-their stops. The opening of x is the distance by which going round a loop moves what it should leave where it is: the
-root of the mean square over all corners of the panels, where they lie in the state. So it is a length, and does not
-depend on where a loop is cut, as long as turns are small. Among x of one sum s the least opening is looked for, from
-s = 0 on until loops are closed again, by going on from the x of the sum before; then back from there in the same way.
-Two ways meet where that costs least. What comes out is a measurement: other ways may be better, panels may collide on
-this one, and nothing is proved.
+A locked state is isolated, but other closed states may be near, behind a gap of micrometres. Let hinges turn by x >= 0
+away from their stops. The opening of x is the displacement that the product of transformations around a loop, which
+should be the identity, causes: the root mean square over all corners of the panels, placed as in the state. So it is a
+length, and does not depend on where a loop is cut, as long as turns are small. Among x of one sum s the least opening
+is computed, for s from 0 on until loops are closed again, each time from the x of the previous sum; then back from
+there in the same way. The best path changes from the forward to the backward path where that costs least. The result
+is a measurement: other paths may be better, panels may collide on this one, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -22,24 +22,25 @@ from hcsearch.kernels.linkage.cones import nonnegative_least_squares
 from hcsearch.shape.linkage import Linkage
 
 FIRST_TURN_SUM, TURN_SUM_GROWTH, MAX_TURN_SUM_STEP = 0.01, 1.12, 0.05
-"""The first sum of turns (rad), by what share the next one is greater, and at most by how much (rad)."""
+"""The first sum of turns (rad), the ratio of consecutive sums, and their greatest difference (rad)."""
 LEAVING_START_COUNT = 4
-"""Directions in which a state is left, at random but for one."""
+"""Number of starting directions: one of equal turns, the others random."""
 SHUT_OPENING_SHARE = 1e-8
-"""Loops are closed again where they are open by less than this share of the pattern's size."""
+"""Loops are closed where their opening is below this share of the pattern's size."""
 MAX_OPENING_STEPS, MIN_OPENING_GAIN = 60, 1e-8
-"""Most steps of a search for the least opening; it ends where a step lessens the square by no more than this share."""
+"""Maximum number of steps of a minimisation of the opening, which ends where a step reduces the square by no more than
+this share."""
 OPENING_SAMPLE_COUNT = 4
-"""Points between two states of a way at which the opening is evaluated as well."""
+"""Number of intermediate points between two states of a path at which the opening is evaluated."""
 
 
 @dataclass(frozen=True)
 class Tightness:
-    """How much loops must give way to get from a locked state to another closed one, in metres: measured, not proved.
+    """The opening of loops (m) between a locked state and another closed one: measured, not proved.
 
-    opening : the greatest on the best way of the search. least : the greatest, over all sums of turns up to there, of
-        the least openings of the search: other ways open the loops by as much, unless it missed a better one.
-    turn, closed : sums of turns (rad) at which that opening is, and at which loops are closed again; closed is None
+    opening : the greatest on the best path of the search. least : the greatest, over all sums of turns up to the end,
+        of the least openings of the search: other paths need as much, unless the search missed a minimum.
+    turn, closed : sums of turns (rad) at that opening, and at the state where loops are closed again; closed is None
         where the search was given up before, as more than the opening would be needed.
     """
 
@@ -57,24 +58,24 @@ class Tightness:
         return f"leaving it opens the loops by {1e3 * self.opening:.2g} mm, until a turn of {turned} in sum (measured)"
 
 
-def tightness(linkage: Linkage, angles: Reals, *, most: float | None = None) -> Tightness | None:
-    """Measure how much the loops must give way for the linkage to leave a state where every hinge is at a stop.
+def tightness(linkage: Linkage, angles: Reals, *, max_opening: float | None = None) -> Tightness | None:
+    """Measure the opening of the loops that a linkage needs to leave a state where every hinge is at a stop.
 
-    most : opening (m) from which no way is followed further; None for the panels' thickness.
-    None for open chains. Where the state is not isolated at all, the opening is that of rounding.
+    max_opening : opening (m) beyond which no path is followed; None for the panels' thickness.
+    None for open chains. Where the state is not isolated at all, the opening is due to rounding.
     """
     if not linkage.loops:
         return None
     loops = _Loops(linkage, angles)
-    most = linkage.pattern.thickness if most is None else most
-    there = _there(loops, most)
-    if not loops.shut(there[-1]):
-        return Tightness(most, most, float(there[-1].sum()), None)
-    return _best(loops, there, _back(loops, there))
+    max_opening = linkage.pattern.thickness if max_opening is None else max_opening
+    forward = _forward_path(loops, max_opening)
+    if not loops.is_closed(forward[-1]):
+        return Tightness(max_opening, max_opening, float(forward[-1].sum()), None)
+    return _best_path(loops, forward, _backward_path(loops, forward))
 
 
 class _Loops:
-    """The loops of a linkage at turns away from the stops of one state."""
+    """The loops of a linkage as functions of turns away from the stops of one state."""
 
     def __init__(self, linkage: Linkage, angles: Reals) -> None:
         self.linkage, self.angles = linkage, angles
@@ -82,8 +83,8 @@ class _Loops:
         self.total = math.pi * linkage.n_hinges
         self.weights = _weights(linkage, angles)
 
-    def open(self, turns: Reals) -> tuple[Reals, Reals]:
-        """What is open, a vector whose length is the opening in metres, and its derivative."""
+    def residuals(self, turns: Reals) -> tuple[Reals, Reals]:
+        """The residual, a vector whose length is the opening in metres, and its derivative."""
         residual, jacobian = self.linkage.closure(self.angles + self.senses * turns)
         count = len(residual) // 6
         weighted = np.concatenate([residual[:, None], jacobian * self.senses], axis=1).reshape(count, 6, -1)
@@ -91,119 +92,123 @@ class _Loops:
         return opened[:, 0], opened[:, 1:]
 
     def opening(self, turns: Reals) -> float:
-        return float(np.linalg.norm(self.open(turns)[0]))
+        return float(np.linalg.norm(self.residuals(turns)[0]))
 
-    def least(self, turns: Reals, total: float) -> Reals:
-        """Turns with a given sum, near some with the same sum, of least opening.
+    def least_opening_turns(self, turns: Reals, total: float) -> Reals:
+        """Minimise the opening over turns of a given sum, from a start of the same sum.
 
-        Least squares with x >= 0, damped as by Levenberg and Marquardt.
+        Least squares with x >= 0, damped by Levenberg and Marquardt's method.
         """
-        value, slope = self.open(turns)
+        value, slope = self.residuals(turns)
         damping, n = 1e-3, len(turns)
         for _ in range(MAX_OPENING_STEPS):
             square = float(value @ value)
-            across = slope - np.outer(slope @ turns / total, np.ones(n))  # with the sum scaled back to what it is
+            across = slope - np.outer(slope @ turns / total, np.ones(n))  # derivative with the sum rescaled
             size = float(np.linalg.norm(across)) / math.sqrt(n)
             while damping < 1e6:
-                trial = _within(_solved(across, across @ turns - value, damping * size, turns), total)
-                residual, derivative = self.open(trial)
+                trial = _scaled_turns(_damped_turns(across, across @ turns - value, damping * size, turns), total)
+                residual, derivative = self.residuals(trial)
                 if residual @ residual < square:
                     break
                 damping *= 4.0
             else:
                 break
             turns, value, slope, damping = trial, residual, derivative, 0.2 * damping
-            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._shut(value):
+            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._is_negligible(value):
                 break
         return turns
 
-    def _shut(self, value: Reals) -> bool:
+    def _is_negligible(self, value: Reals) -> bool:
         return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
 
-    def worst(self, one: Reals, two: Reals) -> tuple[float, float]:
-        """The greatest opening on the straight way between two states, and the sum of turns there."""
-        between = [one + share * (two - one) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
+    def greatest_opening(self, start: Reals, end: Reals) -> tuple[float, float]:
+        """The greatest opening on the straight line between two states, and the sum of turns at it."""
+        between = [start + share * (end - start) for share in np.linspace(0.0, 1.0, OPENING_SAMPLE_COUNT + 2)]
         return max((self.opening(turns), float(turns.sum())) for turns in between)
 
-    def shut(self, turns: Reals) -> bool:
+    def is_closed(self, turns: Reals) -> bool:
         """Whether the loops are closed."""
         return self.opening(turns) < SHUT_OPENING_SHARE * self.linkage.pattern.size
 
 
 def _weights(linkage: Linkage, angles: Reals) -> Reals:
-    """What closure residuals are multiplied with, (n_loops, 6, 6), so that their lengths are openings in metres."""
+    """Weights of the closure residuals, (n_loops, 6, 6), with which their norms are openings in metres."""
     corners = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
     poses = linkage.poses(angles)
     weights = []
     for (hinge, sign), *_ in linkage.loops:
         joint = linkage.pattern.hinges[hinge]
-        pose = poses[joint.first if sign == 1 else joint.second]  # of the panel that the residual is seen from
+        pose = poses[joint.first if sign == 1 else joint.second]  # of the panel in whose frame the residual is
         x, y, z = ((corners - pose[:, 3]) @ pose[:, :3]).T
-        nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
-        rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
+        zero, unit = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
+        rows = [[zero, z, -y, unit, zero, zero], [-z, zero, x, zero, unit, zero], [y, -x, zero, zero, zero, unit]]
         moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
         weights.append(np.linalg.qr(moved)[1])
     return np.array(weights)
 
 
-def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
-    """The y >= 0 of least |slope y - target|^2 + damping^2 |y - turns|^2."""
+def _damped_turns(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
+    """The y >= 0 that minimises |slope y - target|^2 + damping^2 |y - turns|^2."""
     columns = np.concatenate([slope, damping * np.eye(len(turns))])
-    whole = np.concatenate([target, damping * turns])
-    lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(whole))
-    solution, left = np.empty(len(turns)), np.empty(len(whole))
-    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), whole / length, solution, left)
+    right_side = np.concatenate([target, damping * turns])
+    lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(right_side))
+    solution, residual = np.empty(len(turns)), np.empty(len(right_side))
+    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), right_side / length, solution, residual)
     scaled: Reals = solution * length / lengths
     return scaled
 
 
-def _within(turns: Reals, total: float) -> Reals:
-    """Turns scaled to a sum, none beyond the other stop."""
+def _scaled_turns(turns: Reals, total: float) -> Reals:
+    """Scale turns to a sum, with none beyond the other stop."""
     free = np.ones(len(turns), bool)
     while True:
-        left = total - math.pi * int((~free).sum())
+        remaining = total - math.pi * int((~free).sum())
         inside = float(turns[free].sum())
         scaled = np.full(len(turns), math.pi)
-        scaled[free] = turns[free] * (left / inside) if inside > 0.0 else left / max(int(free.sum()), 1)
+        scaled[free] = turns[free] * (remaining / inside) if inside > 0.0 else remaining / max(int(free.sum()), 1)
         beyond = free & (scaled > math.pi)
         if not beyond.any():
             return scaled
         free &= ~beyond
 
 
-def _first(loops: _Loops) -> Reals:
-    """Turns of the first sum, of the least opening that any start leads to."""
+def _first_turns(loops: _Loops) -> Reals:
+    """Turns of the first sum with the least opening over all starts."""
     n = loops.linkage.n_hinges
     rng = np.random.default_rng(0)
     starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=LEAVING_START_COUNT - 1)]
-    return min((loops.least(FIRST_TURN_SUM * start, FIRST_TURN_SUM) for start in starts), key=loops.opening)
+    return min(
+        (loops.least_opening_turns(FIRST_TURN_SUM * start, FIRST_TURN_SUM) for start in starts), key=loops.opening
+    )
 
 
-def _there(loops: _Loops, most: float) -> list[Reals]:
-    """Turns of least opening with ever greater sums, until the loops are closed again or open by more than most."""
-    states = [_first(loops)]
+def _forward_path(loops: _Loops, max_opening: float) -> list[Reals]:
+    """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds a maximum."""
+    states = [_first_turns(loops)]
     total = FIRST_TURN_SUM
-    while total < loops.total and not loops.shut(states[-1]) and loops.opening(states[-1]) <= most:
+    while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= max_opening:
         total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
-        states.append(loops.least(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
     return states
 
 
-def _back(loops: _Loops, there: list[Reals]) -> list[Reals]:
-    """The same from the other end: turns of least opening with the sums of some, in their order."""
-    states = [there[-1]]
-    for turns in there[-2::-1]:
+def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
+    """Turns of least opening with the sums of the forward path, in its order, computed from its end."""
+    states = [forward[-1]]
+    for turns in forward[-2::-1]:
         total = float(turns.sum())
-        states.append(loops.least(_within(states[-1], total), total))
+        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
     return states[::-1]
 
 
-def _best(loops: _Loops, there: list[Reals], back: list[Reals]) -> Tightness:
-    """Along one way and, from where it costs least, over to the other one and along it."""
-    ahead, home = ([loops.worst(*pair) for pair in pairwise(way)] for way in (there, back))
-    over = [loops.worst(*pair) for pair in zip(there, back, strict=True)]
-    before = list(accumulate(ahead, max, initial=(0.0, 0.0)))
-    after = list(accumulate(reversed(home), max, initial=(0.0, 0.0)))[::-1]
-    opening, turn = min(map(max, before, over, after))
-    least = max(min(pair) for pair in zip(map(loops.opening, there), map(loops.opening, back), strict=True))
-    return Tightness(opening, min(least, opening), turn, float(there[-1].sum()))
+def _best_path(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
+    """The best path: along the forward path, over to the backward one where that costs least, and along that."""
+    forward_openings, backward_openings = (
+        [loops.greatest_opening(*pair) for pair in pairwise(path)] for path in (forward, backward)
+    )
+    crossing_openings = [loops.greatest_opening(*pair) for pair in zip(forward, backward, strict=True)]
+    up_to = list(accumulate(forward_openings, max, initial=(0.0, 0.0)))
+    from_there = list(accumulate(reversed(backward_openings), max, initial=(0.0, 0.0)))[::-1]
+    opening, turn = min(map(max, up_to, crossing_openings, from_there))
+    least = max(min(pair) for pair in zip(map(loops.opening, forward), map(loops.opening, backward), strict=True))
+    return Tightness(opening, min(least, opening), turn, float(forward[-1].sum()))

@@ -1,10 +1,11 @@
-"""Which first-order motions of a state are finite: second-order equations, then nudges.
+"""Branches at a state: which first-order motions are finite, by second-order equations and nudges.
 
 At a singular state more velocities keep the loops closed to first order than belong to motions (thesis 5.2.4 and
-appendix: four at the ends of unit II). A velocity v of the null space of the Jacobian J goes on to second order when
+appendix: four at the ends of unit II). A velocity v of the null space of the Jacobian J extends to second order when
 some acceleration w has J w = -bend(v), that is when bend(v) does no work on any self-stress y (y' J = 0). These are
-quadratic equations in the null space. What solves them is nudged by ever shorter steps and closed: along a motion the
-closed state is off the straight line by the square of the step or less (after Calladine and Pellegrino).
+quadratic equations in the null space. States nudged along each solution by ever shorter steps are closed: along a
+motion the closed state deviates from the straight line by the square of the step or less (after Calladine and
+Pellegrino).
 """
 
 from __future__ import annotations
@@ -27,24 +28,26 @@ BranchStatus = Literal["finite", "infinitesimal", "undecided"]
 NUDGE_STEPS = (0.04, 0.02, 0.01, 0.005)
 """Steps (rad) of the nudges."""
 MIN_FINITE_POWER, MAX_INFINITESIMAL_POWER = 1.7, 1.3
-"""Powers of the step with which the distance from the line shrinks: at least this for a motion, at most that else."""
+"""Orders, in the step, of the distance from the line: at least the first for motions, at most the second for
+infinitesimal ones."""
 EVEN_OPENING_SUM = 1e-6
-"""Hinges open as much as they close where a unit velocity sums to less than this."""
+"""Hinges open as much as they close where the entries of a unit velocity sum to less than this."""
 STRAIGHT_LINE_CURVATURE = 0.02
 """A motion that leaves the line by less than this times the square of the step counts as straight."""
 BLURRED_DISTANCE = 10.0 * CLOSED_LOOP_RESIDUAL**0.5
-"""Distances below this (rad) say nothing: where closure is of second order, states are known to its square root."""
+"""Distances below this (rad) are not significant: where closure is of second order, the error of a state is of the
+order of the square root of its residual."""
 
 
 @dataclass(frozen=True, eq=False)
 class Branch(ByValue):
-    """A velocity that keeps the loops closed to second order, and whether a motion goes that way.
+    """A velocity that keeps the loops closed to second order, and whether it belongs to a finite motion.
 
     direction : unit velocity of the fold angles, shape (n_hinges,).
-    dimension : of the family of such velocities around it, as directions: 0 when it stands alone.
-    residual : what is left of the second-order equations.
-    power : of the step, with which the nudged states come back to the line.
-    within : whether the nudged states lie within the stops 0 and pi.
+    dimension : of the family of such directions around it; 0 when it is isolated.
+    residual : of the second-order equations.
+    power : order, in the step, of the distance of the nudged and closed states from the line.
+    within_stops : whether the nudged states lie within the stops 0 and pi.
     """
 
     direction: Reals
@@ -52,7 +55,7 @@ class Branch(ByValue):
     residual: float
     status: BranchStatus
     power: float
-    within: bool
+    within_stops: bool
 
 
 @dataclass(frozen=True)
@@ -61,22 +64,22 @@ class Branches:
 
     nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
     stresses : number of independent self-stresses, which is the number of second-order equations.
-    stops : whether only velocities within the stops were looked for, each in its own sense; else both senses are one.
-    branches : the isolated ones first, and in an order that does not depend on where the search began.
-    reach : every velocity that solves the second-order equations is within this distance of a start of the search; at
-        0.05 (`covering`) the search misses no isolated one, at much more it may.
+    keeps_stops : whether only velocities within the stops were searched, each in its own sense; else v and -v are one.
+    branches : the isolated ones first, in an order that does not depend on where the search began.
+    cover_radius : every velocity that solves the second-order equations is within this distance of a start of the
+        search; at 0.05 (`quadrics.MIN_CELL_RADIUS`) no isolated one is missed, at much more some may be.
     """
 
     nullity: int
     stresses: int
-    stops: bool
+    keeps_stops: bool
     branches: tuple[Branch, ...]
     sentence: str
-    reach: float = 0.0
+    cover_radius: float = 0.0
 
     @property
     def finite(self) -> tuple[Branch, ...]:
-        """Those that are motions."""
+        """The branches that are finite motions."""
         return tuple(branch for branch in self.branches if branch.status == "finite")
 
 
@@ -85,18 +88,18 @@ def find_branches(
     angles: Reals,
     *,
     stops: bool = False,
-    zero: float | None = None,
+    zero_below: float | None = None,
 ) -> Branches:
-    """The motions that begin at a closed state, singular or not.
+    """Find the motions that begin at a closed state, singular or not.
 
-    zero : singular values below it count as zero, where the state is known to be singular but not exactly so, as an
-        event of a path; else the rank must be decided.
-    stops : whether hinges stop at 0 and pi; then only velocities that leave the stops are looked for.
+    zero_below : singular values below it count as zero, where the state is near a singular one, such as an event of a
+        path; else the rank must be decided.
+    stops : whether hinges stop at 0 and pi; then only velocities that leave the stops are searched.
     """
     angles = np.asarray(angles, float)
     local = local_at(linkage, angles)
-    if zero is not None:
-        local = local_at(linkage, angles, kept=int(np.count_nonzero(local.rank.singular_values > zero)))
+    if zero_below is not None:
+        local = local_at(linkage, angles, kept_rank=int(np.count_nonzero(local.rank.singular_values > zero_below)))
     elif local.rank.rank is None:
         sentence = f"the rank is not decided: a gap of {local.rank.gap:.1e} in the singular values"
         return Branches(-1, 0, stops, (), sentence)
@@ -106,8 +109,8 @@ def find_branches(
     if stops:
         inward = (angles <= STOP_TOLERANCE).astype(float) - (angles >= math.pi - STOP_TOLERANCE)
         cone = (inward[:, None] * basis)[inward != 0.0]
-    solved = SOLVED_RESIDUAL if zero is None else LOCATED_STATE_RESIDUAL
-    solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
+    tolerance = SOLVED_RESIDUAL if zero_below is None else LOCATED_STATE_RESIDUAL
+    solutions, cover_radius = solve_quadrics(forms, cone, both=not stops, solved=tolerance)
     nudged = []
     for solution in solutions:
         direction = basis @ solution.vector
@@ -125,45 +128,45 @@ def find_branches(
         nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
-    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, reach)
+    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, cover_radius)
 
 
 def _opening(direction: Reals) -> Reals:
-    """Of both senses the one that opens; where hinges open as much as they close, that in which an early one does."""
+    """Orient a direction so that hinges open in sum; if they open as much as they close, so that an early one opens."""
     total = float(direction.sum())
     lead = total if abs(total) > EVEN_OPENING_SUM else direction[np.abs(direction) > 0.6 * np.abs(direction).max()][0]
     return direction * (-1.0 if lead > 0 else 1.0)
 
 
 def _nudged(local: LocalState, direction: Reals) -> tuple[float, bool]:
-    """Power of the step with which nudged and closed states come back to the line, and whether they keep the stops."""
+    """Order, in the step, of the distance of nudged and closed states from the line; whether they are within stops."""
     distances, within = [], True
     for step in NUDGE_STEPS:
         line = local.angles + step * direction
-        closed = close_linkage(local.linkage, line, max_steps=100)
-        distance = float(np.linalg.norm(closed.angles - line))
-        if not closed.success or distance > 0.5 * step:
+        result = close_linkage(local.linkage, line, max_steps=100)
+        distance = float(np.linalg.norm(result.angles - line))
+        if not result.closed or distance > 0.5 * step:
             return 0.0, False
         distances.append(distance)
-        # what leaves a stop along the line may come back by the square of the step, and is then no motion within
-        within = within and bool(stop_margins(closed.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
-    steps, off = np.array(NUDGE_STEPS), np.array(distances)
-    seen = off > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
-    if np.count_nonzero(seen) < 2:
+        # a state that leaves a stop along the line may be beyond it by the square of the step: no motion within stops
+        within = within and bool(stop_margins(result.angles).min() >= -1e-3 * step * step - STOP_TOLERANCE)
+    steps, deviations = np.array(NUDGE_STEPS), np.array(distances)
+    significant = deviations > np.maximum(STRAIGHT_LINE_CURVATURE * steps**2, BLURRED_DISTANCE)
+    if np.count_nonzero(significant) < 2:
         return math.inf, within
-    return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within
+    return float(np.polyfit(np.log(steps[significant]), np.log(deviations[significant]), 1)[0]), within
 
 
 def _sentence(nullity: int, stresses: int, nudged: list[Branch], stops: bool) -> str:
     if not nullity:
         return "rigid: nothing moves to first order"
-    alone = sum(branch.dimension == 0 for branch in nudged)
+    isolated = sum(branch.dimension == 0 for branch in nudged)
     families = sorted({branch.dimension for branch in nudged} - {0})
-    counts = [f"{alone} isolated"] if alone else []
+    counts = [f"{isolated} isolated"] if isolated else []
     counts += [f"a family of dimension {dimension}" for dimension in families]
     finite = sum(branch.status == "finite" for branch in nudged)
-    where = " within the stops" if stops else ""
+    within_stops = " within the stops" if stops else ""
     return (
-        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{where}: "
+        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{within_stops}: "
         f"{', '.join(counts) or 'none'}; {finite} of {len(nudged)} nudged are finite"
     )

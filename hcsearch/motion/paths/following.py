@@ -1,8 +1,8 @@
-"""Motions of one parameter, followed from state to state by prediction and correction (thesis appendix A1 and A2).
+"""Numerical continuation of motions of one parameter by prediction and correction (thesis appendix A1 and A2).
 
 The thesis adds a fixed increment along the tangent and corrects it. Here the motion is followed by its arc length in
-the space of fold angles, with predictors of higher order and steps chosen by the error of the prediction. It ends at
-the flat or the folded state, both of them singular, or where a hinge comes to its stop.
+the space of fold angles, with predictors of higher order and error control of the step. It ends at the flat or the
+folded state, both of them singular, or where a hinge reaches its stop.
 """
 
 from __future__ import annotations
@@ -35,25 +35,28 @@ PathGoal = Literal["flat", "folded", "end", "none"]
 PathEnd = Literal["flat", "folded"]
 
 MIN_PATH_STEP = 1e-10
-"""No step is made shorter than this (rad)."""
+"""Minimum step (rad)."""
 LANDING_DISTANCE, SURE_LANDING_DISTANCE, MAX_LANDING_MISS = 0.1, 1e-4, 1e-8
-"""An end is reached from less than `SURE_LANDING_DISTANCE` (rad a hinge) when the path would miss it by no more than
-`MAX_LANDING_MISS` (rad), and from less than `LANDING_DISTANCE` where states between cannot be trusted."""
+"""The last step to an end is made from less than `SURE_LANDING_DISTANCE` (rad a hinge) if the path would miss the end
+by no more than `MAX_LANDING_MISS` (rad), and from less than `LANDING_DISTANCE` where states in between cannot be
+trusted."""
 CLOSURE_ROUNDING, BLURRED_STATE_SHARE = 1e-14, 1e-6
-"""Rounding of the closure, and the share of its distance from a singular state to which a state must be known."""
+"""Rounding error of the closure, and the error that is allowed for a state as a share of its distance from a singular
+one."""
 LOST_CLOSURE_RESIDUAL = 0.1
-"""A state is lost when it is open by more than this."""
+"""Closure is lost where the residual is greater than this."""
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """How a path is stepped along.
+    """Step control of a path.
 
     method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
         `runge-kutta` (fourth), `hermite` (fifth, from two states).
-    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every one if not adaptive.
-    tolerance : distance from prediction to corrected state that steps are chosen for (rad).
-    corrections : Newton corrections a step; None until closed. Fewer serve to compare methods, with fixed steps.
+    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every step if not adaptive.
+    tolerance : distance (rad) from the predicted to the corrected state at which adaptive steps aim.
+    corrections : Newton corrections in each step; None for as many as closure needs. A number serves to compare
+        methods, with fixed steps.
     """
 
     method: str = "hermite"
@@ -74,7 +77,7 @@ class Stepping:
         return self.adaptive and self.method != "increment"
 
     def first(self, n_hinges: int) -> float:
-        """The first step: short, as it usually leaves a singular state; later ones grow by the error of prediction."""
+        """The first step: short, as it usually leaves a singular state; later steps grow by error control."""
         if self.step is not None:
             return self.step
         return (
@@ -86,17 +89,18 @@ class Stepping:
 
 @dataclass(frozen=True)
 class PathLimits:
-    """What ends a path.
+    """Conditions that end a path.
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
-        at 0 and pi; else they turn on. events : whether to look for singular states between the states. branch :
-        whether to pass a bifurcation straight on, or to stop there. length : arc length (rad) at which to end.
+        at 0 and pi; else they turn on. events : whether to search for singular states between the states.
+    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first.
+    length : arc length (rad) at which to end.
     """
 
     goal: PathGoal = "end"
     stops: bool = True
     events: bool = True
-    branch: Literal["pass", "stop"] = "pass"
+    at_bifurcation: Literal["pass", "stop"] = "pass"
     max_steps: int = 2000
     length: float = math.inf
 
@@ -114,8 +118,8 @@ def follow_path(
 ) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
-    direction : velocity of the fold angles, of which the part that keeps the loops closed counts; None for the part
-        of the straight way to the goal (flat, where either end will do). A singular state needs one (`branches`).
+    direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
+        to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
     """
     begin = np.array(start, float)
@@ -125,28 +129,28 @@ def follow_path(
 
 
 class _Landing(NamedTuple):
-    """An end that the path leads to, and how far it is (rad)."""
+    """An end that the path leads to, and its distance (rad)."""
 
     name: PathEnd
     state: Reals
-    left: float
+    distance: float
 
 
 class _Following:
-    """A path while it is followed."""
+    """The state of a path that is being followed."""
 
     def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
         self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
         self.limits, self.step = limits, stepping.first(linkage.n_hinges)
-        self.grows = stepping.adapts and stepping.step is None
+        self.adapts_first = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
-        self.watched = limits.events and stepping.corrections is None
+        self.watches_events = limits.events and stepping.corrections is None
         both: dict[PathEnd, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
         self.ends = {
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
         }
         self.size = math.sqrt(linkage.n_hinges)
-        self.longest = 0.1 * math.pi * self.size
+        self.max_step = 0.1 * math.pi * self.size
         self.states: list[PathStep] = []
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
@@ -163,7 +167,7 @@ class _Following:
     def run(self, start: Reals, direction: Reals) -> MotionPath:
         ending = self._begin(start, direction)
         while ending is None:
-            ending = self._ending() or self._go_on()
+            ending = self._ending() or self._advance()
         return motion_path_of(
             [state.local for state in self.states],
             [state.length for state in self.states],
@@ -175,13 +179,13 @@ class _Following:
         )
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
-        local = self.walker.local(start)
+        local = self.walker.state_at(start)
         tangent = local.tangent(direction)
-        size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
-        moves = size > 1e-9 * whole
-        self.states.append(PathStep(local, tangent / size if moves else tangent, 0.0))
+        tangent_norm, direction_norm = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
+        moves = tangent_norm > 1e-9 * direction_norm
+        self.states.append(PathStep(local, tangent / tangent_norm if moves else tangent, 0.0))
         for name, state in self.ends.items():
-            if not whole and not np.abs(start - state).any():
+            if not direction_norm and not np.abs(start - state).any():
                 return PathEnding(name, f"{name} at the start")
         if local.residual > 10 * CLOSED_LOOP_RESIDUAL:
             return PathEnding("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
@@ -196,10 +200,10 @@ class _Following:
         return None
 
     def _ending(self) -> PathEnding | None:
-        """Why the path ends where it is, if it does."""
+        """The reason why the path ends at its last state; None if it goes on."""
         last = self.last
         if self.limits.stops:
-            # to first order; what turns outward later is seen when it is there
+            # to first order; hinges that turn outward later are detected by later steps
             outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
             blocked = np.flatnonzero((stop_margins(last.angles) <= STOP_TOLERANCE) & (outward > 1e-6))
             if len(blocked):
@@ -210,64 +214,69 @@ class _Following:
             return PathEnding("out of budget", f"{self.limits.max_steps} steps were not enough: raise max_steps")
         return None
 
-    def _go_on(self) -> PathEnding | None:
+    def _advance(self) -> PathEnding | None:
         distance = self.step
         if self.walker.predictor.name == "increment":
             distance /= float(np.abs(self.last.tangent).max())
         distance = min(distance, self.limits.length - self.last.length)
-        sure = self.landing
+        previous = self.landing
         distance, self.landing = self._approach(distance)
-        landing = self.landing or sure
-        # once the path was seen to lead to an end, states beside it that say otherwise are rounding
+        landing = self.landing or previous
+        # once the path leads to an end, contrary states beside the end are due to rounding
         if landing is not None and (self.landing is None or _is_near(self.last, landing, self.size)):
             return self._land(landing)
-        if self.grows and len(self.states) == 1:
-            distance, tried = self._first(distance)
+        if self.adapts_first and len(self.states) == 1:
+            distance, advance = self._first_step(distance)
         else:
-            tried = self.walker.advance(self.before, self.last, distance)
-        if landing is not None and (tried is None or tried.step.local.rank.rank is None):
+            advance = self.walker.advance(self.before, self.last, distance)
+        if landing is not None and (advance is None or advance.step.local.rank.rank is None):
             return self._land(landing)  # its singularity hides the states before it
-        if tried is None or tried.error > 4 * self.tolerance:
-            return self._again(distance, lost=tried is None and math.isinf(self.tolerance))
-        if tried.step.local.residual > LOST_CLOSURE_RESIDUAL:
-            return PathEnding("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
+        if advance is None or advance.error > 4 * self.tolerance:
+            return self._shorten_step(distance, lost=advance is None and math.isinf(self.tolerance))
+        if advance.step.local.residual > LOST_CLOSURE_RESIDUAL:
+            return PathEnding(
+                "lost closure", f"uncorrected, the loops have opened by {advance.step.local.residual:.1e}"
+            )
         if math.isfinite(self.tolerance):
-            better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
-            self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
-        return self._pass(self.before, self.last, tried.step)
+            factor = 0.9 * (self.tolerance / max(advance.error, 1e-300)) ** (1.0 / (advance.order + 1))
+            self.step = min(self.max_step, distance * min(3.0, max(0.3, factor)))
+        return self._add_state(self.before, self.last, advance.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
-        """A step that leaves a fifth of the way to an end that is near, and that end, if the path leads to it."""
+        """Shorten a step towards a near end to four fifths of the way; also return that end if the path leads to it."""
         landing = None
         for name, state in self.ends.items():
-            away = state - self.last.angles
-            left = float(np.linalg.norm(away))
-            if left >= 2.0 * distance or away @ self.last.tangent <= 0.9 * left:
+            offset = state - self.last.angles
+            remaining = float(np.linalg.norm(offset))
+            if remaining >= 2.0 * distance or offset @ self.last.tangent <= 0.9 * remaining:
                 continue
-            if self.last.local.nullity > 1:  # a geodesic among many would just miss it: turn to it
-                tangent = self.last.local.tangent(away)
+            if self.last.local.nullity > 1:  # one geodesic of many would miss the end: turn towards it
+                tangent = self.last.local.tangent(offset)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
-            distance = min(distance, 0.8 * left)
-            if left < LANDING_DISTANCE * self.size and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS:
-                landing = _Landing(name, state, left)
+            distance = min(distance, 0.8 * remaining)
+            if (
+                remaining < LANDING_DISTANCE * self.size
+                and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS
+            ):
+                landing = _Landing(name, state, remaining)
         return distance, landing
 
-    def _first(self, distance: float) -> tuple[float, Advance | None]:
-        """The first step: short, but long enough to leave a singular state behind by more than rounding."""
-        taken: tuple[float, Advance | None] = (distance, None)
+    def _first_step(self, distance: float) -> tuple[float, Advance | None]:
+        """Make the first step: short, but so long that the distance from a singular state exceeds rounding."""
+        best: tuple[float, Advance | None] = (distance, None)
         for power in range(10):
-            longer = distance * 2**power
-            if power and longer > min(self.longest, self.limits.length):
+            trial_distance = distance * 2**power
+            if power and trial_distance > min(self.max_step, self.limits.length):
                 break
-            tried = self.walker.advance(None, self.last, longer)
-            if tried is not None and tried.error <= 4 * self.tolerance:
-                taken = (longer, tried)
-                if not _blurred(tried.step, longer):
+            advance = self.walker.advance(None, self.last, trial_distance)
+            if advance is not None and advance.error <= 4 * self.tolerance:
+                best = (trial_distance, advance)
+                if not _blurred(advance.step, trial_distance):
                     break
-        return taken
+        return best
 
-    def _again(self, distance: float, *, lost: bool) -> PathEnding | None:
-        """Take a shorter step, if there is one to take."""
+    def _shorten_step(self, distance: float, *, lost: bool) -> PathEnding | None:
+        """Reject a step and shorten the next one; end the path if steps become too short."""
         self.rejected += 1
         self.step = 0.4 * distance
         if self.step >= MIN_PATH_STEP and not lost:
@@ -276,26 +285,26 @@ class _Following:
         return PathEnding("lost closure", f"{sentence} (steps down to {distance:.1e})")
 
     def _land(self, landing: _Landing) -> PathEnding:
-        local = self.walker.local(landing.state)
-        left = float(np.linalg.norm(landing.state - self.last.angles))
-        self.states.append(PathStep(local, self.last.tangent, self.last.length + left))
+        local = self.walker.state_at(landing.state)
+        distance = float(np.linalg.norm(landing.state - self.last.angles))
+        self.states.append(PathStep(local, self.last.tangent, self.last.length + distance))
         return PathEnding(landing.name, f"{landing.name} after {len(self.states) - 1} steps")
 
-    def _pass(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
-        """Add a state, with what happened on the way to it."""
+    def _add_state(self, before: PathStep | None, last: PathStep, after: PathStep) -> PathEnding | None:
+        """Add a state, with the stop or the singular states between it and the last one."""
         if self.limits.stops and stop_margins(after.angles).min() < -STOP_TOLERANCE:
             stop = first_stop(self.walker, before, last, after)
             if stop is None:
-                return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
+                return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            met = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
-            return _stopped(self.walker.linkage, np.flatnonzero(met))
-        if self.watched:
+            reached = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
+            return _stopped(self.walker.linkage, np.flatnonzero(reached))
+        if self.watches_events:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
-                if (self.limits.branch == "stop") and event.kind == "bifurcation":
-                    self.states.append(replace(last, local=self.walker.local(event.angles), length=event.length))
+                if (self.limits.at_bifurcation == "stop") and event.kind == "bifurcation":
+                    self.states.append(replace(last, local=self.walker.state_at(event.angles), length=event.length))
                     return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
         self.states.append(after)
         return None
@@ -306,12 +315,12 @@ def _is_closed(linkage: Linkage, state: Reals) -> bool:
 
 
 def _is_near(last: PathStep, landing: _Landing, size: float) -> bool:
-    return landing.left < SURE_LANDING_DISTANCE * size or _blurred(last, landing.left)
+    return landing.distance < SURE_LANDING_DISTANCE * size or _blurred(last, landing.distance)
 
 
 def _blurred(step: PathStep, distance: float) -> bool:
-    """Whether rounding, over the least singular value, shows at a distance from a singular state."""
-    return BLURRED_STATE_SHARE * step.local.least * distance < CLOSURE_ROUNDING
+    """Whether rounding, over the least singular value, is significant at a distance from a singular state."""
+    return BLURRED_STATE_SHARE * step.local.least_singular_value * distance < CLOSURE_ROUNDING
 
 
 def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> PathEnding:

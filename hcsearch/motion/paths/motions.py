@@ -1,4 +1,4 @@
-"""What following or searching a motion gives: its states, how it ended, where hinges reach stops, singular states."""
+"""Motions as paths of closed states: states, outcome, singular events, and hinges at their stops."""
 
 from __future__ import annotations
 
@@ -21,34 +21,36 @@ PathOutcome = Literal[
 
 @dataclass(frozen=True, eq=False)
 class SingularEvent(ByValue):
-    """A singular state on the way of a motion.
+    """A singular state on a path.
 
-    kind : `bifurcation` where singular values vanish and the second-order equations leave several ways to go on,
-        `shaky` where they leave only this one, `dip` where the least singular value comes near zero and turns back.
+    kind : `bifurcation` where singular values vanish and the second-order equations allow several continuations,
+        `shaky` where they allow only this one, `dip` at a local minimum of the least singular value near zero.
     angles, length : fold angles (rad), and arc length from the start (rad).
-    least, nullity : least singular value that counts as non-zero there, and number of hinges less the number of these.
+    least_singular_value : least singular value that counts as non-zero.
+    nullity : number of hinges minus number of non-zero singular values.
     """
 
     kind: Literal["bifurcation", "shaky", "dip"]
     angles: Reals
     length: float
-    least: float
+    least_singular_value: float
     nullity: int
 
 
 @dataclass(frozen=True, eq=False)
 class MotionPath(ByValue):
-    """A motion as a list of closed states, and how it ended.
+    """A motion as a list of closed states, and its outcome.
 
     angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.
     lengths : arc length in the space of fold angles (rad) up to each state.
     residuals : greatest closure residual of each state (rad, or gap over the pattern's size).
-    nullities, least : of the closure Jacobian at each state: first-order degrees of freedom (-1 where undecided), and
-        least non-zero singular value (infinite in an open chain).
+    nullities : first-order degrees of freedom at each state (-1 where undecided).
+    least_singular_values : least non-zero singular value of the closure Jacobian at each state (infinite in an open
+        chain).
     outcome, sentence : how it ended, in a word and in a sentence.
-    rejected, evaluations : steps tried again shorter, evaluations of closure and Jacobian.
-    stopped : hinges at the stops that ended the motion.
-    events : singular states passed on the way, ends left out.
+    rejected, evaluations : numbers of rejected steps, and of evaluations of closure and Jacobian.
+    stopped_hinges : hinges whose stops ended the motion.
+    events : singular states between the ends.
     velocity : unit velocity of the fold angles at the end; of a descent None.
     energies : of a descent, the energy of each state (J for springs in Nm/rad).
     """
@@ -57,12 +59,12 @@ class MotionPath(ByValue):
     lengths: Reals
     residuals: Reals
     nullities: WholeNumbers
-    least: Reals
+    least_singular_values: Reals
     outcome: PathOutcome
     sentence: str
     rejected: int
     evaluations: int
-    stopped: tuple[int, ...] = ()
+    stopped_hinges: tuple[int, ...] = ()
     events: tuple[SingularEvent, ...] = ()
     velocity: Reals | None = None
     energies: Reals | None = None
@@ -80,17 +82,17 @@ class MotionPath(ByValue):
 
     @property
     def success(self) -> bool:
-        """Whether the motion reached the flat or the folded state, or the length that was asked for."""
+        """Whether the motion reached the flat or the folded state, or the given length."""
         return self.outcome in {"flat", "folded", "length"}
 
 
 @dataclass(frozen=True)
 class PathEnding:
-    """Why a motion ends."""
+    """The reason why a motion ends."""
 
     outcome: PathOutcome
     sentence: str
-    stopped: tuple[int, ...] = ()
+    stopped_hinges: tuple[int, ...] = ()
 
 
 def motion_path_of(
@@ -104,18 +106,18 @@ def motion_path_of(
     velocity: Reals | None = None,
     energies: Sequence[float] | None = None,
 ) -> MotionPath:
-    """The path of states that were passed."""
+    """Assemble a path from its states."""
     return MotionPath(
         np.array([state.angles for state in states]),
         np.array(lengths),
         np.array([state.residual for state in states]),
         np.array([state.nullity for state in states]),
-        np.array([state.least for state in states]),
+        np.array([state.least_singular_value for state in states]),
         ending.outcome,
         ending.sentence,
         rejected,
         evaluations,
-        ending.stopped,
+        ending.stopped_hinges,
         tuple(events),
         velocity,
         None if energies is None else np.array(energies),
@@ -123,14 +125,14 @@ def motion_path_of(
 
 
 def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
-    """The same states in the other order; the outcome is what the first one is. Energies are left out."""
+    """The path in reverse order; the outcome names its first state. Energies are left out."""
     return replace(
         path,
         angles=path.angles[::-1].copy(),
         lengths=path.lengths[-1] - path.lengths[::-1],
         residuals=path.residuals[::-1].copy(),
         nullities=path.nullities[::-1].copy(),
-        least=path.least[::-1].copy(),
+        least_singular_values=path.least_singular_values[::-1].copy(),
         outcome=outcome,
         sentence=f"{outcome} after {path.steps} steps, found from there",
         events=(),
@@ -140,14 +142,14 @@ def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
 
 
 def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
-    """One path after another that begins where it ends. Energies are left out."""
+    """Concatenate two paths, of which the second begins where the first ends. Energies are left out."""
     return replace(
         second,
         angles=np.vstack([first.angles[:-1], second.angles]),
         lengths=np.concatenate([first.lengths[:-1], first.lengths[-1] + second.lengths]),
         residuals=np.concatenate([first.residuals[:-1], second.residuals]),
         nullities=np.concatenate([first.nullities[:-1], second.nullities]),
-        least=np.concatenate([first.least[:-1], second.least]),
+        least_singular_values=np.concatenate([first.least_singular_values[:-1], second.least_singular_values]),
         sentence=f"{second.outcome} after {first.steps + second.steps} steps",
         rejected=first.rejected + second.rejected,
         evaluations=first.evaluations + second.evaluations,
@@ -161,15 +163,15 @@ STOP_TOLERANCE = 1e-9
 
 
 def stop_margins(angles: Reals) -> Reals:
-    """How far each hinge is from the nearer of its stops (rad), negative beyond."""
+    """The distance of each hinge from the nearer of its stops (rad), negative beyond it."""
     distances: Reals = np.minimum(angles, math.pi - angles)
     return distances
 
 
 def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: PathStep) -> PathStep | None:
-    """The state at which the first hinge reaches its stop, between a state and one that lies beyond stops.
+    """Locate the state at which the first hinge reaches its stop, between a state and one beyond stops.
 
-    None where states between cannot be closed.
+    None where states in between cannot be closed.
     """
     beyond = stop_margins(after.angles) < -STOP_TOLERANCE
     if stop_margins(last.angles)[beyond].min() <= STOP_TOLERANCE:
@@ -182,8 +184,8 @@ def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: P
         return math.nan if advance is None else float(stop_margins(advance.step.angles)[beyond].min())
 
     try:
-        at = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
+        distance_to_stop = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
     except ValueError:
         return None
-    advance = walker.advance(before, last, at)
+    advance = walker.advance(before, last, distance_to_stop)
     return None if advance is None else advance.step

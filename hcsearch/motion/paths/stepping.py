@@ -1,7 +1,7 @@
-"""Steps along a motion: predicted by a named predictor, then corrected onto the closed states.
+"""Steps along a motion: prediction by one of several predictors, then correction onto the closed states.
 
 All follow the geodesic of the closed states in the space of fold angles, parametrised by its arc length; with one
-degree of freedom that is the motion. The order of a predictor is the power of the step that it is exact to.
+degree of freedom that is the motion. The order of a predictor is the highest power of the step to which it is exact.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.shape.linkage import Linkage
 
 DISTINCT_STATE_DISTANCE = 1e-12
-"""States nearer than this (rad) are the same: no slope is taken between them."""
+"""States nearer than this (rad) are the same: no difference quotient is computed between them."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathStep(ByValue):
-    """A state on a path with its unit tangent, and the arc length at which it was reached."""
+    """A state on a path with its unit tangent and its arc length from the start."""
 
     local: LocalState
     tangent: Reals
     length: float
 
     @cached_property
-    def turn(self) -> Reals:
+    def acceleration(self) -> Reals:
         """Acceleration of the geodesic."""
-        return self.local.turn(self.tangent)
+        return self.local.geodesic_acceleration(self.tangent)
 
     @cached_property
     def slopes(self) -> Reals:
-        """How fast the kept singular values change along the motion, by arc length."""
+        """Derivatives of the kept singular values with respect to arc length."""
         local, small = self.local, 1e-6
         jacobian = local.linkage.closure(local.angles + small * self.tangent)[1]
         rates: Reals = np.einsum("rk,kr->k", local.left, local.right @ (jacobian - local.jacobian).T) / small
@@ -51,14 +51,14 @@ class PathStep(ByValue):
 
 
 PredictedState = tuple[Reals, Reals, int]
-"""Fold angles and velocity that are predicted, and the power of the step that the angles are exact to."""
+"""Predicted fold angles and velocity, and the order of the prediction."""
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """A named predictor: from the last state and the one before it (or None), a guess a distance on.
+    """A named predictor of the state at a distance from the last one, given also the one before it (or None).
 
-    evaluations : of the closure, a prediction.
+    evaluations : of the closure in each prediction.
     """
 
     name: str
@@ -67,46 +67,50 @@ class Predictor:
 
 
 def _euler(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
-    """Along the tangent (thesis appendix A1)."""
+    """Predict along the tangent (thesis appendix A1)."""
     return last.angles + distance * last.tangent, last.tangent, 1
 
 
 def _taylor(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
-    """Along the osculating parabola: the second-order closure equations cost one pass around the loops.
+    """Predict along the osculating parabola: the second-order closure equations cost one pass around the loops.
 
     The velocity is that of the trapezoidal rule: its other half is normal to the closed states at the next one, and
-    goes when it is projected there.
+    vanishes by projection there.
     """
-    velocity = last.tangent + 0.5 * distance * last.turn
+    velocity = last.tangent + 0.5 * distance * last.acceleration
     return last.angles + distance * velocity, velocity, 2
 
 
 def _adams(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
-    """The parabola, with the change of the acceleration since the state before (Adams, Bashforth and Moulton).
+    """Predict along the parabola corrected by the change of the acceleration (Adams, Bashforth and Moulton).
 
-    The velocity is the integral of the quadratic through three accelerations, of which the next one goes when it is
-    projected. The first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
+    The velocity is the integral of the quadratic through three accelerations, of which the next one vanishes by
+    projection. The first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
     """
-    if not _alike(before, last):
+    if not _comparable(before, last):
         return _taylor(before, last, distance)
     assert before is not None
     h, k = distance, last.length - before.length
-    angles = last.angles + h * last.tangent + h * h * (0.5 * last.turn + h / (6 * k) * (last.turn - before.turn))
-    velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.turn - h * h / (h + k) * before.turn)
+    angles = (
+        last.angles
+        + h * last.tangent
+        + h * h * (0.5 * last.acceleration + h / (6 * k) * (last.acceleration - before.acceleration))
+    )
+    velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.acceleration - h * h / (h + k) * before.acceleration)
     return angles, velocity, 3
 
 
 def _runge_kutta(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
-    """Classical fourth-order Runge-Kutta on angles and velocity of the geodesic."""
-    linkage, kept, h = last.local.linkage, last.local.kept, distance
+    """Predict by the classical fourth-order Runge-Kutta method on angles and velocity of the geodesic."""
+    linkage, kept_rank, h = last.local.linkage, last.local.kept_rank, distance
 
     def slopes(angles: Reals, velocity: Reals) -> tuple[Reals, Reals]:
-        local = local_at(linkage, angles, kept=kept)
+        local = local_at(linkage, angles, kept_rank=kept_rank)
         tangent = local.tangent(velocity)
-        return tangent, local.turn(tangent)
+        return tangent, local.geodesic_acceleration(tangent)
 
     q, v = last.angles, last.tangent
-    q1, v1 = last.tangent, last.turn
+    q1, v1 = last.tangent, last.acceleration
     q2, v2 = slopes(q + 0.5 * h * q1, v + 0.5 * h * v1)
     q3, v3 = slopes(q + 0.5 * h * q2, v + 0.5 * h * v2)
     q4, v4 = slopes(q + h * q3, v + h * v3)
@@ -114,19 +118,19 @@ def _runge_kutta(before: PathStep | None, last: PathStep, distance: float) -> Pr
 
 
 def _hermite(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
-    """Extrapolate the quintic through the last two states, their tangents and accelerations.
+    """Predict by the quintic through the last two states, their tangents and accelerations.
 
-    Only with one degree of freedom, where the closure takes away what errors it would multiply; else as Adams.
+    Only with one degree of freedom, where the correction removes the errors that extrapolation amplifies; else Adams.
     """
-    if not _alike(before, last) or len(last.angles) - last.local.kept != 1:
+    if not _comparable(before, last) or len(last.angles) - last.local.kept_rank != 1:
         return _adams(before, last, distance)
     assert before is not None
     h = last.length - before.length
     x = distance / h
-    # the parabola of the last state is right to x^2 at x = 0; three more terms match the state before, at x = -1
-    rest = before.angles - (last.angles - h * last.tangent + 0.5 * h * h * last.turn)
-    slope = h * (before.tangent - last.tangent + h * last.turn)
-    bend = h * h * (before.turn - last.turn)
+    # the parabola of the last state is exact to x^2 at x = 0; three more terms match the state before, at x = -1
+    rest = before.angles - (last.angles - h * last.tangent + 0.5 * h * h * last.acceleration)
+    slope = h * (before.tangent - last.tangent + h * last.acceleration)
+    bend = h * h * (before.acceleration - last.acceleration)
     # rest = -a + b - c, slope = 3 a - 4 b + 5 c, bend = -6 a + 12 b - 20 c
     c = -6 * rest - 3 * slope - 0.5 * bend
     b = -15 * rest - 7 * slope - bend
@@ -135,11 +139,11 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
     return angles + x**3 * (a + x * (b + x * c)), velocity, 5
 
 
-def _alike(before: PathStep | None, last: PathStep) -> bool:
-    """Whether two states have accelerations that can be compared."""
+def _comparable(before: PathStep | None, last: PathStep) -> bool:
+    """Whether two states have comparable accelerations."""
     return (
         before is not None
-        and before.local.kept == last.local.kept
+        and before.local.kept_rank == last.local.kept_rank
         and last.length - before.length > DISTINCT_STATE_DISTANCE
     )
 
@@ -157,15 +161,15 @@ PREDICTORS = {
 }
 
 
-def arc_length(one: PathStep, two: PathStep) -> float:
-    """Arc length from a state to the next, right to fourth order, by end points, tangents and accelerations.
+def arc_length(first: PathStep, second: PathStep) -> float:
+    """Arc length between two states, exact to fourth order, by end points, tangents and accelerations.
 
     The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent.
     """
-    mean = 0.5 * (one.tangent + two.tangent)
+    mean = 0.5 * (first.tangent + second.tangent)
     along = float(mean @ mean)
-    chord = float((two.angles - one.angles) @ mean) / along
-    curve = float((one.turn - two.turn) @ mean) / along / 12
+    chord = float((second.angles - first.angles) @ mean) / along
+    curve = float((first.acceleration - second.acceleration) @ mean) / along / 12
     s = chord
     for _ in range(3):
         s = chord - s * s * curve
@@ -173,7 +177,7 @@ def arc_length(one: PathStep, two: PathStep) -> float:
 
 
 def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> float:
-    """Distance (rad) at which the motion passes a state further on, by extrapolation to the highest order."""
+    """Distance (rad) at which the extrapolated motion passes a state ahead, by the predictor of highest order."""
     distance = float(np.linalg.norm(state - last.angles))
     for _ in range(3):
         point = _hermite(before, last, distance)[0]
@@ -184,11 +188,11 @@ def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> floa
 
 MAX_CORRECTIONS = 12
 MIN_TANGENT_COSINE = 0.7
-"""The tangents at both ends of a step have a scalar product of at least this much."""
+"""Minimum scalar product of the unit tangents at both ends of a step."""
 
 
 class Advance(NamedTuple):
-    """A step: the state it leads to, how far off that was predicted (rad), and the order of the prediction."""
+    """The result of a step: the new state, the error of its prediction (rad), and the order of the prediction."""
 
     step: PathStep
     error: float
@@ -197,9 +201,9 @@ class Advance(NamedTuple):
 
 @dataclass
 class Walker:
-    """Takes steps with one predictor, and counts evaluations of the closure.
+    """Makes steps with one predictor, and counts evaluations of the closure.
 
-    corrections : Newton corrections a step; None for as many as closure needs.
+    corrections : Newton corrections in each step; None for as many as closure needs.
     """
 
     linkage: Linkage
@@ -207,16 +211,18 @@ class Walker:
     corrections: int | None = None
     evaluations: int = field(default=0, init=False)
 
-    def local(self, angles: Reals) -> LocalState:
-        """What the linkage is like at a state."""
+    def state_at(self, angles: Reals) -> LocalState:
+        """Analyse the linkage at given fold angles."""
         self.evaluations += 1
         return local_at(self.linkage, angles)
 
     def advance(self, before: PathStep | None, last: PathStep, distance: float) -> Advance | None:
-        """The state a distance on; None where there is none to be trusted."""
+        """Make a step of a given length; None if no trustworthy state results."""
         predicted, velocity, order = self.predictor.predict(before, last, distance)
         self.evaluations += self.predictor.evaluations
-        local = self._closed(predicted) if self.corrections is None else self._corrected(predicted, last.local.kept)
+        local = (
+            self._closed(predicted) if self.corrections is None else self._corrected(predicted, last.local.kept_rank)
+        )
         if local is None:
             return None
         tangent = local.tangent(velocity)
@@ -224,25 +230,25 @@ class Walker:
         if size < MIN_TANGENT_COSINE or tangent @ last.tangent < MIN_TANGENT_COSINE * size:
             return None
         step = PathStep(local, tangent / size, 0.0)
-        # where the rank changes the acceleration is not known on one side
-        length = arc_length(last, step) if local.kept == last.local.kept else distance
-        if not 0.5 * distance < length < 2.0 * distance:  # fallen back or run ahead: on another branch
+        # where the rank changes, the acceleration on one side is unknown
+        length = arc_length(last, step) if local.kept_rank == last.local.kept_rank else distance
+        if not 0.5 * distance < length < 2.0 * distance:  # much shorter or longer: on another branch
             return None
         error = float(np.linalg.norm(local.angles - predicted))
         return Advance(PathStep(local, step.tangent, last.length + length), error, order)
 
     def _closed(self, angles: Reals) -> LocalState | None:
-        """The closed state nearest to a prediction; None where Newton's method finds none.
+        """The closed state nearest to a prediction; None where Newton's method does not converge.
 
-        Corrected once more than closure asks for: near a singular state the angles are known worse by the least
-        singular value.
+        One more correction is made than closure needs: near a singular state the error of the angles is the residual
+        over the least singular value.
         """
-        fine = 50 * np.finfo(float).eps * math.sqrt(self.linkage.n_hinges)
+        tolerance = 50 * np.finfo(float).eps * math.sqrt(self.linkage.n_hinges)
         polished = False
         for _ in range(MAX_CORRECTIONS):
             residual, jacobian = self._closure(angles)
             worst = float(np.abs(residual).max(initial=0.0))
-            if worst <= fine or (polished and worst <= CLOSED_LOOP_RESIDUAL):
+            if worst <= tolerance or (polished and worst <= CLOSED_LOOP_RESIDUAL):
                 return local_at(self.linkage, angles, closure=(residual, jacobian))
             if not math.isfinite(worst):
                 return None
@@ -250,15 +256,15 @@ class Walker:
             angles = angles + correction(jacobian, residual)
         return None
 
-    def _corrected(self, angles: Reals, kept: int) -> LocalState | None:
-        """A prediction after a fixed number of corrections, closed or not."""
+    def _corrected(self, angles: Reals, kept_rank: int) -> LocalState | None:
+        """Correct a prediction a fixed number of times, closed or not; None where the residual is not finite."""
         for _ in range(self.corrections or 0):
             residual, jacobian = self._closure(angles)
             angles = angles + correction(jacobian, residual)
         residual, jacobian = self._closure(angles)
         if not np.isfinite(residual).all():
             return None
-        return local_at(self.linkage, angles, kept=kept, closure=(residual, jacobian))
+        return local_at(self.linkage, angles, kept_rank=kept_rank, closure=(residual, jacobian))
 
     def _closure(self, angles: Reals) -> tuple[Reals, Reals]:
         self.evaluations += 1

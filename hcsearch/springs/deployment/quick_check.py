@@ -110,8 +110,8 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        max_margin=solids.deepest,
-        residual_lever=screen.reach,
+        deepest=solids.max_margin,
+        reach=screen.reach,
     )
 
 

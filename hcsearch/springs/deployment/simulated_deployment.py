@@ -88,8 +88,8 @@ class Deployment(ByValue):
             opening=greatest_opening(self.compiled.system, motion),
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
-            looks=0 if clearance is None else clearance.looks,
-            loose_share=loose_states(self.compiled.system, motion),
+            looks=0 if clearance is None else clearance.bound_count,
+            loose=loose_states(self.compiled.system, motion),
         )
 
     @property
