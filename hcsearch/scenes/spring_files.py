@@ -29,7 +29,9 @@ def read_law_points(
     Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
-    columns = rename_columns(read_columns(path, "angle_rad,moment_N_m", what="the table", most=max_bytes), _NAMES, "angle_rad")
+    columns = rename_columns(
+        read_columns(path, "angle_rad,moment_N_m", what="the table", most=max_bytes), _NAMES, "angle_rad"
+    )
     names = _only(columns, ANGLE_COLUMN_UNITS), _only(columns, MOMENT_COLUMN_UNITS)
     texts = zip(*map(columns.texts, names), strict=True)
     rows = tuple(row for row, cells in zip(columns.rows, texts, strict=True) if any(cells))

@@ -95,7 +95,9 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     usual, gaps = _gaps(times, steps, unit)
     digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # to distinguish adjacent samples
     if len(gaps):
-        named = ", ".join(f"{short_number(times[k], digits)} to {short_number(times[k + 1], digits)} s" for k in gaps[:3])
+        named = ", ".join(
+            f"{short_number(times[k], digits)} to {short_number(times[k + 1], digits)} s" for k in gaps[:3]
+        )
         rest = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
         return (
             f": samples are missing from {named}{rest}, where a step is {short_number(steps[gaps[0]], 3)} s and not "
