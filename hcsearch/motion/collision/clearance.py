@@ -137,7 +137,7 @@ class _Certificate:
         verdict = judge_clearance(
             self.linkage.chain, solids.prisms, solids.shrunk, solids.pairs, course, tolerances, measured, report
         )
-        bound_count, gap = int(report.looks[0]), float(report.gaps[0])
+        bound_count, gap = int(report.bound_counts[0]), float(report.gaps[0])
         if verdict == MOTION_CLEAR:
             return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
         first, second = sorted(self.linkage.pattern.panel_of[facet] for facet in solids.pairs.prisms[report.pairs[0]])

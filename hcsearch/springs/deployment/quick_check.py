@@ -110,8 +110,8 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        deepest=solids.max_margin,
-        reach=screen.reach,
+        max_margin=solids.max_margin,
+        residual_lever=screen.reach,
     )
 
 

@@ -89,7 +89,7 @@ class Deployment(ByValue):
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
             looks=0 if clearance is None else clearance.bound_count,
-            loose=loose_states(self.compiled.system, motion),
+            loose_share=loose_states(self.compiled.system, motion),
         )
 
     @property
