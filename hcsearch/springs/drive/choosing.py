@@ -99,9 +99,8 @@ def choose_driven_hinges(linkage: Linkage, angles: Reals, min_value: float = FIR
         )
         if least_values.min() >= min(min_value, 0.5 * least_values[state_numbers].min()):
             break
-        state_numbers = np.union1d(
-            state_numbers, np.argsort(least_values)[:5]
-        )  # states that were left out, at which the set does worst
+        # add the omitted states at which the set is worst
+        state_numbers = np.union1d(state_numbers, np.argsort(least_values)[:5])
     return judge_driven_hinges(linkage, angles, driven, tried)
 
 
