@@ -197,7 +197,7 @@ class _Search:
         return sets[min(candidates, key=lambda k: (self._non_monotone(sets[k]), -values[k]))]
 
     def _exchange(self) -> tuple[int, ...]:
-        """Start from pivots of all bases together; exchange hinges one by one, for the value, then for monotone ones."""
+        """Start from pivots of all bases together; exchange hinges singly, for the value, then for monotone ones."""
         from scipy.linalg import qr  # noqa: PLC0415 - loads slowly
 
         stacked = np.concatenate(list(self.frames[:, :, -self.freedoms :].transpose(0, 2, 1)))
