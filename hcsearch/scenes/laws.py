@@ -155,9 +155,11 @@ def tabulated_law(angles: Iterable[float], moments: Iterable[float], preload: fl
     if len(x) < 2:
         raise HcsearchError(f"a table of {len(x)} points makes no law: give two points at least")
     _finite(*x, *y, preload)
-    for one, two in pairwise(x):
-        if not two - one >= MIN_LAW_ANGLE_STEP:
-            raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
+    for previous, following in pairwise(x):
+        if not following - previous >= MIN_LAW_ANGLE_STEP:
+            raise HcsearchError(
+                f"angle {_short(following)} of the table comes after {_short(previous)}: sort it, each angle once"
+            )
     with np.errstate(all="ignore"):
         try:
             pieces = PchipInterpolator(x, y).c[::-1].T

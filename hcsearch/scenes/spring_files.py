@@ -24,7 +24,7 @@ def read_law_points(
 ) -> tuple[Reals, Reals]:
     """Read fold angles (rad) and moments (N m) from a file with one column of each, in any of the units named above.
 
-    Other columns are ignored. The rows keep their order. most : greatest size of the file in bytes. turn : the greatest
+    Other columns are ignored. The rows keep their order. max_bytes : greatest size of the file. max_angle : greatest
     angle (rad); a rig may turn a spring further than its hinge does.
     Errors: HcsearchError for columns of other names, for rows without a number in one of the two columns, for angles
     that no hinge has, and for moments that drive a hinge away from the flat state.
@@ -48,7 +48,7 @@ def read_law_points(
 
 
 def check_angles(angles: Reals, source: str, hint: str = "", max_angle: float = MAX_FOLD_ANGLE) -> None:
-    """Refuse angles (rad) that no hinge has; where : their source, and hint : a remedy for large ones, for messages."""
+    """Refuse angles (rad) that no hinge has; source : their origin, and hint : a remedy for large ones, in messages."""
     if not len(angles):
         return
     low, high = float(np.min(angles)), float(np.max(angles))

@@ -135,7 +135,7 @@ def test_drives_are_asked_for_what_the_plan_interpolated_within_a_period_says(ma
     write_drive_targets(own.targets, float(time[0]), work)
     expected = np.array([part[0] for part in own.interpolated(time)]).T
     size = np.abs(np.array(own.at(own.times))).max(axis=(1, 2))
-    assert (np.abs(work.drive_targets[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
+    assert (np.abs(work.hinge_moments[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
     ends = period * np.floor(time / period) + period * np.array([[0.0], [1.0]])  # where nothing is left to interpolate
     for end in ends:
         for asked, planned in zip(own.interpolated(end), own.at(end), strict=True):
@@ -182,7 +182,7 @@ def test_the_least_singular_value_is_that_of_the_reduced_jacobian(machine):
 
 def test_driven_hinges_are_the_best_but_for_monotone_ones(machine):
     angles = machine.timed.path.at(np.linspace(0.0, machine.timed.path.length, 80))[0]
-    choice = choose_driven_hinges(machine.linkage, angles, firm=0.0)
+    choice = choose_driven_hinges(machine.linkage, angles, min_value=0.0)
     frames, _ = frames_at(machine.linkage, angles)
     sets = np.array(list(combinations(range(machine.linkage.n_hinges), choice.freedoms)))
     best = least_singular_values(frames, choice.freedoms, sets).min(axis=1).max()
@@ -190,7 +190,7 @@ def test_driven_hinges_are_the_best_but_for_monotone_ones(machine):
     assert choice.least_value >= 0.45 * best
     steady = monotone_hinges(angles)
     assert choice.monotone == tuple(hinge for hinge in choice.hinges if steady[hinge])
-    assert len(choose_driven_hinges(machine.linkage, angles, firm=0.9).hinges) > choice.freedoms
+    assert len(choose_driven_hinges(machine.linkage, angles, min_value=0.9).hinges) > choice.freedoms
 
 
 def test_rates_and_accelerations_keep_their_bounds(machine):

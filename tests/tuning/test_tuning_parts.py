@@ -225,7 +225,7 @@ def test_an_evaluation_is_the_check_of_its_scene():
         sets.append(one)
     scene = setup_of_scene(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
     scenes = [compile_scene(linkage, with_stiffnesses(scene, one), keep=frozenset({"stops"})) for one in sets]
-    rules = {"tolerance": TUNING_STEP_TOLERANCES["constrained"], "whole": False}
+    rules = {"tolerance": TUNING_STEP_TOLERANCES["constrained"], "past_collisions": False}
     naive = [
         check_deployments([one], screens=[checked_panels_of(one, TUNING_MARGIN_SHARE * scene.margin)], **rules)[0]
         for one in scenes

@@ -62,9 +62,9 @@ def check_deployments(
 ) -> list[DeploymentCheck]:
     """Check compiled scenes; those whose tables have the same shapes are passed to the kernel together.
 
-    screens : the panels of each scene, if known; else they are shrunk by its own margin. whole : whether motions that
-        collide are followed to the end, too; not needed to find clear ones. max_steps : of each scene, unless given
-        those of `deploy`.
+    screens : the panels of each scene, if known; else they are shrunk by its own margin. past_collisions : whether
+        motions that collide are followed to the end, too; not needed to find clear ones. max_steps : of each scene,
+        unless given those of `deploy`.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)

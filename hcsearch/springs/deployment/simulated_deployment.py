@@ -94,12 +94,12 @@ class Deployment(ByValue):
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it becomes flat, certified clear; collides; or neither is certain."""
+        """The verdict: `deploys` (flat and certified clear), `collides`, or `undecided`."""
         return self.check.verdict
 
     @property
     def deploys(self) -> bool:
-        """Whether it becomes flat, certified clear."""
+        """Whether the array becomes flat and is certified clear."""
         return self.check.deploys
 
     @cached_property
@@ -113,7 +113,7 @@ class Deployment(ByValue):
 
     @property
     def flat_time(self) -> float | None:
-        """When it was flat, s."""
+        """The time at which the array is flat, s; None if it never is."""
         return self.check.flat_time
 
 

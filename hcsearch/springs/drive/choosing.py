@@ -99,9 +99,8 @@ def choose_driven_hinges(linkage: Linkage, angles: Reals, min_value: float = FIR
         )
         if least_values.min() >= min(min_value, 0.5 * least_values[state_numbers].min()):
             break
-        state_numbers = np.union1d(
-            state_numbers, np.argsort(least_values)[:5]
-        )  # states that were left out, at which the set does worst
+        # add the omitted states at which the set is worst
+        state_numbers = np.union1d(state_numbers, np.argsort(least_values)[:5])
     return judge_driven_hinges(linkage, angles, driven, tried)
 
 
@@ -198,7 +197,7 @@ class _Search:
         return sets[min(candidates, key=lambda k: (self._non_monotone(sets[k]), -values[k]))]
 
     def _exchange(self) -> tuple[int, ...]:
-        """Start from pivots of all bases together, then exchange one hinge at a time: for the value, then monotony."""
+        """Start from pivots of all bases together; exchange hinges singly, for the value, then for monotone ones."""
         from scipy.linalg import qr  # noqa: PLC0415 - loads slowly
 
         stacked = np.concatenate(list(self.frames[:, :, -self.freedoms :].transpose(0, 2, 1)))

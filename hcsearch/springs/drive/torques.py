@@ -30,8 +30,9 @@ from hcsearch.springs.dynamics.inverse import joint_forces
 class Torques(ByValue):
     """A motion in time with its driving torques.
 
-    times : (k,), s. angles, rates, accelerations : (k, n_hinges). asked : (k, n_hinges), moments of inertia, gravity,
-    springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both are positive where fold angles grow.
+    times : (k,), s. angles, rates, accelerations : (k, n_hinges). hinge_moments : (k, n_hinges), moments of inertia,
+    gravity, springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both are positive where fold angles
+    grow.
     kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
     inertias : (n_driven,), median along the path of the inertia felt by a driven hinge when it alone turns, kg m^2.
     """
@@ -40,7 +41,7 @@ class Torques(ByValue):
     angles: Reals
     rates: Reals
     accelerations: Reals
-    asked: Reals
+    hinge_moments: Reals
     torques: Reals
     kinetic: Reals
     height: Reals
@@ -75,27 +76,27 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
     system, joint_of = compiled.system, compiled.joint_of
     hinge_of = np.argsort(joint_of)
     forces = joint_forces(system, angles[:, hinge_of], rates[:, hinge_of], accelerations[:, hinge_of])
-    asked = forces.joints[:, joint_of]
+    hinge_moments = forces.joints[:, joint_of]
     drives = [system.drives[joint] for joint in joint_of]
     stored, damping = np.zeros(count), np.array([drive.damping for drive in drives])
     for k, drive in enumerate(drives):
         branches = [
             drive.law.bent if drive.law.bent and a > drive.law.snap_up else drive.law.straight for a in angles[:, k]
         ]
-        asked[:, k] += [branch.moment(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
+        hinge_moments[:, k] += [branch.moment(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
         stored += [branch.energy(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
-    asked += damping * rates
+    hinge_moments += damping * rates
     frames, _ = frames_at(compiled.linkage, angles)
     bases = frames[:, :, -choice.freedoms :]
     driven = list(choice.hinges)
-    generalized = np.einsum("knf,kn->kf", bases, asked)
+    generalized = np.einsum("knf,kn->kf", bases, hinge_moments)
     torques = np.einsum("kdf,kf->kd", np.linalg.pinv(bases[:, driven].transpose(0, 2, 1)), generalized)
     return Torques(
         times,
         angles,
         rates,
         accelerations,
-        asked,
+        hinge_moments,
         torques,
         forces.kinetic,
         forces.height,
@@ -153,13 +154,12 @@ def static_stability(compiled: CompiledScene, torques: Torques) -> Stability:
     needed = np.zeros(len(rows))
     for row, state in enumerate(angles):
         basis = frames[row, :, rank:]
-        borne = torques.asked[rows[row]].copy()
+        borne = torques.hinge_moments[rows[row]].copy()
         borne[driven] -= torques.torques[rows[row]]
         stiffness = basis.T @ (_slopes(compiled, state)[:, None] * basis) + _bent(linkage, state, borne, basis)
         _, singular_values, right = np.linalg.svd(basis[driven])
-        directions = (
-            right / np.maximum(singular_values, 1e-9)[:, None]
-        )  # in these directions control has the stiffness 1
+        # in these directions control has the stiffness 1
+        directions = right / np.maximum(singular_values, 1e-9)[:, None]
         needed[row] = max(0.0, -float(np.linalg.eigvalsh(directions @ stiffness @ directions.T)[0]))
     worst = int(needed.argmax())
     return Stability(float(needed[worst]), float(torques.times[rows[worst]]))

@@ -120,14 +120,14 @@ def tree_of(
         return origin if body < 0 else np.asarray(joints[body].point, float)
 
     table, links = np.zeros((n, 16)), np.zeros((n, 4), np.int64)
-    for i, (joint, own) in enumerate(zip(joints, bodies, strict=True)):
-        inertia = own.inertia
+    for i, (joint, tree_body) in enumerate(zip(joints, bodies, strict=True)):
+        inertia = tree_body.inertia
         table[i] = [
             *joint.axis,
             *(place(i) - place(joint.parent)),
-            *(own.centre - place(i)),
+            *(tree_body.centre - place(i)),
             *(inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]),
-            own.mass,
+            tree_body.mass,
         ]
         links[i, :2] = joint.parent, joint.slides
     rows = [(w, kind) for w, weld in enumerate(welds) for kind in weld.kinds]

@@ -70,8 +70,9 @@ def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirro
 
     facets = _matched(_centres(linkage), reflected(_centres(linkage)), step)
     if facets is None or any(
-        (crease := pattern.creases.get((min(facets[i], facets[j]), max(facets[i], facets[j])))) is None or crease != own
-        for (i, j), own in pattern.creases.items()
+        (image_crease := pattern.creases.get((min(facets[i], facets[j]), max(facets[i], facets[j])))) is None
+        or image_crease != crease
+        for (i, j), crease in pattern.creases.items()
     ):
         return None
     for facet, image in enumerate(facets):

@@ -112,15 +112,15 @@ def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
     queue = deque([held])
     while queue:
         panel = queue.popleft()
-        for neighbour, between in neighbours[panel]:
-            to, k = neighbour, between
-            if mirror is not None and mirror.beyond[to]:
-                to, k = mirror.panels[to], mirror.hinges[k]
+        for neighbour, hinge_between in neighbours[panel]:
+            target, k = neighbour, hinge_between
+            if mirror is not None and mirror.beyond[target]:
+                target, k = mirror.panels[target], mirror.hinges[k]
             if k in used_hinges:
                 continue
             used_hinges.add(k)
-            steps.append(_Step(panel, to, k, to in visited))
-            if to not in visited:
-                visited.add(to)
-                queue.append(to)
+            steps.append(_Step(panel, target, k, target in visited))
+            if target not in visited:
+                visited.add(target)
+                queue.append(target)
     return steps

@@ -169,14 +169,14 @@ def _poles(singular_vectors: Reals, channels: int, rate: float) -> tuple[Complex
     return poles[ascending], (singular_vectors[:channels] @ vectors[:, decaying]).T[ascending]
 
 
-def _near(one: complex, two: complex) -> bool:
-    dampings = -one.real / abs(one), -two.real / abs(two)
-    same_frequency = abs(abs(one) - abs(two)) < FREQUENCY_TOLERANCE * abs(two)
+def _near(first: complex, second: complex) -> bool:
+    dampings = -first.real / abs(first), -second.real / abs(second)
+    same_frequency = abs(abs(first) - abs(second)) < FREQUENCY_TOLERANCE * abs(second)
     return same_frequency and abs(dampings[0] - dampings[1]) < DAMPING_TOLERANCE * max(dampings)
 
 
-def _likeness(one: ComplexNumbers, two: ComplexNumbers) -> float:
-    return float(abs(np.vdot(one, two)) ** 2 / (np.vdot(one, one).real * np.vdot(two, two).real))
+def _likeness(first: ComplexNumbers, second: ComplexNumbers) -> float:
+    return float(abs(np.vdot(first, second)) ** 2 / (np.vdot(first, first).real * np.vdot(second, second).real))
 
 
 def _described(records: Reals, rate: float, poles: ComplexNumbers) -> FreeVibration:

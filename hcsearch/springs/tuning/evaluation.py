@@ -149,8 +149,8 @@ class Evaluator:
     ) -> list[DeploymentCheck]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
-        whole : whether motions that collide are followed to their end, too. A set that has been checked so is not
-        checked again otherwise.
+        past_collisions : whether motions that collide are followed to their end, too. A set that has been checked so is
+        not checked again otherwise.
         """
         if self._base is None:
             # mirror hinges have equal springs in all sets, so a set of equal springs is compiled for all

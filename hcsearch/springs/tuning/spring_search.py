@@ -130,8 +130,8 @@ class SpringSearch:
         rng = np.random.default_rng([self.seed, number])
         self._best_of_start = None
         n_clear = len(self.clear_sets)
-        begin_point = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
-        best = self._evolve(begin_point, rng)
+        start_point = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
+        best = self._evolve(start_point, rng)
         if best.check.deploys:
             self.success = True
             self._descend(best.point)
@@ -235,9 +235,9 @@ def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ..
 
 def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
     """Return the fewest springs, up to two in parallel, for each stiffness that a catalogue gives."""
-    each = sorted(set(catalogue))
+    stiffnesses = sorted(set(catalogue))
     springs_of: dict[float, tuple[float, ...]] = {0.0: ()}
-    for springs in [*((one,) for one in each), *combinations_with_replacement(each, 2)]:
+    for springs in [*((one,) for one in stiffnesses), *combinations_with_replacement(stiffnesses, 2)]:
         level = springs[0] if len(springs) == 1 else round(sum(springs), 12)
         springs_of.setdefault(level, springs)
     return springs_of

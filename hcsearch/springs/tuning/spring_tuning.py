@@ -219,7 +219,7 @@ def tuning_facts(tuning: Tuning) -> dict[str, Any]:
             name: None if spring_set is None else _set_facts(spring_set, tuning.labels)
             for name, spring_set in sets.items()
         },
-        "buy": None if (each := springs_to_buy(tuning)) is None else _bought_facts(each),
+        "buy": None if (springs_at := springs_to_buy(tuning)) is None else _bought_facts(springs_at),
         "evaluations": tuning.evaluations,
         "known_before": tuning.recalled,
         "samples": tuning.samples,
@@ -277,18 +277,18 @@ def springs_to_buy(tuning: Tuning) -> list[tuple[float, ...]] | None:
 
 def shopping_sentence(tuning: Tuning) -> str:
     """Return a sentence on the springs to buy, and the hinges that do not get exactly one spring."""
-    each = springs_to_buy(tuning)
-    if each is None:
+    springs_at = springs_to_buy(tuning)
+    if springs_at is None:
         none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
         return f"nothing of the catalogue: {none}"
-    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(each))
+    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(springs_at))
     listed = f"{listed} N m/rad" if listed else "no springs"
-    where: dict[tuple[float, ...], list[str]] = {}
-    for name, springs in zip(tuning.labels.hinges, each, strict=True):
+    hinges_with: dict[tuple[float, ...], list[str]] = {}
+    for name, springs in zip(tuning.labels.hinges, springs_at, strict=True):
         # the table shows the stiffness of pairs of equal springs
         key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
-        where.setdefault(key, []).append(name)
-    notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(where.items()) if len(key) != 1]
+        hinges_with.setdefault(key, []).append(name)
+    notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(hinges_with.items()) if len(key) != 1]
     return listed + (f" ({'; '.join(notes)})" if notes else "")
 
 
@@ -302,14 +302,14 @@ def _hinges(names: list[str]) -> str:
     return ("hinges " if len(names) > 1 else "hinge ") + ", ".join(names)
 
 
-def _counts(each: list[tuple[float, ...]]) -> list[tuple[float, int]]:
-    return sorted(Counter(spring for springs in each for spring in springs).items())
+def _counts(springs_at: list[tuple[float, ...]]) -> list[tuple[float, int]]:
+    return sorted(Counter(spring for springs in springs_at for spring in springs).items())
 
 
-def _bought_facts(each: list[tuple[float, ...]]) -> dict[str, Any]:
+def _bought_facts(springs_at: list[tuple[float, ...]]) -> dict[str, Any]:
     return {
-        "springs": [{"stiffness_N_m_rad": spring, "count": count} for spring, count in _counts(each)],
-        "at_hinges_N_m_rad": [list(springs) for springs in each],
+        "springs": [{"stiffness_N_m_rad": spring, "count": count} for spring, count in _counts(springs_at)],
+        "at_hinges_N_m_rad": [list(springs) for springs in springs_at],
     }
 
 
