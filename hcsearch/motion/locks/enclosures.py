@@ -178,7 +178,7 @@ class _Contest:
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
         seen = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.aside)
+            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.aside)
             for walk in walks
         ]
         self.regions += [
