@@ -99,5 +99,5 @@ def region_of(linkage: Linkage, side: int, steps: int = 20_000, climbs: int = 10
     """A region around an end by walks and climbs of so many steps, not yet searched."""
     rings, walks = walks_of(linkage, steps)
     work = new_refutation(rings)
-    seen = [climb_angles(rings, walk, *whole_box(rings.folds), climbs, 1, work) for walk in walks]
+    seen = [climb_angles(rings, walk, *whole_box(rings.hinge_count), climbs, 1, work) for walk in walks]
     return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), new_refutation(rings))

@@ -75,7 +75,7 @@ class _Rules:
         """Whether angles are within the stops, and panels apart."""
         if angles is None or angles.min() < 0.0 or angles.max() > math.pi:
             return False
-        return bool(place_state(self.space, angles, self.space.least, self.state))
+        return bool(place_state(self.space, angles, self.space.min_gap, self.state))
 
 
 def _problem(base: Any, rules: _Rules, ends: list[list[Reals]]) -> Any:

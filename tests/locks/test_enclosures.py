@@ -88,9 +88,9 @@ def equations(linkage, angles, about, cuts):
 def second_order(expansion, d):
     """What an expansion gives at an offset from the middle."""
     values = expansion.values + expansion.slopes @ d
-    filled = slice(0, int(expansion.filled[0]))
+    filled = slice(0, int(expansion.bend_count[0]))
     for (i, j), owner, bend in zip(
-        expansion.pairs[filled], expansion.owners[filled], expansion.bends[filled], strict=True
+        expansion.pairs[filled], expansion.bend_loops[filled], expansion.bends[filled], strict=True
     ):
         values[EQUATIONS_PER_LOOP * owner : EQUATIONS_PER_LOOP * (owner + 1)] += bend * d[i] * d[j]
     return values
@@ -155,11 +155,11 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
         for loop in range(len(cuts)):
             own = rest[EQUATIONS_PER_LOOP * loop : EQUATIONS_PER_LOOP * (loop + 1)]
             values = np.linalg.svd(own[:9].reshape(3, 3), compute_uv=False)
-            assert values[0] <= expansion.rests[loop, 0] + 1e-12
-            assert np.linalg.norm(own[9:]) <= expansion.rests[loop, 1] + 1e-12
+            assert values[0] <= expansion.third_order_bounds[loop, 0] + 1e-12
+            assert np.linalg.norm(own[9:]) <= expansion.third_order_bounds[loop, 1] + 1e-12
             for mix in rng.normal(size=(5, 9)):
                 # a sum of matrices of rank 2, with singular values of 1 at most
-                most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.rests[loop, 0]
+                most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.third_order_bounds[loop, 0]
                 assert abs(mix @ own[:9]) <= most + 1e-12
         for mix in rng.normal(size=(5, len(rest))):
             assert abs(mix @ rest) <= bound_third_order(radii, rings.hinges, expansion, mix[:, None].copy()) + 1e-12
@@ -438,7 +438,7 @@ def test_what_is_locked_at_an_end_is_enclosed(thickness, missed):
 
 def test_a_search_that_is_interrupted_comes_to_the_same():
     rings, walks = walks_of(joined("hex:0233350401:0", "hinged"), 5_000)
-    low, high = walks[0].min(axis=0), np.full(rings.folds, math.pi)
+    low, high = walks[0].min(axis=0), np.full(rings.hinge_count, math.pi)
     side = int(np.argmax(low))
     high[side] = low[side] = low[side] - 0.1
     whole, parts = new_refutation(rings), new_refutation(rings)

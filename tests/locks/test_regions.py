@@ -105,7 +105,7 @@ def test_a_region_does_not_hang_on_how_often_it_is_interrupted(name, side, many,
 def test_climbs_lead_further_than_a_walk_from_one_state_to_the_next():
     linkage = joined("hex:023244401502:5", "hinged")
     rings, walks = walks_of(linkage, 5_000)
-    n, walk = rings.folds, walks[0]
+    n, walk = rings.hinge_count, walks[0]
     climbed = climb_angles(rings, walk, np.zeros(n), np.full(n, math.pi), 500, 1, new_refutation(rings))
     assert np.array_equal(climbed[: len(walk)], walk)
     assert open_by_states(linkage, climbed).max() < 1e-6

@@ -38,38 +38,38 @@ OTHERS = {
 @pytest.mark.parametrize("name", TRIALS)
 def test_critical_margins_are_those_of_trials(name):
     found, (path, none) = critical_margin(joined(name, "hinged")), TRIALS[name]
-    assert 1e3 * found.met <= MARGIN_GRID_RATIO * path
-    assert 1e3 * found.none >= none / MARGIN_GRID_RATIO
-    assert found.met == pytest.approx(MARGIN_GRID_RATIO * found.none)
-    assert found.proved is None or found.proved >= found.met
+    assert 1e3 * found.least_met <= MARGIN_GRID_RATIO * path
+    assert 1e3 * found.greatest_unmet >= none / MARGIN_GRID_RATIO
+    assert found.least_met == pytest.approx(MARGIN_GRID_RATIO * found.greatest_unmet)
+    assert found.least_proved is None or found.least_proved >= found.least_met
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_some_need_no_play_to_speak_of_and_others_are_not_opened_by_any(name):
     found, (path, none) = critical_margin(joined(name, "hinged")), OTHERS[name]
-    assert found.met == (None if path is None else pytest.approx(1e-3 * path))
-    assert found.none == (None if none is None else pytest.approx(1e-3 * none, rel=MARGIN_GRID_RATIO - 1))
-    assert found.proved is None or found.met <= found.proved <= MARGIN_GRID_RATIO**3 * found.met
-    assert (found.proved is None) == (path is None)
+    assert found.least_met == (None if path is None else pytest.approx(1e-3 * path))
+    assert found.greatest_unmet == (None if none is None else pytest.approx(1e-3 * none, rel=MARGIN_GRID_RATIO - 1))
+    assert found.least_proved is None or found.least_met <= found.least_proved <= MARGIN_GRID_RATIO**3 * found.least_met
+    assert (found.least_proved is None) == (path is None)
 
 
 def test_what_is_said_of_margins_is_what_the_search_comes_to():
     linkage, looking = joined("hex:0232435051:3", "hinged"), SearchExtent(rounds=100, seeds=2, roots=2)
     found = critical_margin(linkage, looking)
     assert found == critical_margin(linkage, looking)
-    assert found.looking == looking
-    assert found.none < found.met <= found.proved
+    assert found.extent == looking
+    assert found.greatest_unmet < found.least_met <= found.least_proved
 
     def paths(margin):
         planner = Planner(linkage, margin)
         plans = [planner.plan(100, seed, roots=2).states for seed in range(2)]
         return [states for states in plans if states is not None]
 
-    assert not paths(found.none)
-    assert paths(found.met)
+    assert not paths(found.greatest_unmet)
+    assert paths(found.least_met)
     margins = critical_margin_grid(linkage)
-    assert found.proved in margins
-    assert Prover(linkage).prove(found.states, margins).margin == found.proved
+    assert found.least_proved in margins
+    assert Prover(linkage).prove(found.states, margins).margin == found.least_proved
 
 
 def test_margins_leave_something_of_a_panel():
@@ -93,4 +93,4 @@ def test_a_lesser_margin_is_one_that_is_proved_then_one_that_is_met():
 def test_the_path_of_the_least_margin_is_a_proved_one():
     linkage = joined("square:012123230301:2", "hinged")
     found = critical_margin(linkage)
-    assert Prover(linkage).prove(found.states, [found.proved]).margin == found.proved
+    assert Prover(linkage).prove(found.states, [found.least_proved]).margin == found.least_proved

@@ -69,7 +69,7 @@ def test_the_equations_are_the_first_two_terms_of_closure(name):
     rng = np.random.default_rng(1)
     for linkage, end in ends(name):
         assert end.exact
-        assert end.sound
+        assert end.provable
         direction = rng.normal(size=linkage.n_hinges)
         left, derivative = end.equations(direction)
         course = np.zeros((linkage.n_hinges, 4))
@@ -162,10 +162,10 @@ def test_an_end_off_the_lattice_is_known_but_for_rounding():
     linkage = linkage_named("element-8r")
     end = EndClosure(linkage, linkage.flat, group_of_all(loops_of(linkage)))
     assert not end.exact
-    assert end.sound
+    assert end.provable
     moved = linkage.flat.copy()
     moved[0] = 1e-6
-    assert not EndClosure(linkage, moved, group_of_all(loops_of(linkage))).sound
+    assert not EndClosure(linkage, moved, group_of_all(loops_of(linkage))).provable
 
 
 def test_a_state_that_is_no_end_proves_nothing():
@@ -174,5 +174,5 @@ def test_a_state_that_is_no_end_proves_nothing():
     state = linkage.folded.copy()
     state[0] -= 1e-6
     end = EndClosure(linkage, state, group_of_all(loops_of(linkage)))
-    assert not end.sound
+    assert not end.provable
     assert end.depart(np.zeros((linkage.n_hinges, 4)) + 1e-3) is None

@@ -114,6 +114,6 @@ def test_clear_junctions_keep_panels_apart():
     clear = clear_junctions(linkage, space, stack)
     every = junctions_of(linkage).states
     inner = [state for state in every if state.any() and (state != linkage.folded).any()]
-    apart = [state.tolist() for state in inner if place_state(space, state, space.least, pick_state(stack, 0))]
+    apart = [state.tolist() for state in inner if place_state(space, state, space.min_gap, pick_state(stack, 0))]
     assert clear.tolist() == apart
     assert (len(every), len(clear)) == (6, 3)

@@ -43,11 +43,11 @@ def test_every_sample_is_proved_from_packed_to_flat(name):
     assert proof.margin in CERTIFIED_MARGINS
     assert proof.closed
     assert proof.exact
-    assert proof.reach == (0.0, 0.0)
+    assert proof.end_distances == (0.0, 0.0)
     assert (proof.motion.angles[0] == sample.linkage.folded).all()
     assert (proof.motion.angles[-1] == 0).all()
     assert proof.slack < 0.05 * CERTIFIED_MARGINS[0] * Prover(sample.linkage).scale
-    assert proof.give * Prover(sample.linkage)._spread <= proof.margin
+    assert proof.stop_excess * Prover(sample.linkage)._spread <= proof.margin
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -57,7 +57,7 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
     closed = closed_beside(sample.linkage, states)
     # the nearest closed state is no further than the one that is proved to be there
     assert np.linalg.norm(closed - states, axis=1).max() <= sample.wander
-    assert max(-closed.min(), closed.max() - math.pi) <= sample.proof.give
+    assert max(-closed.min(), closed.max() - math.pi) <= sample.proof.stop_excess
     assert open_by(sample.linkage, closed[::500]).max() < 1e-12
     chain, prisms = sample.linkage.chain, prisms_of(sample.linkage, sample.proof.margin)
     pairs = solid_pairs(sample.linkage, prisms_of(sample.linkage), kept_apart(sample.linkage)).prisms
@@ -169,7 +169,7 @@ def test_a_path_through_a_panel_is_not_clear():
     proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is None
     assert proof.closed  # as a linkage without panels may move
-    assert proof.clear.kind == "collides"
+    assert proof.clearance.kind == "collides"
     assert proof.overlap > 8e-4
 
 
@@ -210,7 +210,7 @@ def test_two_loops_are_proved_as_one_is():
         Prover(linkage).prove(one.states[:, both], CERTIFIED_MARGINS).margin is None
     )  # nothing holds the copies near each other
     prover = Prover(linkage)
-    prover.__dict__["_way"] = Prover(one.linkage)._way  # though no hinge moves both
+    prover.__dict__["_longest_path"] = Prover(one.linkage)._longest_path  # though no hinge moves both
     proof = prover.prove(one.states[:, both], CERTIFIED_MARGINS)
     assert proof.closed
     assert proof.margin == one.proof.margin

@@ -46,8 +46,8 @@ def test_foldings_with_singular_paths_are_proved_by_simple_moves(name):
     sample = Planned(linkage, states, proof)
     moments = along(sample, np.linspace(0, proof.motion.times[-1], 2000))
     assert open_by(linkage, moments).max() < 2 * proof.slack + 1e-9
-    assert moments.min() >= -proof.give
-    assert moments.max() <= math.pi + proof.give
+    assert moments.min() >= -proof.stop_excess
+    assert moments.max() <= math.pi + proof.stop_excess
     assert (moments[0] == linkage.folded).all()
     assert (moments[-1] == 0).all()
 

@@ -36,7 +36,7 @@ def test_combs_are_proved(width, height):
     assert proof.margin is not None
     assert proof.margin <= CERTIFIED_MARGINS[-1]
     assert proof.exact
-    assert proof.reach == (0.0, 0.0)
+    assert proof.end_distances == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("thickness", [0.05e-3, 0.5e-3, 2e-3, 6e-3, 25e-3])

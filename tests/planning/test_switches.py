@@ -22,7 +22,7 @@ def stopped(state):
 def switches_of(sample):
     """Steps of a path in which hinges leave or reach their stops, and the switch states of those that have one."""
     loops = loops_of(sample.linkage)
-    states = Prover(sample.linkage).whole.close(sample.states)
+    states = Prover(sample.linkage).whole.closed_states(sample.states)
     for one, two in pairwise(states[1:-1]):
         yield one, two, switch_between(loops, one, two, new_closing(loops))
 

@@ -63,17 +63,17 @@ class Contraction(NamedTuple):
     middles: Reals
     radii: Reals
     shares: Reals
-    least: Reals
-    most: Reals
+    slope_minima: Reals
+    slope_maxima: Reals
     cuts: WholeNumbers
-    best: Reals
-    turns: WholeNumbers
+    best_shares: Reals
+    cut_trial_count: WholeNumbers
 
 
 @compiled
 def new_contraction(rings: HingeRings) -> Contraction:
     """Return empty tables."""
-    n, expansion = rings.folds, new_expansion(rings)
+    n, expansion = rings.hinge_count, new_expansion(rings)
     return Contraction(
         expansion,
         new_combinations(rings, expansion),
@@ -94,11 +94,11 @@ def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) 
 
     Loops are cut at `work.expansion.cuts` at first; afterwards that holds the best cuts.
     """
-    n, most_known, shrunk = len(low), -1.0, False
+    n, best_known, shrunk = len(low), -1.0, False
     keep_cuts(work.expansion.cuts, work.cuts)
     _centre(low, high, work)
     for h in range(n):
-        work.best[h] = work.radii[h]
+        work.best_shares[h] = work.radii[h]
     for sweep in range(MAX_CONTRACTION_SWEEPS):
         if sweep > 1 and not shrunk:
             break
@@ -112,11 +112,11 @@ def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) 
             if not _use(rings, first, low, high, work):
                 return False
             known = _known(work) if first == 0 else -1.0
-            if known > most_known:
-                most_known = known
+            if known > best_known:
+                best_known = known
                 keep_cuts(work.expansion.cuts, work.cuts)
                 for h in range(n):
-                    work.best[h] = work.shares[h]
+                    work.best_shares[h] = work.shares[h]
             after = _width(low, high)
             if after > (1.0 - MIN_FIRST_GAIN_SHARE) * before:
                 break
@@ -124,7 +124,7 @@ def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) 
         _centre(low, high, work)
     keep_cuts(work.cuts, work.expansion.cuts)
     for h in range(n):
-        work.shares[h] = work.best[h]
+        work.shares[h] = work.best_shares[h]
     return True
 
 
@@ -149,8 +149,8 @@ def _width(low: Reals, high: Reals) -> float:
 def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
     """Cut the loops in the next alternative way; return whether that differs from the best cuts."""
     cuts, differs = work.expansion.cuts, False
-    cut_loops(rings, work.radii, work.turns[0] % ALTERNATIVE_CUT_COUNT, cuts)
-    work.turns[0] += 1
+    cut_loops(rings, work.radii, work.cut_trial_count[0] % ALTERNATIVE_CUT_COUNT, cuts)
+    work.cut_trial_count[0] += 1
     for loop in range(len(cuts)):
         differs = differs or cuts[loop, 0] != work.cuts[loop, 0] or cuts[loop, 1] != work.cuts[loop, 1]
     return differs
@@ -159,31 +159,33 @@ def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
 @lean
 def _known(work: Contraction) -> float:
     """The first combination's value in the middle of a box, relative to its greatest change in the box."""
-    own = work.combinations
-    differs = own.errors[0]
+    combinations = work.combinations
+    differs = combinations.errors[0]
     for h in range(len(work.radii)):
-        differs += abs(own.parts[h, 0]) * work.radii[h]
-    return abs(own.values[0]) / differs if differs > 0.0 else 0.0
+        differs += abs(combinations.coefficients[h, 0]) * work.radii[h]
+    return abs(combinations.values[0]) / differs if differs > 0.0 else 0.0
 
 
 @lean
 def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by some combinations, number 0 that of the values; return False where one excludes all of it."""
-    n, own = len(low), work.combinations
+    n, combinations = len(low), work.combinations
     last = min(n + 1 - first, COMBINATION_LANE_COUNT)
-    for i in range(len(own.mixes)):
+    for i in range(len(combinations.weights)):
         for c in range(COMBINATION_LANE_COUNT):
-            own.mixes[i, c] = 0.0
+            combinations.weights[i, c] = 0.0
         for c in range(last):
-            own.mixes[i, c] = work.expansion.slopes[i, first + c - 1] if first + c > 0 else own.centred[i]
-    solve_combinations(own)
-    _scale(own)
-    combine_equations(work.radii, work.expansion, own)
+            combinations.weights[i, c] = (
+                work.expansion.slopes[i, first + c - 1] if first + c > 0 else combinations.centred[i]
+            )
+    solve_combinations(combinations)
+    _scale(combinations)
+    combine_equations(work.radii, work.expansion, combinations)
     if first == 0:
         _refine(rings, work)
         for h in range(n):
-            work.shares[h] = abs(own.parts[h, 0]) * work.radii[h]
-        add_shares(work.radii, work.expansion, work.shares, own)
+            work.shares[h] = abs(combinations.coefficients[h, 0]) * work.radii[h]
+        add_shares(work.radii, work.expansion, work.shares, combinations)
     for c in range(last):
         h = first + c - 1
         if (h < 0 or high[h] - low[h] > BOUND_PADDING) and not _bound(c, low, high, work):
@@ -194,47 +196,49 @@ def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contracti
 @lean
 def _refine(rings: HingeRings, work: Contraction) -> None:
     """Bound the third order of the first combination term by term."""
-    own = work.combinations
-    gain = own.thirds[0] - bound_third_order(work.radii, rings.hinges, work.expansion, own.mixes)
+    combinations = work.combinations
+    gain = combinations.third_orders[0] - bound_third_order(
+        work.radii, rings.hinges, work.expansion, combinations.weights
+    )
     if gain > 0.0:
-        own.thirds[0] -= gain
-        own.errors[0] -= gain
+        combinations.third_orders[0] -= gain
+        combinations.errors[0] -= gain
 
 
 @lean
-def _scale(own: Combinations) -> None:
+def _scale(combinations: Combinations) -> None:
     """Scale the greatest entry of each combination to 1; one that is not finite becomes 0 and bounds nothing."""
-    greatest = own.sums[0]
+    greatest = combinations.sums[0]
     for c in range(COMBINATION_LANE_COUNT):
         greatest[c] = 0.0
-    for i in range(len(own.mixes)):
+    for i in range(len(combinations.weights)):
         for c in range(COMBINATION_LANE_COUNT):
-            greatest[c] = max(greatest[c], abs(own.mixes[i, c]))
+            greatest[c] = max(greatest[c], abs(combinations.weights[i, c]))
     for c in range(COMBINATION_LANE_COUNT):
         if 0.0 < greatest[c] < math.inf:
             greatest[c] = 1.0 / greatest[c]
         else:
             greatest[c] = 0.0
-            for i in range(len(own.mixes)):
-                own.mixes[i, c] = 0.0
-    for i in range(len(own.mixes)):
+            for i in range(len(combinations.weights)):
+                combinations.weights[i, c] = 0.0
+    for i in range(len(combinations.weights)):
         for c in range(COMBINATION_LANE_COUNT):
-            own.mixes[i, c] *= greatest[c]
+            combinations.weights[i, c] *= greatest[c]
 
 
 @lean
 def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by one combination; return False where it excludes all of the box."""
-    own, n = work.combinations, len(low)
-    value, error = own.values[c], own.errors[c]
+    combinations, n = work.combinations, len(low)
+    value, error = combinations.values[c], combinations.errors[c]
     sizes = abs(value) + error
     below, above = value - error, value + error
     for h in range(n):
-        slope = own.parts[h, c]
+        slope = combinations.coefficients[h, c]
         x, y = slope * (low[h] - work.middles[h]), slope * (high[h] - work.middles[h])
-        work.least[h], work.most[h] = min(x, y), max(x, y)
-        below += work.least[h]
-        above += work.most[h]
+        work.slope_minima[h], work.slope_maxima[h] = min(x, y), max(x, y)
+        below += work.slope_minima[h]
+        above += work.slope_maxima[h]
         sizes += abs(x) + abs(y)
     rounding = 4e-16 * (n + 4) * sizes
     below -= rounding
@@ -242,15 +246,15 @@ def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
     if below > 0.0 or above < 0.0:
         return False
     for h in range(n):
-        slope = own.parts[h, c]
+        slope = combinations.coefficients[h, c]
         if abs(slope) < MIN_COMBINATION_SLOPE:
             continue
-        one, two = -(above - work.most[h]) / slope, -(below - work.least[h]) / slope
-        least = max(low[h], work.middles[h] + min(one, two) - BOUND_PADDING)
-        most = min(high[h], work.middles[h] + max(one, two) + BOUND_PADDING)
-        if least > most:
+        first, second = -(above - work.slope_maxima[h]) / slope, -(below - work.slope_minima[h]) / slope
+        new_low = max(low[h], work.middles[h] + min(first, second) - BOUND_PADDING)
+        new_high = min(high[h], work.middles[h] + max(first, second) + BOUND_PADDING)
+        if new_low > new_high:
             return False
-        low[h], high[h] = least, most
+        low[h], high[h] = new_low, new_high
     return True
 
 
@@ -279,20 +283,22 @@ class Newton(NamedTuple):
 @compiled
 def new_newton(rings: HingeRings) -> Newton:
     """Return empty tables."""
-    n = rings.folds
+    n = rings.hinge_count
     tables, lists = (np.zeros((n, n)), np.zeros((n, n))), (np.zeros(n), np.zeros(n), np.zeros(n))
     return Newton(tables[0], tables[1], lists[0], lists[1], lists[2], np.zeros(n, np.bool_))
 
 
 @lean
-def close_within_box(rings: HingeRings, low: Reals, high: Reals, state: Reals, own: Expansion, work: Newton) -> float:
+def close_within_box(
+    rings: HingeRings, low: Reals, high: Reals, state: Reals, expansion: Expansion, work: Newton
+) -> float:
     """Move a state to a closed one within a box, (n,) each; return the residual norm there."""
     residual, before = math.inf, math.inf
     for step in range(MAX_NEWTON_STEPS):
-        write_first_order(rings, state, own)
+        write_first_order(rings, state, expansion)
         total = 0.0
-        for i in range(len(own.values)):
-            total += own.values[i] * own.values[i]
+        for i in range(len(expansion.values)):
+            total += expansion.values[i] * expansion.values[i]
         residual = math.sqrt(total)
         if residual < NEWTON_RESIDUAL:
             break
@@ -300,7 +306,7 @@ def close_within_box(rings: HingeRings, low: Reals, high: Reals, state: Reals, o
             if residual > STALL_RESIDUAL_SHARE * before:
                 break
             before = residual
-        _write_normal(1e-3 * residual + 1e-12, own, work)
+        _write_normal(1e-3 * residual + 1e-12, expansion, work)
         if not _write_step(low, high, state, work):
             break
         moved = 0.0
@@ -313,20 +319,20 @@ def close_within_box(rings: HingeRings, low: Reals, high: Reals, state: Reals, o
 
 
 @lean
-def _write_normal(damping: float, own: Expansion, work: Newton) -> None:
+def _write_normal(damping: float, expansion: Expansion, work: Newton) -> None:
     """Write the normal equations of a step."""
-    r, n = own.slopes.shape
+    r, n = expansion.slopes.shape
     for h in range(n):
         work.right[h] = 0.0
         for k in range(n):
             work.normal[h, k] = 0.0
     for i in range(r):
         for h in range(n):
-            slope = own.slopes[i, h]
+            slope = expansion.slopes[i, h]
             if slope != 0.0:
-                work.right[h] -= slope * own.values[i]
+                work.right[h] -= slope * expansion.values[i]
                 for k in range(n):
-                    work.normal[h, k] += slope * own.slopes[i, k]
+                    work.normal[h, k] += slope * expansion.slopes[i, k]
     for h in range(n):
         work.normal[h, h] += damping
 

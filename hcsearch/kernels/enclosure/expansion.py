@@ -50,7 +50,7 @@ class HingeRings(NamedTuple):
     hinges: WholeNumbers
     directions: Reals
     points: Reals
-    folds: int
+    hinge_count: int
 
 
 class Expansion(NamedTuple):
@@ -69,10 +69,10 @@ class Expansion(NamedTuple):
     slopes: Reals
     bends: Reals
     pairs: WholeNumbers
-    owners: WholeNumbers
-    filled: WholeNumbers
-    rests: Reals
-    fourths: Reals
+    bend_loops: WholeNumbers
+    bend_count: WholeNumbers
+    third_order_bounds: Reals
+    fourth_order_bounds: Reals
     errors: Reals
     cuts: WholeNumbers
     steps: WholeNumbers
@@ -86,19 +86,19 @@ class Expansion(NamedTuple):
 @compiled
 def new_expansion(rings: HingeRings) -> Expansion:
     """Return empty tables."""
-    loops, most = len(rings.starts) - 1, 0
+    loops, max_bends = len(rings.starts) - 1, 0
     for loop in range(loops):
         m = rings.starts[loop + 1] - rings.starts[loop]
-        most += m * (m + 1) // 2
+        max_bends += m * (m + 1) // 2
     r, k, cuts = EQUATIONS_PER_LOOP * loops, len(rings.hinges), np.zeros((loops, 2), np.int64)
     for loop in range(loops):
         cuts[loop, 1] = (rings.starts[loop + 1] - rings.starts[loop]) // 2
     return Expansion(
         np.zeros(r),
-        np.zeros((r, rings.folds)),
-        np.zeros((most, EQUATIONS_PER_LOOP)),
-        np.zeros((most, 2), np.int64),
-        np.zeros(most, np.int64),
+        np.zeros((r, rings.hinge_count)),
+        np.zeros((max_bends, EQUATIONS_PER_LOOP)),
+        np.zeros((max_bends, 2), np.int64),
+        np.zeros(max_bends, np.int64),
         np.zeros(1, np.int64),
         np.zeros((loops, 2)),
         np.zeros((loops, 2)),
@@ -120,10 +120,10 @@ def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Ex
     Loops are cut at `expansion.cuts`.
     """
     write_first_order(rings, angles, expansion)
-    expansion.filled[0] = 0
+    expansion.bend_count[0] = 0
     for loop in range(len(rings.starts) - 1):
         for kind in range(2):
-            expansion.rests[loop, kind] = expansion.fourths[loop, kind] = 0.0
+            expansion.third_order_bounds[loop, kind] = expansion.fourth_order_bounds[loop, kind] = 0.0
         total, far = 0.0, 1.0
         for half in (2 * loop, 2 * loop + 1):
             _write_bends(rings, half, expansion)
@@ -146,16 +146,16 @@ def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) ->
         for k in range(m):
             total += radii[rings.hinges[start + k]]
         for _ in range(turn + 1):
-            least, next_one = math.inf, chosen
+            least_uneven, next_one = math.inf, chosen
             for first in range(m):
-                own = 0.0
+                half_sum = 0.0
                 for k in range(first, m):
-                    uneven, place = abs(2.0 * own - total), first * m + k
+                    uneven, place = abs(2.0 * half_sum - total), first * m + k
                     later = uneven > before or (uneven == before and place > chosen)
-                    if later and uneven < least:
-                        least, next_one = uneven, place
-                    own += radii[rings.hinges[start + k]]
-            before, chosen = least, next_one
+                    if later and uneven < least_uneven:
+                        least_uneven, next_one = uneven, place
+                    half_sum += radii[rings.hinges[start + k]]
+            before, chosen = least_uneven, next_one
         cuts[loop, 0], cuts[loop, 1] = chosen // m, chosen % m
 
 
@@ -173,21 +173,21 @@ def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) ->
     for loop in range(len(rings.starts) - 1):
         _lay_out(rings, loop, expansion)
         middle = _middle(rings, loop, expansion)
-        one, two, row = expansion.poses[0], expansion.poses[1], EQUATIONS_PER_LOOP * loop
-        _place(rings, 2 * loop, angles, one, expansion)
-        _place(rings, 2 * loop + 1, angles, two, expansion)
-        here, there = moved_point(one, middle), moved_point(two, middle)
+        first, second, row = expansion.poses[0], expansion.poses[1], EQUATIONS_PER_LOOP * loop
+        _place(rings, 2 * loop, angles, first, expansion)
+        _place(rings, 2 * loop + 1, angles, second, expansion)
+        here, there = moved_point(first, middle), moved_point(second, middle)
         for i in range(3):
-            x, y, z = two[i, 0], two[i, 1], two[i, 2]
+            x, y, z = second[i, 0], second[i, 1], second[i, 2]
             for j in range(3):  # the rotation from the one pose to the other, in the room of the second
-                two[i, j] = x * one[j, 0] + y * one[j, 1] + z * one[j, 2]
-                expansion.values[row + 3 * i + j] = (1.0 if i == j else 0.0) - two[i, j]
+                second[i, j] = x * first[j, 0] + y * first[j, 1] + z * first[j, 2]
+                expansion.values[row + 3 * i + j] = (1.0 if i == j else 0.0) - second[i, j]
         for i in range(3):
             expansion.values[row + 9 + i] = here[i] - there[i]
             for j in range(3):
-                one[i, j] = 1.0 if i == j else 0.0
-        _write_slopes(2 * loop, 1.0, here, one, rings, expansion)
-        _write_slopes(2 * loop + 1, -1.0, there, two, rings, expansion)
+                first[i, j] = 1.0 if i == j else 0.0
+        _write_slopes(2 * loop, 1.0, here, first, rings, expansion)
+        _write_slopes(2 * loop + 1, -1.0, there, second, rings, expansion)
 
 
 @lean
@@ -264,22 +264,22 @@ def _write_slopes(
 @lean
 def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
     """Write the second-order terms of a half, for all products of two hinges."""
-    sign, q = 1.0 if half % 2 == 0 else -1.0, expansion.filled[0]
+    sign, q = 1.0 if half % 2 == 0 else -1.0, expansion.bend_count[0]
     for i in range(expansion.ends[half], expansion.ends[half + 1]):
         axis = vector_at(expansion.axes, i, 0)
         for j in range(i, expansion.ends[half + 1]):
             f = 0.5 * sign if i == j else sign
             expansion.pairs[q, 0] = rings.hinges[expansion.steps[i]]
             expansion.pairs[q, 1] = rings.hinges[expansion.steps[j]]
-            expansion.owners[q] = half // 2
-            own, turned = expansion.bends[q], expansion.turned[j]
+            expansion.bend_loops[q] = half // 2
+            bend, turned = expansion.bends[q], expansion.turned[j]
             for s in range(3):
                 column = cross(axis, (turned[0, s], turned[1, s], turned[2, s]))
-                own[s], own[3 + s], own[6 + s] = f * column[0], f * column[1], f * column[2]
+                bend[s], bend[3 + s], bend[6 + s] = f * column[0], f * column[1], f * column[2]
             shift = cross(axis, vector_at(expansion.levers, j, 0))
-            own[9], own[10], own[11] = f * shift[0], f * shift[1], f * shift[2]
+            bend[9], bend[10], bend[11] = f * shift[0], f * shift[1], f * shift[2]
             q += 1
-    expansion.filled[0] = q
+    expansion.bend_count[0] = q
 
 
 @lean
@@ -290,28 +290,31 @@ def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion)
     between, and so are fourth ones. For the place, the lever of the last hinge, k, is turned instead.
     """
     first, end, loop = expansion.ends[half], expansion.ends[half + 1], half // 2
-    more = total = place = fourth = far = 0.0
+    displacement = total = place = fourth = far = 0.0
     for k in range(first, end):
         total += radii[rings.hinges[expansion.steps[k]]]
-    left = total
+    remaining = total
     for k in range(end - 1, first - 1, -1):
-        lever, own = vector_at(expansion.levers, k, 0), radii[rings.hinges[expansion.steps[k]]]
-        reach = math.sqrt(dot(lever, lever)) + more  # what lies between it and the panel moves that by `more`
+        lever, radius = vector_at(expansion.levers, k, 0), radii[rings.hinges[expansion.steps[k]]]
+        reach = math.sqrt(dot(lever, lever)) + displacement  # what lies between it and the panel moves that by `more`
         far = max(far, reach)
-        more += own * reach
-        rest = max(left - own, 0.0)
-        place += reach * (left * left * left - rest * rest * rest)
-        fourth += reach * (left * left * left * left - rest * rest * rest * rest)
-        left = rest
-    expansion.rests[loop, 0] += total**3 / 6.0
-    expansion.rests[loop, 1] += place / 6.0
-    expansion.fourths[loop, 0] += total**4 / 24.0
-    expansion.fourths[loop, 1] += fourth / 24.0
+        displacement += radius * reach
+        next_remaining = max(remaining - radius, 0.0)
+        place += reach * (remaining * remaining * remaining - next_remaining * next_remaining * next_remaining)
+        fourth += reach * (
+            remaining * remaining * remaining * remaining
+            - next_remaining * next_remaining * next_remaining * next_remaining
+        )
+        remaining = next_remaining
+    expansion.third_order_bounds[loop, 0] += total**3 / 6.0
+    expansion.third_order_bounds[loop, 1] += place / 6.0
+    expansion.fourth_order_bounds[loop, 0] += total**4 / 24.0
+    expansion.fourth_order_bounds[loop, 1] += fourth / 24.0
     return total, far
 
 
 @lean
-def bound_third_order(radii: Reals, hinges: WholeNumbers, own: Expansion, mixes: Reals) -> float:
+def bound_third_order(radii: Reals, hinges: WholeNumbers, expansion: Expansion, weights: Reals) -> float:
     """Bound the third and higher orders of the first combination, a column of (r, m), without rounding.
 
     radii : (n,), of the box. hinges : (k,), of `HingeRings`. With the bend of j and k as columns b, and the
@@ -319,33 +322,38 @@ def bound_third_order(radii: Reals, hinges: WholeNumbers, own: Expansion, mixes:
     weight, thrice a sixth, of which a bend with itself has a half already.
     """
     total, q = 0.0, 0
-    for half in range(len(own.ends) - 1):
-        row, first, end = EQUATIONS_PER_LOOP * (half // 2), own.ends[half], own.ends[half + 1]
+    for half in range(len(expansion.ends) - 1):
+        row, first, end = EQUATIONS_PER_LOOP * (half // 2), expansion.ends[half], expansion.ends[half + 1]
         for j in range(first, end):
-            one = radii[hinges[own.steps[j]]]
+            radius = radii[hinges[expansion.steps[j]]]
             for k in range(j, end):
-                way = _turned(row, q, own, mixes)
-                size = (0.5 if j < k else 1.0 / 3.0) * one * abs(dot(vector_at(own.axes, j, 0), way))
+                product = _turned(row, q, expansion, weights)
+                size = (0.5 if j < k else 1.0 / 3.0) * radius * abs(dot(vector_at(expansion.axes, j, 0), product))
                 for i in range(first, j):
-                    size += radii[hinges[own.steps[i]]] * abs(dot(vector_at(own.axes, i, 0), way))
-                total += one * radii[hinges[own.steps[k]]] * size
+                    size += radii[hinges[expansion.steps[i]]] * abs(dot(vector_at(expansion.axes, i, 0), product))
+                total += radius * radii[hinges[expansion.steps[k]]] * size
                 q += 1
-    for loop in range(len(own.fourths)):
+    for loop in range(len(expansion.fourth_order_bounds)):
         turns = shifts = 0.0
         for i in range(EQUATIONS_PER_LOOP * loop, EQUATIONS_PER_LOOP * loop + 9):
-            turns += mixes[i, 0] * mixes[i, 0]
+            turns += weights[i, 0] * weights[i, 0]
         for i in range(EQUATIONS_PER_LOOP * loop + 9, EQUATIONS_PER_LOOP * loop + 12):
-            shifts += mixes[i, 0] * mixes[i, 0]
-        total += math.sqrt(2.0 * turns) * own.fourths[loop, 0] + math.sqrt(shifts) * own.fourths[loop, 1]
+            shifts += weights[i, 0] * weights[i, 0]
+        total += (
+            math.sqrt(2.0 * turns) * expansion.fourth_order_bounds[loop, 0]
+            + math.sqrt(shifts) * expansion.fourth_order_bounds[loop, 1]
+        )
     return total * (1.0 + 1e-12)
 
 
 @lean
-def _turned(row: int, q: int, own: Expansion, mixes: Reals) -> Vector3:
+def _turned(row: int, q: int, expansion: Expansion, weights: Reals) -> Vector3:
     """The sum of cross products of the columns of a bend with those of the first combination."""
-    bend = own.bends[q]
-    way = cross((bend[9], bend[10], bend[11]), (mixes[row + 9, 0], mixes[row + 10, 0], mixes[row + 11, 0]))
+    bend = expansion.bends[q]
+    product = cross((bend[9], bend[10], bend[11]), (weights[row + 9, 0], weights[row + 10, 0], weights[row + 11, 0]))
     for s in range(3):
         column = bend[s], bend[3 + s], bend[6 + s]
-        way = vector_sum(way, cross(column, (mixes[row + s, 0], mixes[row + 3 + s, 0], mixes[row + 6 + s, 0])))
-    return way
+        product = vector_sum(
+            product, cross(column, (weights[row + s, 0], weights[row + 3 + s, 0], weights[row + 6 + s, 0]))
+        )
+    return product

@@ -106,9 +106,9 @@ def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
     last = len(flood.slots) - 1
     slot = (key ^ (key >> 29)) & last
     while flood.slots[slot]:
-        own, same = flood.slots[slot] - 1, True
+        number, same = flood.slots[slot] - 1, True
         for h in range(len(cube)):
-            if flood.cubes[own, h] != cube[h]:
+            if flood.cubes[number, h] != cube[h]:
                 same = False
                 break
         if same:
@@ -132,9 +132,9 @@ def spread_flood(rings: HingeRings, flood: Flood, boxes: int, work: Refutation) 
         face, waited = counts[COUNT_CURRENT_FACE], counts[COUNT_WAITS]
         if face < 0:
             return FLOOD_ENCLOSED
-        own, h, step = face // (2 * n), face % (2 * n) // 2, 2 * (face % 2) - 1
+        number, h, step = face // (2 * n), face % (2 * n) // 2, 2 * (face % 2) - 1
         for k in range(n):
-            cube[k] = flood.cubes[own, k]
+            cube[k] = flood.cubes[number, k]
             low[k], high[k] = flood.grid[cube[k]], flood.grid[cube[k] + 1]
         cube[h] += step
         slot = _slot(flood, cube)
@@ -207,17 +207,17 @@ def _tested(
 @lean
 def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
     """Write the state of the current face that is nearest to the one by which the flood came to its cube."""
-    own = flood.counts[COUNT_CURRENT_FACE] // (2 * len(low))
+    number = flood.counts[COUNT_CURRENT_FACE] // (2 * len(low))
     for h in range(len(low)):
-        state[h] = min(max(flood.states[own, h], low[h]), high[h])
+        state[h] = min(max(flood.states[number, h], low[h]), high[h])
 
 
 @lean
 def _take_in(flood: Flood, slot: int, cube: NDArray[np.int8], state: Reals) -> None:
     """Take in a cube, with a state of the face by which it was reached."""
-    own = flood.counts[COUNT_TAIL]
+    number = flood.counts[COUNT_TAIL]
     for h in range(len(cube)):
-        flood.cubes[own, h] = cube[h]
-        flood.states[own, h] = state[h]
-    flood.slots[slot] = own + 1
-    flood.counts[COUNT_TAIL] = own + 1
+        flood.cubes[number, h] = cube[h]
+        flood.states[number, h] = state[h]
+    flood.slots[slot] = number + 1
+    flood.counts[COUNT_TAIL] = number + 1

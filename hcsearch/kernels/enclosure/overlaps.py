@@ -65,20 +65,20 @@ def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetVie
         work.depths[2 * p] = work.depths[2 * p + 1] = 0.0
         for order in range(2):
             view_facet(plates, p, order, angles, radii, sight)
-            own, other = plates.pairs[p, order], plates.pairs[p, 1 - order]
-            if not _near(plates, own, other, sight, work):
+            facet, other = plates.pairs[p, order], plates.pairs[p, 1 - order]
+            if not _near(plates, facet, other, sight, work):
                 break
             row = 2 * p + order
-            work.depths[row] = _deepest(plates, own, other, row, work)
+            work.depths[row] = _deepest(plates, facet, other, row, work)
             deepest = max(deepest, work.depths[row])
     return deepest
 
 
 @lean
-def _near(plates: Plates, own: int, other: int, sight: FacetView, work: Piercings) -> bool:
+def _near(plates: Plates, facet: int, other: int, sight: FacetView, work: Piercings) -> bool:
     """Whether the balls about two facets meet and their heights overlap; writes the samples of the second."""
-    away = vector_difference(viewed_point(sight, plates.middles, other), vector_at(plates.middles, own, 0))
-    reach = plates.reaches[own] + plates.reaches[other]
+    away = vector_difference(viewed_point(sight, plates.middles, other), vector_at(plates.middles, facet, 0))
+    reach = plates.reaches[facet] + plates.reaches[other]
     if dot(away, away) > reach * reach:
         return False
     lowest, highest = math.inf, -math.inf
@@ -86,24 +86,26 @@ def _near(plates: Plates, own: int, other: int, sight: FacetView, work: Piercing
         place = viewed_point(sight, plates.samples[other], i)
         put_vector(work.places, i, 0, place)
         lowest, highest = min(lowest, place[2]), max(highest, place[2])
-    low, high = plates.levels[own]
+    low, high = plates.levels[facet]
     meets: bool = lowest < high and highest > low
     return meets
 
 
 @lean
-def _deepest(plates: Plates, own: int, other: int, row: int, work: Piercings) -> float:
+def _deepest(plates: Plates, facet: int, other: int, row: int, work: Piercings) -> float:
     """Write the deepest piercing of a facet by segments of another one; return its depth, 0 without one.
 
     The depth is the distance by which either may be moved along the normals of the outline, or upright, and still
     pierces.
     """
-    low, high = plates.levels[own]
-    sides = plates.counts[own, 2]
+    low, high = plates.levels[facet]
+    sides = plates.counts[facet, 2]
     for i in range(plates.counts[other, 0]):
         x, y = work.places[i, 0], work.places[i, 1]
         for k in range(sides):
-            work.within[i, k] = plates.sides[own, k, 2] - plates.sides[own, k, 0] * x - plates.sides[own, k, 1] * y
+            work.within[i, k] = (
+                plates.sides[facet, k, 2] - plates.sides[facet, k, 0] * x - plates.sides[facet, k, 1] * y
+            )
     best = 0.0
     for q in range(plates.counts[other, 1]):
         i, j = plates.segments[other, q]
@@ -164,13 +166,13 @@ class Overlaps(NamedTuple):
     spreads: Reals
     slopes: Reals
     shares: Reals
-    kept: Reals
+    kept_shares: Reals
 
 
 @compiled
 def new_overlaps(rings: HingeRings, plates: Plates) -> Overlaps:
     """Return empty tables."""
-    n = rings.folds
+    n = rings.hinge_count
     return Overlaps(
         plates,
         new_facet_view(n),
@@ -215,16 +217,16 @@ def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contract
         return OVERLAP_NONE
     for k in range(MAX_TESTED_PIERCINGS):
         row = 0
-        for own in range(len(depths)):
-            if depths[own] > depths[row]:
-                row = own
+        for candidate in range(len(depths)):
+            if depths[candidate] > depths[row]:
+                row = candidate
         if depths[row] <= 0.0:
             break
         if _lasts(row, middles, radii, closure, work):
             return OVERLAP_THROUGHOUT
         depths[row] = 0.0
         for h in range(len(low) if k == 0 else 0):
-            work.kept[h] = work.shares[h]
+            work.kept_shares[h] = work.shares[h]
     return OVERLAP_AT_MIDDLE
 
 
@@ -232,7 +234,7 @@ def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contract
 def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
     """Whether a piercing lasts in all of a box; if not, `shares` are those of the condition that fails."""
     plates, pair, order = work.plates, row // 2, row % 2
-    own, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
+    facet, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
     view_facet(plates, pair, order, middles, radii, work.sight)
     ends, height = work.piercings.ends[row], work.piercings.heights[row]
     upper, lower = (
@@ -254,8 +256,8 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
     _trace(TRACE_ALONG, along, 0.0, radii, work)
     _form(TRACE_CROSSING, FORM_HEIGHT, (0.0, 0.0, 1.0), crossing[2] - height, radii, work)
     _form(TRACE_ALONG, FORM_RISE, (0.0, 0.0, 1.0), along[2], radii, work)
-    for side in range(plates.counts[own, 2]):
-        x, y, far = plates.sides[own, side]
+    for side in range(plates.counts[facet, 2]):
+        x, y, far = plates.sides[facet, side]
         _form(TRACE_UPPER, FORM_IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
         _form(TRACE_LOWER, FORM_IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
         if _least(FORM_IN_UPPER, work) > 0.0 and _least(FORM_IN_LOWER, work) > 0.0:
@@ -269,17 +271,17 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
 
 
 @lean
-def _trace(what: int, place: Vector3, point: float, radii: Reals, work: Overlaps) -> None:
+def _trace(traced: int, place: Vector3, point: float, radii: Reals, work: Overlaps) -> None:
     """Write how a traced point moves in a box: levers, bends, and bounds of the remainder (locks.md, 2).
 
     point : 1; 0 for a vector between two points, which does not depend on the places of hinges.
     """
-    sight, levers = work.sight, work.levers[what]
-    m, more, total, rest = sight.length[0], 0.0, 0.0, 0.0
+    sight, levers = work.sight, work.levers[traced]
+    m, displacement, total, rest = sight.length[0], 0.0, 0.0, 0.0
     far = math.sqrt(dot(place, place))
     for k in range(m):
         total += radii[sight.steps[k]]
-    left = total
+    remaining = total
     for k in range(m - 1, -1, -1):
         put_vector(
             levers,
@@ -290,38 +292,38 @@ def _trace(what: int, place: Vector3, point: float, radii: Reals, work: Overlaps
                 vector_difference(place, scaled_vector(point, vector_at(sight.places, k, 0))),
             ),
         )
-        own, lever = radii[sight.steps[k]], vector_at(levers, k, 0)
-        reach = math.sqrt(dot(lever, lever)) + more
+        radius, lever = radii[sight.steps[k]], vector_at(levers, k, 0)
+        reach = math.sqrt(dot(lever, lever)) + displacement
         far = max(far, reach)
-        more += own * reach
-        below = max(left - own, 0.0)
-        rest += reach * (left * left * left - below * below * below)
-        left = below
-    work.rests[what] = rest / 6.0 * (1.0 + 1e-12)
-    work.rounding[what] = HALF_POSE_ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
+        displacement += radius * reach
+        next_remaining = max(remaining - radius, 0.0)
+        rest += reach * (remaining * remaining * remaining - next_remaining * next_remaining * next_remaining)
+        remaining = next_remaining
+    work.rests[traced] = rest / 6.0 * (1.0 + 1e-12)
+    work.rounding[traced] = HALF_POSE_ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
     q = 0
     for i in range(m):
-        axis, own = vector_at(sight.axes, i, 0), radii[sight.steps[i]]
+        axis, radius = vector_at(sight.axes, i, 0), radii[sight.steps[i]]
         for j in range(i, m):
-            size = own * radii[sight.steps[j]] * (0.5 if i == j else 1.0)
-            put_vector(work.bends[what], q, 0, scaled_vector(size, cross(axis, vector_at(levers, j, 0))))
+            size = radius * radii[sight.steps[j]] * (0.5 if i == j else 1.0)
+            put_vector(work.bends[traced], q, 0, scaled_vector(size, cross(axis, vector_at(levers, j, 0))))
             q += 1
 
 
 @lean
-def _form(what: int, row: int, normal: Vector3, value: float, radii: Reals, work: Overlaps) -> None:
+def _form(traced: int, row: int, normal: Vector3, value: float, radii: Reals, work: Overlaps) -> None:
     """Write the value at the middle of a box plus the motion of a traced point along a unit vector, as a form."""
     m, q, spread = work.sight.length[0], 0, 0.0
-    error = work.rests[what] + work.rounding[what]
+    error = work.rests[traced] + work.rounding[traced]
     for h in range(len(radii)):
         work.forms[row, h] = 0.0
     for k in range(m):
-        h, slope = work.sight.steps[k], dot(normal, vector_at(work.levers[what], k, 0))
+        h, slope = work.sight.steps[k], dot(normal, vector_at(work.levers[traced], k, 0))
         work.forms[row, h] = slope
         spread += abs(slope) * radii[h]
     for i in range(m):
         for j in range(i, m):
-            bend = dot(normal, vector_at(work.bends[what], q, 0))
+            bend = dot(normal, vector_at(work.bends[traced], q, 0))
             if i == j:  # a square lies between 0 and its greatest value
                 bend *= 0.5
                 value += bend
@@ -333,8 +335,8 @@ def _form(what: int, row: int, normal: Vector3, value: float, radii: Reals, work
 @lean
 def _least(row: int, work: Overlaps) -> float:
     """The lower bound of a form in a box."""
-    low: float = work.values[row] - (work.errors[row] + work.spreads[row]) * (1.0 + 1e-12) - 1e-14
-    return low
+    bound: float = work.values[row] - (work.errors[row] + work.spreads[row]) * (1.0 + 1e-12) - 1e-14
+    return bound
 
 
 @lean
@@ -347,13 +349,13 @@ def _crossing(work: Overlaps) -> tuple[float, float]:
     value = error = sizes = 0.0
     for h in range(len(work.slopes)):
         work.slopes[h] = 0.0
-    for one, two in ((FORM_RISE, FORM_INSIDE), (FORM_HEIGHT, FORM_LEAN)):
-        a, b, s, t = work.values[one], work.values[two], work.spreads[one], work.spreads[two]
+    for first, second in ((FORM_RISE, FORM_INSIDE), (FORM_HEIGHT, FORM_LEAN)):
+        a, b, s, t = work.values[first], work.values[second], work.spreads[first], work.spreads[second]
         value += a * b
-        error += s * t + work.errors[one] * (abs(b) + t + work.errors[two]) + work.errors[two] * (abs(a) + s)
+        error += s * t + work.errors[first] * (abs(b) + t + work.errors[second]) + work.errors[second] * (abs(a) + s)
         sizes += (abs(a) + s) * (abs(b) + t)
         for h in range(len(work.slopes)):
-            work.slopes[h] += a * work.forms[two, h] + b * work.forms[one, h]
+            work.slopes[h] += a * work.forms[second, h] + b * work.forms[first, h]
     return value, error * (1.0 + 1e-12) + 1e-14 * sizes
 
 
@@ -363,7 +365,7 @@ def _positive(value: float, error: float, radii: Reals, closure: Contraction, wo
 
     A combination of the closure equations, which is 0 there, is added: that of the least sum of squares of all terms.
     """
-    n, shares, own = len(radii), work.shares, closure.combinations
+    n, shares, combinations = len(radii), work.shares, closure.combinations
     low, sizes = value - error, abs(value) + error
     for h in range(n):
         shares[h] = abs(work.slopes[h]) * radii[h]
@@ -371,19 +373,19 @@ def _positive(value: float, error: float, radii: Reals, closure: Contraction, wo
         sizes += shares[h]
     if low > 4e-16 * (n + 4) * sizes:
         return True
-    for i in range(len(own.mixes)):
-        own.mixes[i] = 0.0
+    for i in range(len(combinations.weights)):
+        combinations.weights[i] = 0.0
         for h in range(n):
-            own.mixes[i, 0] -= own.weighted[h, i] * work.slopes[h]
-    solve_combinations(own)
-    combine_equations(radii, closure.expansion, own)
-    if not own.errors[0] < math.inf:
+            combinations.weights[i, 0] -= combinations.weighted[h, i] * work.slopes[h]
+    solve_combinations(combinations)
+    combine_equations(radii, closure.expansion, combinations)
+    if not combinations.errors[0] < math.inf:
         return False
-    low = value + own.values[0] - error - own.errors[0]
-    sizes += abs(own.values[0]) + own.errors[0]
+    low = value + combinations.values[0] - error - combinations.errors[0]
+    sizes += abs(combinations.values[0]) + combinations.errors[0]
     for h in range(n):
-        sizes += abs(own.parts[h, 0]) * radii[h]
-        shares[h] = abs(work.slopes[h] + own.parts[h, 0]) * radii[h]
+        sizes += abs(combinations.coefficients[h, 0]) * radii[h]
+        shares[h] = abs(work.slopes[h] + combinations.coefficients[h, 0]) * radii[h]
         low -= shares[h]
-    add_shares(radii, closure.expansion, shares, own)
+    add_shares(radii, closure.expansion, shares, combinations)
     return bool(low > 4e-16 * (n + 4) * sizes)

@@ -96,18 +96,18 @@ def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Real
 
     The path whose radii, (n,), have the smaller sum is used.
     """
-    way, least = 2 * pair, math.inf
-    for own in (2 * pair, 2 * pair + 1):
+    path, least_sum = 2 * pair, math.inf
+    for candidate in (2 * pair, 2 * pair + 1):
         total = 0.0
-        for k in range(plates.starts[own], plates.starts[own + 1]):
+        for k in range(plates.starts[candidate], plates.starts[candidate + 1]):
             total += radii[plates.hinges[k]]
-        if plates.starts[own + 1] > plates.starts[own] and total < least:
-            way, least = own, total
+        if plates.starts[candidate + 1] > plates.starts[candidate] and total < least_sum:
+            path, least_sum = candidate, total
     pose, sense = sight.pose, 1.0 if order == 0 else -1.0
     for i in range(3):
         for j in range(4):
             pose[i, j] = 1.0 if i == j else 0.0
-    start, end = plates.starts[way], plates.starts[way + 1]
+    start, end = plates.starts[path], plates.starts[path + 1]
     for place in range(end - start):
         k = start + place if order == 0 else end - 1 - place
         u, p = vector_at(plates.directions, k, 0), vector_at(plates.points, k, 0)

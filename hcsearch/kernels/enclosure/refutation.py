@@ -69,7 +69,7 @@ class Refutation(NamedTuple):
 @compiled
 def refutation_with(rings: HingeRings, plates: Plates) -> Refutation:
     """Return empty tables for panels that do not pass through each other."""
-    n = rings.folds
+    n = rings.hinge_count
     return Refutation(
         new_contraction(rings),
         new_overlaps(rings, plates),
@@ -97,13 +97,13 @@ def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Real
 
 
 @lean
-def refute_box(rings: HingeRings, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
+def refute_box(rings: HingeRings, low: Reals, high: Reals, max_boxes: int, work: Refutation) -> tuple[int, int]:
     """Return EMPTY, CLOSED or OPEN for a box, (n,) each, and the number of boxes used, up to `max_boxes`.
 
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
     start_refutation(rings, low, high, work)
-    verdict = continue_refutation(rings, most, work)
+    verdict = continue_refutation(rings, max_boxes, work)
     return BOX_OPEN if verdict == BOX_UNFINISHED else verdict, work.counts[REFUTATION_TESTED_BOXES]
 
 
@@ -118,11 +118,11 @@ def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutatio
 
 
 @lean
-def continue_refutation(rings: HingeRings, most: int, work: Refutation) -> int:
+def continue_refutation(rings: HingeRings, max_boxes: int, work: Refutation) -> int:
     """Continue a search up to a total of `max_boxes` tested boxes; return EMPTY, CLOSED, OPEN or UNFINISHED."""
     counts = work.counts
     while counts[REFUTATION_WAITING_BOXES]:
-        if counts[REFUTATION_TESTED_BOXES] >= most:
+        if counts[REFUTATION_TESTED_BOXES] >= max_boxes:
             return BOX_UNFINISHED
         counts[REFUTATION_WAITING_BOXES] -= 1
         verdict, side = test_box(rings, counts[REFUTATION_WAITING_BOXES], work)
@@ -159,7 +159,7 @@ def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int
     if known == OVERLAP_THROUGHOUT:
         return BOX_EMPTY, 0
     if known == OVERLAP_AT_MIDDLE:
-        side, _ = _side(low, high, work.overlaps.kept)
+        side, _ = _side(low, high, work.overlaps.kept_shares)
     # a box that was contracted to so little at once may be empty, as its next test shows
     if before < MIN_SPLIT_WIDTH or number + 2 > MAX_WAITING_BOXES:
         return BOX_OPEN, 0

@@ -38,16 +38,16 @@ def random_walk(rings: HingeRings, start: Reals, steps: int, seed: int, work: Re
     low, high = np.zeros(n), np.full(n, np.pi)
     states = np.zeros((steps + 1, n))
     states[0] = start
-    here, way, state = start.copy(), np.random.standard_normal(n), start.copy()
+    here, direction, state = start.copy(), np.random.standard_normal(n), start.copy()
     for step in range(steps):
         if step % WALK_RESTART_STEPS == 0:
             here[:] = states[np.random.randint(count)]
-            way[:] = np.random.standard_normal(n)
-        moved = _step(rings, here, way, MAX_WALK_STEP, low, high, state, work)
+            direction[:] = np.random.standard_normal(n)
+        moved = _step(rings, here, direction, MAX_WALK_STEP, low, high, state, work)
         if moved < 1e-6:
-            way[:] = np.random.standard_normal(n)
+            direction[:] = np.random.standard_normal(n)
             continue
-        way[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(n)
+        direction[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(n)
         here[:] = state
         states[count] = state
         count += 1
@@ -65,12 +65,12 @@ def climb_angles(
     """
     np.random.seed(seed)
     count, n = states.shape
-    stopped = np.minimum(high, np.pi)
+    high_or_stop = np.minimum(high, np.pi)
     passed = np.zeros((count + 2 * n * steps, n))
     passed[:count] = states
     for hinge in range(n):
         for sign in (-1.0, 1.0):
-            count = _climb_along(rings, hinge, sign, low, stopped, steps, count, passed, work)
+            count = _climb_along(rings, hinge, sign, low, high_or_stop, steps, count, passed, work)
     return passed[:count]
 
 
@@ -88,18 +88,18 @@ def _climb_along(
 ) -> int:
     """Turn one angle as far as steps lead; return the new number of states passed."""
     here = passed[np.argmax(sign * passed[:count, hinge])].copy()
-    way, state = np.random.standard_normal(len(here)), here.copy()
+    direction, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = MAX_WALK_STEP, 0
     for _ in range(steps):
-        moved = _step(rings, here, way, longest, low, high, state, work)
+        moved = _step(rings, here, direction, longest, low, high, state, work)
         if moved > 0.0 and sign * (state[hinge] - here[hinge]) > 0.0:
-            way[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(len(here))
+            direction[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(len(here))
             here[:] = state
             passed[count] = state
             count += 1
             longest, failures = min(STEP_GROWTH_FACTOR * longest, MAX_WALK_STEP), 0
             continue
-        way[:] = np.random.standard_normal(len(here))
+        direction[:] = np.random.standard_normal(len(here))
         failures += 1
         if failures == MAX_STEP_FAILURES:
             if longest <= MIN_WALK_STEP:
@@ -123,18 +123,18 @@ def approach_goal(
     passed = np.zeros((steps + 1, n))
     passed[0] = start
     here, state = start.copy(), start.copy()
-    away = np.sqrt(((goal - here) ** 2).sum())
-    while tried < steps and away >= MIN_WALK_STEP and longest >= MIN_WALK_STEP:
+    distance = np.sqrt(((goal - here) ** 2).sum())
+    while tried < steps and distance >= MIN_WALK_STEP and longest >= MIN_WALK_STEP:
         tried += 1
         astray = RANDOM_STEP_SHARE * (1 + failures % MAX_RANDOM_GROWTH) / np.sqrt(n)
-        way = (goal - here) / away + astray * np.random.standard_normal(n)
-        moved = _step(rings, here, way, longest, low, high, state, work)
+        direction = (goal - here) / distance + astray * np.random.standard_normal(n)
+        moved = _step(rings, here, direction, longest, low, high, state, work)
         nearer = np.sqrt(((goal - state) ** 2).sum())
-        if 0.0 < moved <= 1.5 * longest and nearer < away:
+        if 0.0 < moved <= 1.5 * longest and nearer < distance:
             here[:] = state
             passed[count] = state
             count += 1
-            away, longest, failures = nearer, min(STEP_GROWTH_FACTOR * longest, MAX_GOAL_STEP), 0
+            distance, longest, failures = nearer, min(STEP_GROWTH_FACTOR * longest, MAX_GOAL_STEP), 0
             continue
         failures += 1
         if failures % MAX_STEP_FAILURES == 0:
@@ -146,7 +146,7 @@ def approach_goal(
 def _step(
     rings: HingeRings,
     here: Reals,
-    way: Reals,
+    direction: Reals,
     longest: float,
     low: Reals,
     high: Reals,
@@ -157,8 +157,8 @@ def _step(
 
     A state further away than a step may be of another component, and does not count.
     """
-    length = longest * np.random.random() / np.abs(way).max()
-    state[:] = np.minimum(np.maximum(here + length * way, low), high)
+    length = longest * np.random.random() / np.abs(direction).max()
+    state[:] = np.minimum(np.maximum(here + length * direction, low), high)
     closed = reaches_closed_state(rings, low, high, state, work)
     moved = np.abs(state - here).max()
     return moved if closed and moved <= 1.5 * MAX_WALK_STEP else 0.0

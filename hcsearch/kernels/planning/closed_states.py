@@ -51,7 +51,7 @@ class Closing(NamedTuple):
     residual: Reals
     jacobian: Reals
     gram: Reals
-    right: Reals
+    right_side: Reals
     basis: Reals
     pose: Reals
     held: NDArray[np.bool_]
@@ -95,7 +95,7 @@ def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> floa
 
 
 @lean
-def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
+def close_state(loops: Loops, angles: Reals, tolerance: float, overshoot: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; return whether that state is closed.
 
     overshoot : rad, by which hinges may be beyond a stop. Damped Gauss-Newton steps of least length. Hinges that a step
@@ -106,7 +106,7 @@ def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, step
         work.held[h] = work.fixed[h]
         if work.fixed[h]:
             continue
-        angles[h] = min(max(angles[h], -give), math.pi + give)
+        angles[h] = min(max(angles[h], -overshoot), math.pi + overshoot)
     for _ in range(steps):
         worst = largest_closure_residual(loops, angles, work)
         if worst < tolerance:
@@ -116,21 +116,21 @@ def close_state(loops: Loops, angles: Reals, tolerance: float, give: float, step
         for h in range(m):
             for i in range(len(work.residual) if work.held[h] else 0):
                 work.jacobian[i, h] = 0.0
-        if not weigh_rows(work.jacobian, work.residual, CLOSING_DAMPING, work.gram, work.right):
+        if not weigh_rows(work.jacobian, work.residual, CLOSING_DAMPING, work.gram, work.right_side):
             return False
         for h in range(m):
             if work.held[h]:
                 continue
-            for i in range(len(work.right)):
-                angles[h] -= work.jacobian[i, h] * work.right[i]
-            if not -give <= angles[h] <= math.pi + give:
-                angles[h] = min(max(angles[h], -give), math.pi + give)
+            for i in range(len(work.right_side)):
+                angles[h] -= work.jacobian[i, h] * work.right_side[i]
+            if not -overshoot <= angles[h] <= math.pi + overshoot:
+                angles[h] = min(max(angles[h], -overshoot), math.pi + overshoot)
                 work.held[h] = True
     return largest_closure_residual(loops, angles, work) < tolerance
 
 
 @lean
-def write_closure_basis(work: Closing, least: float) -> int:
+def write_closure_basis(work: Closing, zero_singular_value: float) -> int:
     """Write orthonormal rows that span those of the Jacobian; return how many there are.
 
     Gram-Schmidt orthogonalization, done twice, with the longest row first; rows no longer than `zero_singular_value`
@@ -142,12 +142,12 @@ def write_closure_basis(work: Closing, least: float) -> int:
         for h in range(m):
             basis[i, h] = work.jacobian[i, h]
     for rank in range(r):
-        best, longest = rank, 0.0
+        best, longest_square = rank, 0.0
         for i in range(rank, r):
-            long = row_product(basis, i, basis, i, m)
-            if long > longest:
-                best, longest = i, long
-        if math.sqrt(longest) <= least:
+            squared_length = row_product(basis, i, basis, i, m)
+            if squared_length > longest_square:
+                best, longest_square = i, squared_length
+        if math.sqrt(longest_square) <= zero_singular_value:
             return rank
         for h in range(m):
             basis[rank, h], basis[best, h] = basis[best, h], basis[rank, h]

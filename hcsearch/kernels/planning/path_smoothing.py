@@ -81,12 +81,12 @@ def _length(states: Reals) -> float:
 
 @compiled
 def relax_path(
-    space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: StateStack, work: SpaceWork
+    space: Space, path: Reals, count: int, sweeps: int, wished_gap: float, stack: StateStack, work: SpaceWork
 ) -> None:
     """Move the states of a path, in place, towards the middle of their neighbours and away from contact.
 
-    wished : m, gap of shrunk panels up to which contact pushes. A state moves only where panels keep apart at its new
-    place and on both adjacent pieces.
+    wished_gap : m, gap of shrunk panels up to which contact pushes. A state moves only where panels keep apart at its
+    new place and on both adjacent pieces.
     """
     before, here, after, moved = pick_state(stack, 0), pick_state(stack, 1), pick_state(stack, 2), pick_state(stack, 3)
     for _ in range(sweeps):
@@ -94,7 +94,7 @@ def relax_path(
         place_state(space, path[1], -math.inf, here)
         for k in range(1, count - 1):
             place_state(space, path[k + 1], -math.inf, after)
-            _want(space, before, here, after, wished, work)
+            _want(space, before, here, after, wished_gap, work)
             if slide(space, here, MAX_RELAXATION_STEP, SMOOTHING_ZERO_SINGULAR_VALUE, work, moved) > 0.0 and _fits(
                 space, before, moved, after
             ):
@@ -106,26 +106,28 @@ def relax_path(
 
 @compiled
 def _want(
-    space: Space, before: PlacedState, here: PlacedState, after: PlacedState, wished: float, work: SpaceWork
+    space: Space, before: PlacedState, here: PlacedState, after: PlacedState, wished_gap: float, work: SpaceWork
 ) -> None:
     """Write the wanted step of a state: half-way between its neighbours, panels apart, and hinges off their stops."""
-    count = near_contacts(space, here, wished, 0, work)
-    push = np.zeros(len(work.want))
+    count = near_contacts(space, here, wished_gap, 0, work)
+    push = np.zeros(len(work.wanted_step))
     for k in range(count):
-        near = max(0.0, 1.0 - (space.kept - work.conditions.bounds[k] / SPARE_GAP_SHARE) / wished)
+        weight = max(0.0, 1.0 - (space.step_gap - work.conditions.bounds[k] / SPARE_GAP_SHARE) / wished_gap)
         write_condition_row(space, k, work.rows, 0, work)
         for h in range(len(push)):
-            push[h] += near * work.rows[0, h]
-    big = max(np.abs(push).max(), 1e-12)
-    least = max(0.0, 1.0 - here.gaps.min() / wished) if len(here.gaps) else 0.0
-    off = min(
+            push[h] += weight * work.rows[0, h]
+    greatest_push = max(np.abs(push).max(), 1e-12)
+    contact_share = max(0.0, 1.0 - here.gaps.min() / wished_gap) if len(here.gaps) else 0.0
+    stop_distance = min(
         STOP_DISTANCE_ANGLE, 0.1 * min(greatest_angle_change(here.angles, space.folded), np.abs(here.angles).max())
     )
     for h in range(len(push)):
         middle = 0.5 * (before.angles[h] + after.angles[h])
-        work.want[h] = middle - here.angles[h] + CONTACT_PUSH_ANGLE * least * push[h] / big
+        work.wanted_step[h] = middle - here.angles[h] + CONTACT_PUSH_ANGLE * contact_share * push[h] / greatest_push
         # off the stops, by which pieces between states would overshoot them
-        work.want[h] += max(0.0, off - here.angles[h]) - max(0.0, here.angles[h] - math.pi + off)
+        work.wanted_step[h] += max(0.0, stop_distance - here.angles[h]) - max(
+            0.0, here.angles[h] - math.pi + stop_distance
+        )
 
 
 @compiled
@@ -140,18 +142,18 @@ def _fits(space: Space, before: PlacedState, here: PlacedState, after: PlacedSta
 
 
 @compiled
-def thin_path(space: Space, path: Reals, count: int, least: float, stack: StateStack) -> int:
+def thin_path(space: Space, path: Reals, count: int, min_distance: float, stack: StateStack) -> int:
     """Leave out states nearer than a distance (rad) to the one before, where panels stay apart; return the number."""
-    kept = 0
+    last = 0
     before, after = pick_state(stack, 0), pick_state(stack, 1)
     for k in range(1, count):
-        if k < count - 1 and greatest_angle_change(path[k], path[kept]) < least:
-            place_state(space, path[kept], -math.inf, before)
+        if k < count - 1 and greatest_angle_change(path[k], path[last]) < min_distance:
+            place_state(space, path[last], -math.inf, before)
             place_state(space, path[k + 1], -math.inf, after)
-            if greatest_angle_change(path[kept], path[k + 1]) < 1.5 * MAX_SMOOTHING_PIECE and separated(
+            if greatest_angle_change(path[last], path[k + 1]) < 1.5 * MAX_SMOOTHING_PIECE and separated(
                 space, before, after
             ):
                 continue
-        kept += 1
-        path[kept] = path[k]
-    return kept + 1
+        last += 1
+        path[last] = path[k]
+    return last + 1

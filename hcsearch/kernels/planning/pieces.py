@@ -62,18 +62,18 @@ class PieceTables(NamedTuple):
     middles: Reals
     lengths: Reals
     norms: Reals
-    about: Reals
+    centred_course: Reals
     angles: Reals
     poses: Reals
-    beside: Reals
-    near: Reals
+    wander_bounds: Reals
+    tube_radii: Reals
     screws: Reals
-    felt: Reals
-    turned: Reals
-    turns: Reals
-    wanders: Reals
-    felts: Reals
-    columns: Reals
+    reduced_jacobian: Reals
+    contraction_matrices: Reals
+    turn_sums: Reals
+    wander_sums: Reals
+    column_sums: Reals
+    column_norms: Reals
 
 
 @compiled
@@ -122,57 +122,57 @@ def prove_piece(
     greatest deviation.
     """
     low, high = shares
-    _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.about)
+    _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.centred_course)
     for h in range(len(tables.angles)):
-        tables.angles[h] = tables.about[h, 0]
-    most = _screws(loops, group, tables)
-    tables.near[:] = 0.0
+        tables.angles[h] = tables.centred_course[h, 0]
+    max_norm = _screws(loops, group, tables)
+    tables.tube_radii[:] = 0.0
     if _turns(group, 1.0, tables) > MAX_TURN_NORM:
         return math.inf, math.inf
     strength = _scale(group, tables)
     if not math.isfinite(strength):
         return math.inf, math.inf
-    for h in range(len(tables.columns)):
+    for h in range(len(tables.column_norms)):
         column = 0.0
         for i in range(len(tables.basis)):
             column += tables.basis[i, h] ** 2
-        tables.columns[h] = math.sqrt(column)
-    newton, off, rounding = _opening(loops, group, strength, most, tables)
+        tables.column_norms[h] = math.sqrt(column)
+    newton, opening, rounding = _opening(loops, group, strength, max_norm, tables)
     radius = newton / (1.0 - MAX_CONTRACTION_FACTOR)
-    wander = other = 0.0
+    wander = joined_wander = 0.0
     for h in range(len(joined)):
-        tables.beside[h] = tables.columns[h] * radius
-        tables.near[h] = tables.beside[h] + joined[h]
-        wander += tables.beside[h]
-        other += joined[h]
+        tables.wander_bounds[h] = tables.column_norms[h] * radius
+        tables.tube_radii[h] = tables.wander_bounds[h] + joined[h]
+        wander += tables.wander_bounds[h]
+        joined_wander += joined[h]
     if not wander <= PIECE_WANDER_SHARE * limit:
         return math.inf, max(wander, 1.01 * limit)
     _wanders(group, tables)
     total = 0.0
-    for loop in range(len(tables.wanders)):
-        total += tables.wanders[loop] ** 4
+    for loop in range(len(tables.wander_sums)):
+        total += tables.wander_sums[loop] ** 4
     bow = 1.05 * strength * math.sqrt(total)
-    wander = max(wander, other)
+    wander = max(wander, joined_wander)
     for h in range(len(joined)):
         if group.moving[h]:
-            tables.beside[h] += tables.columns[h] * bow
-            tables.near[h] += tables.columns[h] * bow
-            wander += tables.columns[h] * bow
+            tables.wander_bounds[h] += tables.column_norms[h] * bow
+            tables.tube_radii[h] += tables.column_norms[h] * bow
+            wander += tables.column_norms[h] * bow
     _wanders(group, tables)
     if _turns(group, 1.0, tables) > MAX_TURN_NORM:
         return math.inf, math.inf
-    return _contraction(group, strength, off, rounding, tables), wander
+    return _contraction(group, strength, opening, rounding, tables), wander
 
 
 @lean
-def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
+def _shift(course: Reals, centre: float, half: float, centred: Reals) -> None:
     """Write the cubics about the centre of a piece, in units of half its length."""
     for h in range(len(course)):
         a, b, c, d = course[h, 0], course[h, 1], course[h, 2], course[h, 3]
-        about[h, 0] = a + centre * (b + centre * (c + centre * d))
-        about[h, 1] = half * (b + centre * (2.0 * c + 3.0 * centre * d))
-        about[h, 2] = half * half * (c + 3.0 * centre * d)
-        about[h, 3] = half**3 * d
+        centred[h, 0] = a + centre * (b + centre * (c + centre * d))
+        centred[h, 1] = half * (b + centre * (2.0 * c + 3.0 * centre * d))
+        centred[h, 2] = half * half * (c + 3.0 * centre * d)
+        centred[h, 3] = half**3 * d
 
 
 @lean
@@ -183,7 +183,7 @@ def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
     """
     write_closure(loops, tables.angles, tables.residual, tables.jacobian, tables.poses[0])
     tables.norms[:] = 0.0
-    most = 0.0
+    max_norm = 0.0
     for loop in range(len(loops.starts) - 1):
         hinges = group.hinges[group.starts[loop] : group.starts[loop + 1]]
         norms = tables.norms[loop]
@@ -192,8 +192,8 @@ def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
             # norms of the matrix, (1 + moment^2)^(1/2), and of ad: of [[1, 0], [moment, 1]], which is the greater
             moment = norms[h]
             norms[h] = 0.5 * (moment + math.sqrt(moment * moment + 4.0)) * (1.0 + 1e-14)
-            most = max(most, norms[h])
-    return most
+            max_norm = max(max_norm, norms[h])
+    return max_norm
 
 
 @lean
@@ -216,13 +216,13 @@ def _scale(group: Group, tables: PieceTables) -> float:
                 part = row_product(basis, i, basis, j, m)
                 subtract_row(basis, i, part, basis, j, m)
                 subtract_row(scaling, i, part, scaling, j, r)
-        long = math.sqrt(row_product(basis, i, basis, i, m))
-        if long < 1e-13:
+        norm = math.sqrt(row_product(basis, i, basis, i, m))
+        if norm < 1e-13:
             return math.inf
         for h in range(m):
-            basis[i, h] /= long
+            basis[i, h] /= norm
         for j in range(r):
-            scaling[i, j] /= long
+            scaling[i, j] /= norm
     total = 0.0
     for i in range(k):
         total += row_product(scaling, i, scaling, i, r)
@@ -230,20 +230,20 @@ def _scale(group: Group, tables: PieceTables) -> float:
 
 
 @lean
-def _turns(group: Group, wide: float, tables: PieceTables) -> float:
-    """Write the sums of norms times greatest turns of hinges, for |x| up to `wide`; return the greatest sum.
+def _turns(group: Group, radius: float, tables: PieceTables) -> float:
+    """Write the sums of norms times greatest turns of hinges, for |x| up to `radius`; return the greatest sum.
 
     It is the exponent of all bounds: of the matrices, and of the screws of later hinges.
     """
     worst = 0.0
-    for loop in range(len(tables.turns)):
+    for loop in range(len(tables.turn_sums)):
         total = 0.0
         for k in range(group.starts[loop], group.starts[loop + 1]):
             h = group.hinges[k]
-            c = tables.about[h]
-            turn = wide * (abs(c[1]) + wide * (abs(c[2]) + wide * abs(c[3]))) + tables.near[h]
+            c = tables.centred_course[h]
+            turn = radius * (abs(c[1]) + radius * (abs(c[2]) + radius * abs(c[3]))) + tables.tube_radii[h]
             total += tables.norms[loop, h] * turn
-        tables.turns[loop] = total
+        tables.turn_sums[loop] = total
         worst = max(worst, total)
     return worst
 
@@ -251,16 +251,16 @@ def _turns(group: Group, wide: float, tables: PieceTables) -> float:
 @lean
 def _wanders(group: Group, tables: PieceTables) -> None:
     """Write the sums of norms times the greatest deviations of states of the tube from the course."""
-    for loop in range(len(tables.wanders)):
+    for loop in range(len(tables.wander_sums)):
         total = 0.0
         for k in range(group.starts[loop], group.starts[loop + 1]):
-            total += tables.norms[loop, group.hinges[k]] * tables.near[group.hinges[k]]
-        tables.wanders[loop] = total
+            total += tables.norms[loop, group.hinges[k]] * tables.tube_radii[group.hinges[k]]
+        tables.wander_sums[loop] = total
 
 
 @lean
 def _opening(
-    loops: Loops, group: Group, strength: float, most: float, tables: PieceTables
+    loops: Loops, group: Group, strength: float, max_norm: float, tables: PieceTables
 ) -> tuple[float, float, float]:
     """Return bounds of the Newton steps and of the opening of loops in the piece (rad), and the rounding error of T.
 
@@ -268,15 +268,15 @@ def _opening(
     4 M g^-n / (g - 1), with M its bound on an ellipse whose half axes sum to g (Trefethen, Approximation Theory and
     Approximation Practice, theorem 8.2). Also writes S J V^T - 1 at the nodes.
     """
-    newton = off = 0.0
+    newton = opening = 0.0
     r, m = tables.jacobian.shape
     k = len(tables.basis)
     for node in range(CHEBYSHEV_NODE_COUNT):
         x = math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT)
         for h in range(m):
-            c = tables.about[h]
+            c = tables.centred_course[h]
             tables.angles[h] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
-        off = max(off, _twists(loops, group, node, tables))
+        opening = max(opening, _twists(loops, group, node, tables))
         total = 0.0
         for i in range(k):
             step = 0.0
@@ -284,26 +284,26 @@ def _opening(
                 step += tables.scaling[i, j] * tables.residual[j]
             total += step * step
         newton = max(newton, math.sqrt(total))
-    least = math.inf
+    remainder = math.inf
     for g in (8.0, 16.0, 32.0, 64.0):
         bound = 0.0
         if _turns(group, 0.5 * (g + 1.0 / g), tables) < 50.0:
-            for loop in range(len(tables.turns)):
-                bound += (math.exp(tables.turns[loop]) * (1.0 + off) - 1.0) ** 2
+            for loop in range(len(tables.turn_sums)):
+                bound += (math.exp(tables.turn_sums[loop]) * (1.0 + opening) - 1.0) ** 2
             # the 3: entries of T - 1 are at most those of three rows of its norm
-            least = min(least, 4.0 * math.sqrt(3.0 * bound) * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
-    reach = 0.0
+            remainder = min(remainder, 4.0 * math.sqrt(3.0 * bound) * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
+    max_reach = 0.0
     for h in range(m):
         point = loops.chain.points[h]
-        reach = max(reach, math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2))
+        max_reach = max(max_reach, math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2))
     rounding = math.sqrt(len(tables.lengths)) * LOOP_POSE_ROUNDING * m
     shortest = math.inf
     for loop in range(len(tables.lengths)):
         shortest = min(shortest, tables.lengths[loop])
-    rounding *= 1.0 + most + reach / (loops.size * shortest)
+    rounding *= 1.0 + max_norm + max_reach / (loops.size * shortest)
     return (
-        LEBESGUE_CONSTANT * newton + strength * (least + rounding),
-        LEBESGUE_CONSTANT * off + least + rounding,
+        LEBESGUE_CONSTANT * newton + strength * (remainder + rounding),
+        LEBESGUE_CONSTANT * opening + remainder + rounding,
         rounding,
     )
 
@@ -320,13 +320,13 @@ def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float
         pose[:] = 0.0
         pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
         row, middle, length = 6 * loop, tables.middles[loop], tables.lengths[loop]
-        own = group.starts[loop]
+        place = group.starts[loop]
         for k in range(loops.starts[loop], loops.starts[loop + 1]):
             h, sign = loops.hinges[k], float(loops.signs[k])
             u, q = loops.chain.directions[h], loops.chain.points[h]
             if group.moving[h]:
-                screw = tables.screws[node, own]
-                own += 1
+                screw = tables.screws[node, place]
+                place += 1
                 wx = sign * (pose[0, 0] * u[0] + pose[0, 1] * u[1] + pose[0, 2] * u[2])
                 wy = sign * (pose[1, 0] * u[0] + pose[1, 1] * u[1] + pose[1, 2] * u[2])
                 wz = sign * (pose[2, 0] * u[0] + pose[2, 1] * u[1] + pose[2, 2] * u[2])
@@ -352,7 +352,7 @@ def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float
 
 
 @lean
-def _contraction(group: Group, strength: float, off: float, rounding: float, tables: PieceTables) -> float:
+def _contraction(group: Group, strength: float, opening: float, rounding: float, tables: PieceTables) -> float:
     """Return the contraction factor of the map over all states within `tube_radii` of the course.
 
     Its derivative is 1 - S (1 + E) J V^T. On the course D = S J V^T - 1 is entire, and interpolated at the nodes as T
@@ -360,11 +360,11 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
     wanders, and the norm of E does not exceed the deviation of T from 1.
     """
     k = len(tables.basis)
-    for loop in range(len(tables.felts)):
+    for loop in range(len(tables.column_sums)):
         total = 0.0
         for j in range(group.starts[loop], group.starts[loop + 1]):
-            total += tables.norms[loop, group.hinges[j]] * tables.columns[group.hinges[j]]
-        tables.felts[loop] = total
+            total += tables.norms[loop, group.hinges[j]] * tables.column_norms[group.hinges[j]]
+        tables.column_sums[loop] = total
     spread = 0.0
     for node in range(CHEBYSHEV_NODE_COUNT):
         length = _feel(group, node, tables)
@@ -377,65 +377,67 @@ def _contraction(group: Group, strength: float, off: float, rounding: float, tab
     linear = worst = 0.0
     for i in range(k):
         for j in range(k):
-            slope = (tables.turned[0, i, j] - tables.turned[CHEBYSHEV_NODE_COUNT - 1, i, j]) / (first - last)
+            slope = (
+                tables.contraction_matrices[0, i, j] - tables.contraction_matrices[CHEBYSHEV_NODE_COUNT - 1, i, j]
+            ) / (first - last)
             linear += slope * slope
-            tables.felt[i, j] = slope
+            tables.reduced_jacobian[i, j] = slope
     for node in range(CHEBYSHEV_NODE_COUNT):
         x = math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT)
         total = 0.0
         for i in range(k):
             for j in range(k):
-                total += (tables.turned[node, i, j] - x * tables.felt[i, j]) ** 2
+                total += (tables.contraction_matrices[node, i, j] - x * tables.reduced_jacobian[i, j]) ** 2
         worst = max(worst, total)
     factor = math.sqrt(linear) + LEBESGUE_CONSTANT * math.sqrt(worst)
-    beside = near = 0.0
-    for loop in range(len(tables.felts)):
-        grown, wander = math.exp(tables.turns[loop]) * tables.felts[loop], tables.wanders[loop]
-        beside += (grown * wander) ** 2
-        near += 25.0 * wander * wander
-        tables.felts[loop] = grown
-    off += math.sqrt(near)
-    if off > MAX_LOOP_DEVIATION:
+    screw_change = deviation = 0.0
+    for loop in range(len(tables.column_sums)):
+        grown, wander = math.exp(tables.turn_sums[loop]) * tables.column_sums[loop], tables.wander_sums[loop]
+        screw_change += (grown * wander) ** 2
+        deviation += 25.0 * wander * wander
+        tables.column_sums[loop] = grown
+    opening += math.sqrt(deviation)
+    if opening > MAX_LOOP_DEVIATION:
         return math.inf
     # J V^T is S^-1 (1 + D), no more than 1.5 of what it is in the middle where the factor is 1/2; the rest is rounding
-    factor += strength * (math.sqrt(beside) + 2.0 * spread * off)
+    factor += strength * (math.sqrt(screw_change) + 2.0 * spread * opening)
     total = 0.0
-    for loop in range(len(tables.felts)):
-        total += tables.felts[loop] ** 2
+    for loop in range(len(tables.column_sums)):
+        total += tables.column_sums[loop] ** 2
     factor += strength * math.sqrt(total) * 4.0 * rounding
-    least = math.inf
+    remainder = math.inf
     for g in (8.0, 16.0, 32.0, 64.0):
         if _turns(group, 0.5 * (g + 1.0 / g), tables) < 50.0:
             total = 0.0
-            for loop in range(len(tables.turns)):
-                total += (math.exp(tables.turns[loop]) * tables.felts[loop]) ** 2
+            for loop in range(len(tables.turn_sums)):
+                total += (math.exp(tables.turn_sums[loop]) * tables.column_sums[loop]) ** 2
             bound = math.sqrt(1.0 * k) + strength * math.sqrt(total)
-            least = min(least, 4.0 * bound * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
-    return factor + least
+            remainder = min(remainder, 4.0 * bound * g ** (1 - CHEBYSHEV_NODE_COUNT) / (g - 1.0))
+    return factor + remainder
 
 
 @lean
 def _feel(group: Group, node: int, tables: PieceTables) -> float:
     """Write S J V^T - 1 at a node; return the norm of J V^T."""
     k, r = tables.scaling.shape
-    felt = tables.felt
-    felt[:] = 0.0
+    reduced = tables.reduced_jacobian
+    reduced[:] = 0.0
     for loop in range(len(tables.lengths)):
         row = 6 * loop
-        for own in range(group.starts[loop], group.starts[loop + 1]):
-            h = group.hinges[own]
+        for place in range(group.starts[loop], group.starts[loop + 1]):
+            h = group.hinges[place]
             for i in range(6):
-                value = tables.screws[node, own, i]
+                value = tables.screws[node, place, i]
                 for j in range(k):
-                    felt[row + i, j] += value * tables.basis[j, h]
+                    reduced[row + i, j] += value * tables.basis[j, h]
     total = 0.0
     for i in range(r):
         for j in range(k):
-            total += felt[i, j] ** 2
+            total += reduced[i, j] ** 2
     for i in range(k):
         for j in range(k):
             value = -1.0 if i == j else 0.0
             for row in range(r):
-                value += tables.scaling[i, row] * felt[row, j]
-            tables.turned[node, i, j] = value
+                value += tables.scaling[i, row] * reduced[row, j]
+            tables.contraction_matrices[node, i, j] = value
     return math.sqrt(total)

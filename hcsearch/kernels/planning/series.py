@@ -80,15 +80,15 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
 
 
 @lean
-def _add_product(one: Reals, two: Reals, factor: float, total: Reals) -> None:
+def _add_product(first: Reals, second: Reals, factor: float, total: Reals) -> None:
     """Add the product of two matrix series, times a factor."""
     for n in range(SERIES_ORDER_COUNT):
-        for own in range(n + 1):
+        for order in range(n + 1):
             for i in range(4):
                 for j in range(4):
                     value = 0.0
                     for k in range(4):
-                        value += one[own, i, k] * two[n - own, k, j]
+                        value += first[order, i, k] * second[n - order, k, j]
                     total[n, i, j] += factor * value
 
 

@@ -55,7 +55,7 @@ def near_stops(state: PlacedState, reach: float, work: SpaceWork) -> int:
             spare = math.pi - state.angles[h] if up else state.angles[h]
             if spare < reach:
                 conditions.panels[count, 0], conditions.panels[count, 1] = -1, h
-                put_vector(conditions.ways, count, 0, (-1.0 if up else 1.0, 0.0, 0.0))
+                put_vector(conditions.directions, count, 0, (-1.0 if up else 1.0, 0.0, 0.0))
                 conditions.bounds[count] = -spare
                 count += 1
     return count
@@ -85,22 +85,25 @@ def near_contacts(space: Space, state: PlacedState, reach: float, count: int, wo
 @lean
 def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int, work: SpaceWork) -> int:
     """Append the conditions of one pair; return the new number."""
-    own, other, way = space.pairs[p, 0], space.pairs[p, 1], vector_at(state.ways, p, 0)
-    if not _is_normal(space, state, own, way) and _is_normal(space, state, other, way):
-        own, other, way = other, own, scaled_vector(-1.0, way)
+    first, second, direction = space.pairs[p, 0], space.pairs[p, 1], vector_at(state.gap_directions, p, 0)
+    if not _is_normal(space, state, first, direction) and _is_normal(space, state, second, direction):
+        first, second, direction = second, first, scaled_vector(-1.0, direction)
     top = -math.inf
-    for j in range(space.prisms.counts[own, 0]):
-        top = max(top, dot(way, vector_at(state.placed.vertices[own], j, 0)))
+    for j in range(space.prisms.counts[first, 0]):
+        top = max(top, dot(direction, vector_at(state.prisms.vertices[first], j, 0)))
     conditions = work.conditions
-    for j in range(space.prisms.counts[other, 0]):
-        corner = vector_at(state.placed.vertices[other], j, 0)
-        gap = dot(way, corner) - top
+    for j in range(space.prisms.counts[second, 0]):
+        corner = vector_at(state.prisms.vertices[second], j, 0)
+        gap = dot(direction, corner) - top
         if gap > state.gaps[p] + reach or count >= len(conditions.bounds):
             continue
-        conditions.panels[count, 0], conditions.panels[count, 1] = space.prisms.panels[own], space.prisms.panels[other]
-        put_vector(conditions.ways, count, 0, way)
+        conditions.panels[count, 0], conditions.panels[count, 1] = (
+            space.prisms.panels[first],
+            space.prisms.panels[second],
+        )
+        put_vector(conditions.directions, count, 0, direction)
         put_vector(conditions.corners, count, 0, corner)
-        conditions.bounds[count] = SPARE_GAP_SHARE * (space.kept - gap)
+        conditions.bounds[count] = SPARE_GAP_SHARE * (space.step_gap - gap)
         count += 1
     return count
 
@@ -125,11 +128,12 @@ def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
     """The change of a corner's gap (m), or of the distance to a stop (rad), in a step; call `move_panels` before."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
     if here < 0:
-        return float(work.conditions.ways[k, 0] * step[there])
+        return float(work.conditions.directions[k, 0] * step[there])
     spin = vector_difference(vector_at(work.twists, there, 0), vector_at(work.twists, here, 0))
     shift = vector_difference(vector_at(work.twists, there, 3), vector_at(work.twists, here, 3))
     return dot(
-        vector_at(work.conditions.ways, k, 0), vector_sum(shift, cross(spin, vector_at(work.conditions.corners, k, 0)))
+        vector_at(work.conditions.directions, k, 0),
+        vector_sum(shift, cross(spin, vector_at(work.conditions.corners, k, 0))),
     )
 
 
@@ -137,25 +141,25 @@ def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
 def write_condition_row(space: Space, k: int, table: Reals, row: int, work: SpaceWork) -> None:
     """Write a condition as a row of a table: (row) . step equals `condition_change`."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
-    way, corner = vector_at(work.conditions.ways, k, 0), vector_at(work.conditions.corners, k, 0)
+    direction, corner = vector_at(work.conditions.directions, k, 0), vector_at(work.conditions.corners, k, 0)
     for h in range(len(space.folded)):
         table[row, h] = 0.0
         if here < 0:
-            table[row, h] = way[0] if h == there else 0.0
+            table[row, h] = direction[0] if h == there else 0.0
             continue
         sign = space.across[there, h] - space.across[here, h]
         if sign != 0.0:
             arm = vector_difference(corner, vector_at(work.axes[1], h, 0))
-            table[row, h] = sign * dot(way, cross(vector_at(work.axes[0], h, 0), arm))
+            table[row, h] = sign * dot(direction, cross(vector_at(work.axes[0], h, 0), arm))
 
 
 @lean
-def _is_normal(space: Space, state: PlacedState, f: int, way: Vector3) -> bool:
+def _is_normal(space: Space, state: PlacedState, f: int, direction: Vector3) -> bool:
     """Whether a direction is normal to a face of a prism."""
     pose = state.poses[space.prisms.panels[f]]
-    x = dot((pose[0, 0], pose[1, 0], pose[2, 0]), way)
-    y = dot((pose[0, 1], pose[1, 1], pose[2, 1]), way)
-    z = dot((pose[0, 2], pose[1, 2], pose[2, 2]), way)
+    x = dot((pose[0, 0], pose[1, 0], pose[2, 0]), direction)
+    y = dot((pose[0, 1], pose[1, 1], pose[2, 1]), direction)
+    z = dot((pose[0, 2], pose[1, 2], pose[2, 2]), direction)
     for j in range(space.prisms.counts[f, 1]):
         if abs(dot((x, y, z), vector_at(space.prisms.normals[f], j, 0))) > FACE_NORMAL_COSINE:
             return True
@@ -177,7 +181,9 @@ MIN_SLIDE_STEP = 2e-5
 
 
 @lean
-def slide(space: Space, state: PlacedState, longest: float, least: float, work: SpaceWork, end: PlacedState) -> float:
+def slide(
+    space: Space, state: PlacedState, longest: float, zero_singular_value: float, work: SpaceWork, end: PlacedState
+) -> float:
     """Step from a state by `work.wanted_step`, no hinge by more than `longest` (rad), and write the state at its end.
 
     zero_singular_value : singular directions of closure count as free below this. Returns the greatest change of an
@@ -186,25 +192,25 @@ def slide(space: Space, state: PlacedState, longest: float, least: float, work: 
     """
     m = len(space.folded)
     largest_closure_residual(space.loops, state.angles, work.closing)
-    rank = write_closure_basis(work.closing, least)
+    rank = write_closure_basis(work.closing, zero_singular_value)
     for h in range(m):
-        work.wanted[0, h] = work.want[h]
-    remove_span(work.closing.basis, rank, work.wanted, 0)
-    big = greatest_magnitude(work.wanted[0])
-    if big < 1e-12:
+        work.allowed_steps[0, h] = work.wanted_step[h]
+    remove_span(work.closing.basis, rank, work.allowed_steps, 0)
+    greatest = greatest_magnitude(work.allowed_steps[0])
+    if greatest < 1e-12:
         return 0.0
     size = longest
     for _ in range(3):
         for h in range(m):
-            work.step[h] = work.wanted[1, h] = work.wanted[0, h] * min(1.0, size / big)
+            work.step[h] = work.allowed_steps[1, h] = work.allowed_steps[0, h] * min(1.0, size / greatest)
         _allow(space, state, size, rank, work)
         moved = greatest_magnitude(work.step)
         if moved < max(1e-3 * longest, MIN_SLIDE_STEP):
             return 0.0
         for _ in range(2):
-            far = _take(space, state, work, end)
-            if far > 0.0:
-                return far
+            change = _take(space, state, work, end)
+            if change > 0.0:
+                return change
             for h in range(m):
                 work.step[h] *= 0.4
         size *= 0.25
@@ -218,15 +224,15 @@ def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -
         work.trial[h] = state.angles[h] + work.step[h]
     if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 8, work.closing):
         return 0.0
-    off = length = 0.0
+    deviation = length = 0.0
     for h in range(len(work.trial)):
-        off += (work.trial[h] - state.angles[h] - work.step[h]) ** 2
+        deviation += (work.trial[h] - state.angles[h] - work.step[h]) ** 2
         length += work.step[h] ** 2
-    far = greatest_angle_change(work.trial, state.angles)
-    if off > MAX_CLOSING_DEVIATION * MAX_CLOSING_DEVIATION * length or far < 0.5 * MIN_SLIDE_STEP:
+    change = greatest_angle_change(work.trial, state.angles)
+    if deviation > MAX_CLOSING_DEVIATION * MAX_CLOSING_DEVIATION * length or change < 0.5 * MIN_SLIDE_STEP:
         return 0.0
-    if place_state(space, work.trial, space.least, end) and separated(space, state, end):
-        return far
+    if place_state(space, work.trial, space.min_gap, end) and separated(space, state, end):
+        return change
     return 0.0
 
 
@@ -240,17 +246,17 @@ def _allow(space: Space, state: PlacedState, size: float, rank: int, work: Space
     for k in range(count):
         work.conditions.order[k] = k
         work.forces[k] = 0.0
-    kept = 0
+    active = 0
     for _ in range(MAX_CONDITION_ROUNDS):
-        more = _take_in(space, rank, kept, count, work)
-        if more == kept:
+        now_active = _take_in(space, rank, active, count, work)
+        if now_active == active:
             return
-        kept = more
-        _ascend(kept, work)
+        active = now_active
+        _ascend(active, work)
 
 
 @lean
-def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) -> int:
+def _take_in(space: Space, rank: int, active: int, count: int, work: SpaceWork) -> int:
     """Add the violated conditions to the active rows, each normalized to unit length; return the number of active rows.
 
     The free directions of the step are orthogonal to the rows of closure, so the component along these is removed.
@@ -258,21 +264,21 @@ def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) ->
     m = len(work.step)
     order, bounds = work.conditions.order, work.conditions.bounds
     move_panels(space, work.step, work)
-    for i in range(kept, count):
+    for i in range(active, count):
         k = order[i]
         if condition_change(work.step, k, work) >= bounds[k]:
             continue
-        order[i], order[kept] = order[kept], k
-        write_condition_row(space, k, work.rows, kept, work)
-        remove_span(work.closing.basis, rank, work.rows, kept)
-        long = math.sqrt(row_product(work.rows, kept, work.rows, kept, m))
-        if long > MIN_CONDITION_NORM:
-            divide_row(work.rows, kept, long, m)
-            work.bounds[kept] = bounds[k] / long
-            kept += 1
+        order[i], order[active] = order[active], k
+        write_condition_row(space, k, work.rows, active, work)
+        remove_span(work.closing.basis, rank, work.rows, active)
+        norm = math.sqrt(row_product(work.rows, active, work.rows, active, m))
+        if norm > MIN_CONDITION_NORM:
+            divide_row(work.rows, active, norm, m)
+            work.bounds[active] = bounds[k] / norm
+            active += 1
         else:
             bounds[k] = -math.inf  # no step changes it
-    return kept
+    return active
 
 
 @lean
@@ -281,7 +287,7 @@ def _ascend(count: int, work: SpaceWork) -> None:
     m = len(work.step)
     size = 0.0
     for h in range(m):
-        work.step[h] = work.wanted[1, h]
+        work.step[h] = work.allowed_steps[1, h]
         size += work.step[h] ** 2
     size = math.sqrt(size)
     for row in range(count):

@@ -37,10 +37,10 @@ class Space(NamedTuple):
     prisms: Prisms
     pairs: WholeNumbers
     lever: float
-    near: float
-    least: float
-    kept: float
-    parted: float
+    measured_distance: float
+    min_gap: float
+    step_gap: float
+    parting_gap: float
 
 
 class PlacedState(NamedTuple):
@@ -52,9 +52,9 @@ class PlacedState(NamedTuple):
 
     angles: Reals
     poses: Reals
-    placed: Prisms
+    prisms: Prisms
     gaps: Reals
-    ways: Reals
+    gap_directions: Reals
     corners: WholeNumbers
 
 
@@ -67,7 +67,7 @@ class StateStack(NamedTuple):
     vertices: Reals
     middles: Reals
     gaps: Reals
-    ways: Reals
+    gap_directions: Reals
     corners: WholeNumbers
 
 
@@ -81,7 +81,7 @@ class StepConditions(NamedTuple):
     """
 
     panels: WholeNumbers
-    ways: Reals
+    directions: Reals
     corners: Reals
     bounds: Reals
     order: WholeNumbers
@@ -97,10 +97,10 @@ class SpaceWork(NamedTuple):
     """
 
     closing: Closing
-    want: Reals
+    wanted_step: Reals
     step: Reals
     trial: Reals
-    wanted: Reals
+    allowed_steps: Reals
     axes: Reals
     twists: Reals
     conditions: StepConditions
@@ -129,31 +129,35 @@ def new_state_stack(space: Space, count: int) -> StateStack:
 @compiled
 def pick_state(stack: StateStack, i: int) -> PlacedState:
     """Return one state of a stack."""
-    own = stack.prisms
-    placed = Prisms(own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges)
-    return PlacedState(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
+    shared = stack.prisms
+    placed = Prisms(
+        shared.panels, shared.counts, stack.vertices[i], stack.middles[i], shared.reaches, shared.normals, shared.edges
+    )
+    return PlacedState(
+        stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.gap_directions[i], stack.corners[i]
+    )
 
 
 @lean
-def copy_state(state: PlacedState, into: PlacedState) -> None:
+def copy_state(state: PlacedState, target: PlacedState) -> None:
     """Copy a placed state."""
     for h in range(len(state.angles)):
-        into.angles[h] = state.angles[h]
+        target.angles[h] = state.angles[h]
     for panel in range(len(state.poses)):
         for i in range(3):
             for j in range(4):
-                into.poses[panel, i, j] = state.poses[panel, i, j]
-    for f in range(len(state.placed.middles)):
+                target.poses[panel, i, j] = state.poses[panel, i, j]
+    for f in range(len(state.prisms.middles)):
         for i in range(3):
-            into.placed.middles[f, i] = state.placed.middles[f, i]
-            for j in range(state.placed.counts[f, 0]):
-                into.placed.vertices[f, j, i] = state.placed.vertices[f, j, i]
+            target.prisms.middles[f, i] = state.prisms.middles[f, i]
+            for j in range(state.prisms.counts[f, 0]):
+                target.prisms.vertices[f, j, i] = state.prisms.vertices[f, j, i]
     for p in range(len(state.gaps)):
-        into.gaps[p] = state.gaps[p]
+        target.gaps[p] = state.gaps[p]
         for i in range(3):
-            into.ways[p, i] = state.ways[p, i]
+            target.gap_directions[p, i] = state.gap_directions[p, i]
         for i in range(4):
-            into.corners[p, i] = state.corners[p, i]
+            target.corners[p, i] = state.corners[p, i]
 
 
 @compiled
@@ -178,20 +182,22 @@ def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) 
     for h in range(len(angles)):
         state.angles[h] = angles[h]
     place_panels(space.loops.chain, state.angles, state.poses)
-    place_prisms(space.prisms, state.poses, state.placed)
+    place_prisms(space.prisms, state.poses, state.prisms)
     for p in range(len(space.pairs)):
         f, g = space.pairs[p, 0], space.pairs[p, 1]
-        gap = sphere_distance(state.placed, f, g)
-        if gap > space.near:
-            way = _between(state.placed, f, g)
+        gap = sphere_distance(state.prisms, f, g)
+        if gap > space.measured_distance:
+            direction = _between(state.prisms, f, g)
         else:
-            guess = vector_at(state.ways, p, 0)
-            last = (state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3])
-            one, two = state.placed.vertices[f], state.placed.vertices[g]
-            gap, way, last = hull_gap(one, space.prisms.counts[f, 0], two, space.prisms.counts[g, 0], guess, last)
-            state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3] = last
+            guess = vector_at(state.gap_directions, p, 0)
+            corners = (state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3])
+            first, second = state.prisms.vertices[f], state.prisms.vertices[g]
+            gap, direction, corners = hull_gap(
+                first, space.prisms.counts[f, 0], second, space.prisms.counts[g, 0], guess, corners
+            )
+            state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3] = corners
         state.gaps[p] = gap
-        put_vector(state.ways, p, 0, way)
+        put_vector(state.gap_directions, p, 0, direction)
         if gap < enough:
             return False
     return True
@@ -207,29 +213,29 @@ def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
 
 
 @lean
-def greatest_angle_change(one: Reals, two: Reals) -> float:
+def greatest_angle_change(first: Reals, second: Reals) -> float:
     """The greatest difference of an angle between two states (rad)."""
-    far = 0.0
-    for h in range(len(one)):
-        far = max(far, abs(one[h] - two[h]))
-    return far
+    greatest = 0.0
+    for h in range(len(first)):
+        greatest = max(greatest, abs(first[h] - second[h]))
+    return greatest
 
 
 @lean
 def greatest_magnitude(values: Reals) -> float:
     """The greatest absolute value."""
-    most = 0.0
+    greatest = 0.0
     for value in values:
-        most = max(most, abs(value))
-    return most
+        greatest = max(greatest, abs(value))
+    return greatest
 
 
 @lean
-def squared_distance(one: Reals, two: Reals) -> float:
+def squared_distance(first: Reals, second: Reals) -> float:
     """The squared distance of two states (rad^2)."""
     total = 0.0
-    for h in range(len(one)):
-        total += (one[h] - two[h]) ** 2
+    for h in range(len(first)):
+        total += (first[h] - second[h]) ** 2
     return total
 
 
@@ -238,55 +244,62 @@ MAX_CHORD_DEVIATION = 0.5
 
 
 @lean
-def separated(space: Space, one: PlacedState, two: PlacedState) -> bool:
+def separated(space: Space, first: PlacedState, second: PlacedState) -> bool:
     """Whether every pair has a direction, fixed to one of its panels, that separates it at both states.
 
     This is only a filter: states in between are checked by the proof.
     """
-    moved = space.lever * greatest_angle_change(one.angles, two.angles)
+    moved = space.lever * greatest_angle_change(first.angles, second.angles)
     for p in range(len(space.pairs)):
-        if one.gaps[p] + two.gaps[p] > moved:
+        if first.gaps[p] + second.gaps[p] > moved:
             continue
-        if not (_separates(space, one, two, p) or _separates(space, two, one, p)):
+        if not (_separates(space, first, second, p) or _separates(space, second, first, p)):
             return False
     return True
 
 
 @lean
-def _separates(space: Space, one: PlacedState, two: PlacedState, p: int) -> bool:
+def _separates(space: Space, first: PlacedState, second: PlacedState, p: int) -> bool:
     """Whether the gap direction of a pair at one state, fixed to either panel, also separates it at another state."""
     f, g = space.pairs[p, 0], space.pairs[p, 1]
-    way = vector_at(one.ways, p, 0)
+    direction = vector_at(first.gap_directions, p, 0)
     for _ in range(2):
-        a, b = one.poses[space.prisms.panels[f]], two.poses[space.prisms.panels[f]]
-        x = dot((a[0, 0], a[1, 0], a[2, 0]), way)
-        y = dot((a[0, 1], a[1, 1], a[2, 1]), way)
-        z = dot((a[0, 2], a[1, 2], a[2, 2]), way)
+        a, b = first.poses[space.prisms.panels[f]], second.poses[space.prisms.panels[f]]
+        x = dot((a[0, 0], a[1, 0], a[2, 0]), direction)
+        y = dot((a[0, 1], a[1, 1], a[2, 1]), direction)
+        z = dot((a[0, 2], a[1, 2], a[2, 2]), direction)
         turned = (
             dot((b[0, 0], b[0, 1], b[0, 2]), (x, y, z)),
             dot((b[1, 0], b[1, 1], b[1, 2]), (x, y, z)),
             dot((b[2, 0], b[2, 1], b[2, 2]), (x, y, z)),
         )
-        if _gap(space, two, f, g, turned) >= space.parted:
+        if _gap(space, second, f, g, turned) >= space.parting_gap:
             return True
-        f, g, way = g, f, scaled_vector(-1.0, way)
+        f, g, direction = g, f, scaled_vector(-1.0, direction)
     return False
 
 
 @lean
-def _gap(space: Space, state: PlacedState, f: int, g: int, way: Vector3) -> float:
+def _gap(space: Space, state: PlacedState, f: int, g: int, direction: Vector3) -> float:
     """The gap of two prisms along a direction, from the first prism to the second."""
-    top, low = -math.inf, math.inf
+    highest, lowest = -math.inf, math.inf
     for j in range(space.prisms.counts[f, 0]):
-        top = max(top, dot(way, vector_at(state.placed.vertices[f], j, 0)))
+        highest = max(highest, dot(direction, vector_at(state.prisms.vertices[f], j, 0)))
     for j in range(space.prisms.counts[g, 0]):
-        low = min(low, dot(way, vector_at(state.placed.vertices[g], j, 0)))
-    return low - top
+        lowest = min(lowest, dot(direction, vector_at(state.prisms.vertices[g], j, 0)))
+    return lowest - highest
 
 
 @compiled
 def link_states(
-    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, between: Reals
+    space: Space,
+    start: Reals,
+    end: Reals,
+    longest: float,
+    depth: int,
+    stack: StateStack,
+    work: SpaceWork,
+    between: Reals,
 ) -> int:
     """Write closed states along the straight piece between two states, in order, without its ends; return their number.
 
@@ -295,7 +308,7 @@ def link_states(
     states cannot be linked.
     """
     left, right = pick_state(stack, 0), pick_state(stack, 1)
-    if not (place_state(space, one, space.least, left) and place_state(space, two, space.least, right)):
+    if not (place_state(space, start, space.min_gap, left) and place_state(space, end, space.min_gap, right)):
         return -1
     top, count = 1, 0
     while top > 0:
@@ -322,9 +335,9 @@ def _half_way(space: Space, left: PlacedState, right: PlacedState, work: SpaceWo
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
     if not close_state(space.loops, work.trial, PLANNING_CLOSURE_RESIDUAL, 0.0, 12, work.closing):
         return False
-    off = 0.0
+    deviation = 0.0
     for h in range(len(work.trial)):
-        off += (work.trial[h] - 0.5 * (left.angles[h] + right.angles[h])) ** 2
-    if off > MAX_CHORD_DEVIATION * MAX_CHORD_DEVIATION * 0.25 * squared_distance(left.angles, right.angles):
+        deviation += (work.trial[h] - 0.5 * (left.angles[h] + right.angles[h])) ** 2
+    if deviation > MAX_CHORD_DEVIATION * MAX_CHORD_DEVIATION * 0.25 * squared_distance(left.angles, right.angles):
         return False
-    return place_state(space, work.trial, space.least, middle)
+    return place_state(space, work.trial, space.min_gap, middle)

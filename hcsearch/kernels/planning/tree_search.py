@@ -46,7 +46,7 @@ class StateTree(NamedTuple):
     parents: WholeNumbers
     size: WholeNumbers
     keys: WholeNumbers
-    hits: WholeNumbers
+    cell_counts: WholeNumbers
 
 
 @compiled
@@ -82,16 +82,16 @@ def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
 @lean
 def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
     """Return the nearest state beyond a squared distance (rad^2), -1 without one, and its own squared distance."""
-    best, least = -1, math.inf
+    nearest, least_distance = -1, math.inf
     for i in range(tree.size[0]):
         total = 0.0
         for h in range(len(angles)):
             total += (tree.angles[i, h] - angles[h]) ** 2
-            if total >= least:
+            if total >= least_distance:
                 break
-        if beyond < total < least:
-            best, least = i, total
-    return best, least
+        if beyond < total < least_distance:
+            nearest, least_distance = i, total
+    return nearest, least_distance
 
 
 @lean
@@ -115,9 +115,9 @@ def keep_new_states(tree: StateTree, first: int) -> bool:
     end = first
     for i in range(first, tree.size[0]):
         slot = cell_slot(tree, i)
-        if tree.hits[slot] < MAX_STATES_PER_CELL:
+        if tree.cell_counts[slot] < MAX_STATES_PER_CELL:
             end = i + 1
-            tree.hits[slot] += 1
+            tree.cell_counts[slot] += 1
     tree.size[0] = end
     return end > first
 
@@ -138,24 +138,24 @@ def grow_towards(
     springs : (m,), weights of the hinges. limits : longest step (rad), greatest singular value of closure that counts
     as zero, and greatest number of steps.
     """
-    longest, least, steps = limits
+    longest, zero_singular_value, steps = limits
     here, there = pick_state(stack, 0), pick_state(stack, 1)
     place_state(space, tree.angles[node], -math.inf, here)
     best, idle = math.inf, 0
     for _ in range(steps):
-        left = 0.0
+        distance = 0.0
         for h in range(len(target)):
-            way = target[h] - here.angles[h]
-            work.want[h] = springs[h] * way
-            left += springs[h] * way * way
-        idle = idle + 1 if left > best * (1.0 - MIN_GROWTH_GAIN) else 0
-        if left < 1e-6 or idle > MAX_IDLE_STEPS:
+            offset = target[h] - here.angles[h]
+            work.wanted_step[h] = springs[h] * offset
+            distance += springs[h] * offset * offset
+        idle = idle + 1 if distance > best * (1.0 - MIN_GROWTH_GAIN) else 0
+        if distance < 1e-6 or idle > MAX_IDLE_STEPS:
             break
-        best = min(best, left)
+        best = min(best, distance)
         to_end = min(greatest_angle_change(here.angles, space.folded), greatest_magnitude(here.angles))
         to_end = min(to_end, greatest_angle_change(here.angles, tree.angles[0]))
-        own = min(longest, max(MIN_GROWTH_STEP, END_STEP_SHARE * to_end))
-        if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
+        step_length = min(longest, max(MIN_GROWTH_STEP, END_STEP_SHARE * to_end))
+        if slide(space, here, step_length, min(zero_singular_value, 0.3 * step_length), work, there) == 0.0:
             break
         added = add_state(tree, node, there.angles)
         if added < 0:
@@ -188,12 +188,12 @@ class Meeting(NamedTuple):
 
     nodes: WholeNumbers
     bridge: Reals
-    filled: WholeNumbers
+    bridge_size: WholeNumbers
 
 
 @compiled
 def fan_out(
-    space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: StateStack, work: SpaceWork
+    space: Space, tree: StateTree, start_count: int, tries: int, seed: int, stack: StateStack, work: SpaceWork
 ) -> int:
     """Add random states near the root, with the states that lead to them; return how many were reached.
 
@@ -206,7 +206,7 @@ def fan_out(
     reached = 0
     root = tree.angles[0].copy()
     for k in range(tries):
-        if reached == wanted or tree.size[0] + MIN_TREE_ROOM >= len(tree.parents):
+        if reached == start_count or tree.size[0] + MIN_TREE_ROOM >= len(tree.parents):
             break
         off = (0.01, 0.03, 0.06, 0.12, 0.25)[np.random.randint(5)]
         power = (0.5, 1.0, 2.0, 4.0)[np.random.randint(4)]
@@ -222,7 +222,7 @@ def fan_out(
             or greatest_angle_change(angles, root) < 0.3 * off
         ):
             continue
-        if not place_state(space, angles, space.least, pick_state(stack, 0)):
+        if not place_state(space, angles, space.min_gap, pick_state(stack, 0)):
             continue
         count = link_states(space, root, angles, MAX_SEARCH_PIECE, MAX_SEARCH_HALVINGS, stack, work, between)
         if count < 0:
@@ -238,8 +238,8 @@ def fan_out(
 @compiled
 def search_trees(
     space: Space,
-    one: StateTree,
-    two: StateTree,
+    first: StateTree,
+    second: StateTree,
     rounds: int,
     seed: int,
     stack: StateStack,
@@ -257,7 +257,7 @@ def search_trees(
     target, springs = np.empty(m), np.ones(m)
     for _ in range(rounds):
         swapped = np.random.random() < 0.5
-        tree, other = (two, one) if swapped else (one, two)
+        tree, other = (second, first) if swapped else (first, second)
         full = tree.size[0] + MIN_TREE_ROOM >= len(tree.parents)
         if full and other.size[0] + MIN_TREE_ROOM >= len(other.parents):
             return TREES_FULL
@@ -267,9 +267,9 @@ def search_trees(
         springs[:] = 1.0
         node, steps = _choose(space, tree, other, goal, target, springs)
         longest = MAX_TREE_STEP * (1.0 if np.random.random() < 0.7 else 0.3)
-        least = SEARCH_ZERO_SINGULAR_VALUE if np.random.random() < 0.7 else 0.3 * longest
+        zero_singular_value = SEARCH_ZERO_SINGULAR_VALUE if np.random.random() < 0.7 else 0.3 * longest
         before = tree.size[0]
-        node = grow_towards(space, tree, node, target, springs, (longest, least, steps), stack, work)
+        node = grow_towards(space, tree, node, target, springs, (longest, zero_singular_value, steps), stack, work)
         if tree.size[0] == before:
             continue
         last = tree.size[0]
@@ -329,7 +329,7 @@ def _reach_root(
     if count < 0:
         tree.size[0] = before
         return False
-    meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = last, 0, count
+    meeting.nodes[0], meeting.nodes[1], meeting.bridge_size[0] = last, 0, count
     return True
 
 
@@ -342,10 +342,10 @@ def _reach_tree(
     for attempt in range(3):
         if other.size[0] + MIN_TREE_ROOM >= len(other.parents):
             return False
-        start, off = nearest_state(other, tree.angles[node], beyond)
-        if start < 0 or (attempt > 0 and off > 1.0):
+        start, distance = nearest_state(other, tree.angles[node], beyond)
+        if start < 0 or (attempt > 0 and distance > 1.0):
             return False
-        beyond, before = off, other.size[0]
+        beyond, before = distance, other.size[0]
         limits = (MAX_TREE_STEP, SEARCH_ZERO_SINGULAR_VALUE, 40)
         last = grow_towards(space, other, start, tree.angles[node], np.ones(len(space.folded)), limits, stack, work)
         if greatest_angle_change(other.angles[last], tree.angles[node]) < 0.3:
@@ -353,7 +353,7 @@ def _reach_tree(
                 space, tree.angles[node], other.angles[last], MAX_SEARCH_PIECE, 8, stack, work, meeting.bridge
             )
             if count >= 0:
-                meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = node, last, count
+                meeting.nodes[0], meeting.nodes[1], meeting.bridge_size[0] = node, last, count
                 return True
         if keep_new_states(other, before):
             return False
@@ -364,5 +364,5 @@ def _reach_tree(
 def _turn_around(meeting: Meeting) -> None:
     """Reverse a meeting, so that it starts from the second tree."""
     meeting.nodes[0], meeting.nodes[1] = meeting.nodes[1], meeting.nodes[0]
-    count = meeting.filled[0]
+    count = meeting.bridge_size[0]
     meeting.bridge[:count] = meeting.bridge[:count][::-1].copy()

@@ -43,7 +43,7 @@ class Track(NamedTuple):
     angles: Reals
     rates: Reals
     wanders: Reals
-    filled: WholeNumbers
+    state_count: WholeNumbers
 
 
 @compiled
@@ -80,73 +80,73 @@ def prove_tube(
     _append(coarse, 0, 0.0, fine)
     before, after = ends[0, 1:].copy(), np.zeros(m)
     stop[1] = 0.0
-    for k in range(1, coarse.filled[0]):
+    for k in range(1, coarse.state_count[0]):
         _append(coarse, k, 0.0, waiting)
-        while waiting.filled[0]:
-            here, top = fine.filled[0] - 1, waiting.filled[0] - 1
+        while waiting.state_count[0]:
+            here, top = fine.state_count[0] - 1, waiting.state_count[0] - 1
             _hermite(fine, here, waiting, top, course)
-            last = k == coarse.filled[0] - 1 and top == 0
+            last = k == coarse.state_count[0] - 1 and top == 0
             shares = (ends[0, 0] if here == 0 else 0.0, ends[1, 0] if last else 1.0)
             after[:] = 0.0
             if last:
                 after[:] = ends[1, 1:]
-            began = before.copy()
+            wanders_before = before.copy()
             wander = _step(loops, group, course, shares, before, after, limit, tables, stop)
-            if wander <= limit and fine.filled[0] < len(fine.times):
+            if wander <= limit and fine.state_count[0] < len(fine.times):
                 _append(waiting, top, wander, fine)
-                waiting.filled[0] = top
+                waiting.state_count[0] = top
                 continue
-            before = began
+            before = wanders_before
             over = top == halvings or stop[1] >= MAX_PROOF_PIECES
             if over or shares != (0.0, 1.0) or not _put_between(loops, course, fine, waiting, work):
                 stop[0] = fine.times[here]
                 return False
-    stop[0] = fine.times[fine.filled[0] - 1]
+    stop[0] = fine.times[fine.state_count[0] - 1]
     return True
 
 
 @compiled
 def _append(source: Track, k: int, wander: float, target: Track) -> None:
     """Append a state of one motion to another."""
-    i = target.filled[0]
+    i = target.state_count[0]
     target.times[i], target.wanders[i] = source.times[k], wander
     target.angles[i], target.rates[i] = source.angles[k], source.rates[k]
-    target.filled[0] = i + 1
+    target.state_count[0] = i + 1
 
 
 @compiled
-def _hermite(one: Track, i: int, two: Track, j: int, course: Reals) -> None:
+def _hermite(first: Track, i: int, second: Track, j: int, course: Reals) -> None:
     """Write the Hermite cubics of the fold angles between two states, in the share of the step."""
-    h = two.times[j] - one.times[i]
+    h = second.times[j] - first.times[i]
     for k in range(len(course)):
-        rise = two.angles[j, k] - one.angles[i, k]
-        before, after = h * one.rates[i, k], h * two.rates[j, k]
-        course[k, 0], course[k, 1] = one.angles[i, k], before
+        rise = second.angles[j, k] - first.angles[i, k]
+        before, after = h * first.rates[i, k], h * second.rates[j, k]
+        course[k, 0], course[k, 1] = first.angles[i, k], before
         course[k, 2], course[k, 3] = 3.0 * rise - 2.0 * before - after, before + after - 2.0 * rise
 
 
 @compiled
 def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work: Closing) -> bool:
     """Push the closed state nearest to the middle of a step onto the waiting states; return whether one is near by."""
-    here, top = fine.filled[0] - 1, waiting.filled[0] - 1
+    here, top = fine.state_count[0] - 1, waiting.state_count[0] - 1
     h = waiting.times[top] - fine.times[here]
     middle = waiting.angles[top + 1]
-    wide = 0.0
+    squared_length = 0.0
     for k in range(len(course)):
         a, b, c, d = course[k, 0], course[k, 1], course[k, 2], course[k, 3]
         middle[k] = a + 0.5 * (b + 0.5 * (c + 0.5 * d))
         waiting.rates[top + 1, k] = (b + c + 0.75 * d) / h
-        wide += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
+        squared_length += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
     before = middle.copy()
     if not close_state(loops, middle, polishing_residual(loops), MAX_CUBIC_OVERSHOOT, 20, work):
         return False
     for k in range(len(course)):
-        wide -= 16.0 * (middle[k] - before[k]) ** 2
-    if wide < 0.0:
+        squared_length -= 16.0 * (middle[k] - before[k]) ** 2
+    if squared_length < 0.0:
         return False
     keep_closed(loops, middle, waiting.rates, top + 1, work)
     waiting.times[top + 1] = fine.times[here] + 0.5 * h
-    waiting.filled[0] = top + 2
+    waiting.state_count[0] = top + 2
     return True
 
 
@@ -179,7 +179,7 @@ def _step(
         factor, wander = prove_piece(loops, group, course, (low, high), joined, limit, tables)
         if factor <= MAX_CONTRACTION_FACTOR:
             worst = max(worst, wander)
-            before[:] = tables.beside
+            before[:] = tables.wander_bounds
             top -= 1
         elif (wander > limit and wander < math.inf) or high - low <= MIN_PIECE_SHARE or stop[1] >= MAX_PROOF_PIECES:
             return math.inf

@@ -45,9 +45,9 @@ def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> 
     track = tube.track
     if track is None:
         raise NotProvedError("a stretch is not proved")
-    count = int(track.filled[0])
+    count = int(track.state_count[0])
     times, angles, rates = track.times[:count], track.angles[:count], track.rates[:count]
-    if tube.even:
+    if tube.turns_equally:
         data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
         return data, array.led_by_equal_turns(data, closed)[-1]
     refinement = _Refinement(array, times, angles, rates, closed)
@@ -108,8 +108,8 @@ class _Refinement:
         cubic = np.stack([-b - 2 * c - 3 * d, c + 3 * d, -d] if side else [b, c, d], -1)
         proved = False
         for halving in range(MAX_REFINEMENT_HALVINGS):
-            own = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
-            departs = bool(np.isfinite(self.array.tube(rows, self.moving, own[None], wrenches)).all())
+            course = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
+            departs = bool(np.isfinite(self.array.tube(rows, self.moving, course[None], wrenches)).all())
             if proved and departs:
                 return 0.5**halving
             proved = departs
@@ -120,11 +120,11 @@ class _Refinement:
         inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
         done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
         while waiting:
-            own, waiting = waiting[-REFINEMENT_BATCH_SIZE:], waiting[:-REFINEMENT_BATCH_SIZE]
-            cubics = np.array([self._part(*span) for span in own])
-            around = self.array.tube(self.rows, self.moving, cubics, np.zeros((0, len(self.rows)))).sum(1)
-            for (step, low, high), wide in zip(own, around, strict=True):
-                if wide < limit:
+            batch, waiting = waiting[-REFINEMENT_BATCH_SIZE:], waiting[:-REFINEMENT_BATCH_SIZE]
+            cubics = np.array([self._part(*span) for span in batch])
+            deviations = self.array.tube(self.rows, self.moving, cubics, np.zeros((0, len(self.rows)))).sum(1)
+            for (step, low, high), deviation in zip(batch, deviations, strict=True):
+                if deviation < limit:
                     done.append((step, low, high))
                     continue
                 if high - low < 0.5**MAX_REFINEMENT_HALVINGS:
@@ -168,8 +168,10 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
 
 def _facets(pattern: Pattern, hinge: int) -> list[int]:
     """Two facets that share an edge along a hinge, the one of its first panel first."""
-    one, two = next(pair for pair, crease in pattern.creases.items() if crease.face and pattern.hinge_of(pair) == hinge)
-    return [one, two] if pattern.panel_of[one] == pattern.hinges[hinge].first else [two, one]
+    first, second = next(
+        pair for pair, crease in pattern.creases.items() if crease.face and pattern.hinge_of(pair) == hinge
+    )
+    return [first, second] if pattern.panel_of[first] == pattern.hinges[hinge].first else [second, first]
 
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
@@ -177,8 +179,8 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
     cuts = [[0.0, MAX_BOX_ANGLE] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
-    for own, hinge in enumerate(linkage.looped.tolist()):
-        low, high = enclosure.lows[:, own], enclosure.highs[:, own]
+    for column, hinge in enumerate(linkage.looped.tolist()):
+        low, high = enclosure.lows[:, column], enclosure.highs[:, column]
         values = np.unique(np.concatenate([[0.0, MAX_BOX_ANGLE], low, high]))
         cuts[hinge] = values.tolist()
         lows[:, hinge], highs[:, hinge] = np.searchsorted(values, low), np.searchsorted(values, high)

@@ -108,7 +108,7 @@ class Loop:
         return axes, places, ends
 
     def expanded(self, middles: Reals, radii: Reals) -> tuple[Reals, ...]:
-        """Return values (count, 12), slopes (count, 12, n), bends (count, 12, pairs, squares) times radii, bounds."""
+        """Return values (count, 12), slopes (count, 12, n), squares and products times radii, and bounds."""
         angles, e = middles[:, self.hinges], radii[:, self.hinges]
         n, before = e.shape[1], np.cumsum(e, 1) - e
         cut = 1 + np.abs(2.0 * before[:, 1:] - e.sum(1, keepdims=True)).argmin(1)

@@ -70,7 +70,7 @@ def folded(one: Reals, two: Reals) -> Reals:
 
 
 def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Return polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n), of both."""
+    """Return polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n); all radii."""
     mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
     rad = 2 * EPS * (mid != 0.0)
     rad[..., order] += radii

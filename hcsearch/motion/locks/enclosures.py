@@ -177,9 +177,9 @@ class _Contest:
         return True
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
-        """Lay regions around the walks from some ends."""
-        climbed = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.folds), WALK_CLIMB_STEPS, seed, self.walk_tables)
+        """Lay regions around walks from either end."""
+        seen = [
+            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.aside)
             for walk in walks
         ]
         self.regions += [

@@ -251,9 +251,9 @@ class Region:
             self.active = False
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
-        """Add a closed state that was met on a face, with the states of a walk from it, to its part."""
-        low, high = whole_box(self.rings.folds)
-        if self._cuts is not None:  # with many states, unbounded climbs would take too long
+        """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
+        low, high = whole_box(self.rings.hinge_count)
+        if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
             low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
             high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
         self._last_part = self._parts.add_state(state, (low, high))

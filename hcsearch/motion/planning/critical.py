@@ -39,41 +39,41 @@ class SearchExtent:
 class CriticalMargin(ByValue):
     """The play that opens a linkage.
 
-    proved : m, the least margin of the grid with a proved path, None without one. met : m, the least margin with a path
-    that was met, proved or not. none : m, the greatest margin below `met` for which the search met no path, or of all
-    where it met none at all; None where it met one at the least margin. looking : extent of each search.
-    searches : number of searches, each with one margin. states : of the path that is proved at the least margin, as
-    it was met, (k, n_hinges).
+    least_proved : m, the least margin of the grid with a proved path, None without one. least_met : m, the least margin
+    with a path that was met, proved or not. greatest_unmet : m, the greatest margin below `least_met` for which the
+    search met no path, or of all where it met none at all; None where it met one at the least margin. extent : of each
+    search. searches : number of searches, each with one margin. states : of the path that is proved at the least
+    margin, as it was met, (k, n_hinges).
     """
 
-    proved: float | None
-    met: float | None
-    none: float | None
-    looking: SearchExtent
+    least_proved: float | None
+    least_met: float | None
+    greatest_unmet: float | None
+    extent: SearchExtent
     searches: int
     states: Reals | None = None
 
     def less_than(self, other: CriticalMargin) -> bool:
         """Whether this linkage opens with less play than another: by proved margins, then by those of paths met."""
-        return (_last(self.proved), _last(self.met)) < (_last(other.proved), _last(other.met))
+        return (_last(self.least_proved), _last(self.least_met)) < (_last(other.least_proved), _last(other.least_met))
 
 
 def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
     """Margins to try (m), in ascending order: 0.01 mm for edges of 50 mm, then a factor of `MARGIN_GRID_RATIO` each."""
-    most, margins = MAX_TRIED_MARGIN_SHARE * check_margin(linkage, MIN_PANEL_MARGIN * scale_of(linkage)), []
+    greatest, margins = MAX_TRIED_MARGIN_SHARE * check_margin(linkage, MIN_PANEL_MARGIN * scale_of(linkage)), []
     margin = MIN_PANEL_MARGIN * scale_of(linkage)
-    while margin < most:
+    while margin < greatest:
         margins.append(margin)
         margin *= MARGIN_GRID_RATIO
     return tuple(margins)
 
 
-def critical_margin(linkage: Linkage, looking: SearchExtent | None = None) -> CriticalMargin:
+def critical_margin(linkage: Linkage, extent: SearchExtent | None = None) -> CriticalMargin:
     """Find the least play that opens a linkage, and the greatest below it for which no path was met.
 
     The way of joining flat pairs whose motions include those of all others has the least: `motion_search._widest`.
     """
-    return _Bisection(linkage, SearchExtent() if looking is None else looking).run()
+    return _Bisection(linkage, SearchExtent() if extent is None else extent).run()
 
 
 class _Bisection:
@@ -83,8 +83,8 @@ class _Bisection:
     failed : indices of margins for which the search met no path.
     """
 
-    def __init__(self, linkage: Linkage, looking: SearchExtent) -> None:
-        self.linkage, self.looking, self.prover = linkage, looking, Prover(linkage)
+    def __init__(self, linkage: Linkage, extent: SearchExtent) -> None:
+        self.linkage, self.extent, self.prover = linkage, extent, Prover(linkage)
         self.margins = critical_margin_grid(linkage)
         self.met = self.proved = len(self.margins)
         self.states: Reals | None = None
@@ -92,7 +92,7 @@ class _Bisection:
         self.searches = 0
 
     @property
-    def none(self) -> int:
+    def unmet(self) -> int:
         """The greatest index below `met` at which no path was met, -1 without one."""
         return max((place for place in self.failed if place < self.met), default=-1)
 
@@ -100,34 +100,34 @@ class _Bisection:
         """Find the least margin at which a path is met; then the least at which one is proved, if that differs."""
         top = len(self.margins) - 1
         if any(
-            self._look(place)
+            self._search_at(place)
             for place in sorted({top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}, reverse=True)
         ):
-            while self.met - self.none > 1:
-                self._look((self.none + self.met) // 2)
+            while self.met - self.unmet > 1:
+                self._search_at((self.unmet + self.met) // 2)
             low = self.met
             while self.proved - low > 1:  # a proof may fail above one that does not: that costs a place or two
                 middle = (low + self.proved) // 2
-                self._look(middle)
+                self._search_at(middle)
                 low = middle if self.proved > middle else low
-        lowest = self.none if self.met <= top else top
-        proved, met, none = map(self._margin, (self.proved, self.met, lowest))
-        return CriticalMargin(proved, met, none, self.looking, self.searches, self.states)
+        lowest = self.unmet if self.met <= top else top
+        proved, met, unmet = map(self._margin, (self.proved, self.met, lowest))
+        return CriticalMargin(proved, met, unmet, self.extent, self.searches, self.states)
 
     def _margin(self, place: int) -> float | None:
         return self.margins[place] if 0 <= place < len(self.margins) else None
 
-    def _look(self, place: int) -> bool:
+    def _search_at(self, place: int) -> bool:
         """Search with a margin until a path is proved; whether one is met. A path may be clear with less play, too."""
         self.searches += 1
         planner, met = Planner(self.linkage, self.margins[place]), False
-        for seed in range(self.looking.seeds):
-            states = planner.plan(self.looking.rounds, seed, roots=self.looking.roots).states
+        for seed in range(self.extent.seeds):
+            states = planner.plan(self.extent.rounds, seed, roots=self.extent.roots).states
             if states is None:
                 continue
             met, self.met = True, min(self.met, place)
             # a path for a margin that is not quite clear at it may be clear at the next one
-            margin = self.prover.prove(states, self.margins[self.none + 1 : place + 2]).margin
+            margin = self.prover.prove(states, self.margins[self.unmet + 1 : place + 2]).margin
             if margin is not None:
                 if self.margins.index(margin) < self.proved:
                     self.proved, self.states = self.margins.index(margin), states

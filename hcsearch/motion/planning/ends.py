@@ -105,9 +105,11 @@ class EndClosure:
         columns = None if whole is None else whole.columns[self.moving]  # an open chain has no rows
         self.rank = rank
         self.exact = columns is not None and rank == (len(reduced_rows(columns)) if columns.size else 0)
-        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < END_CLOSURE_RESIDUAL)
+        self.provable = self.exact or (
+            whole is None and float(np.abs(residual).max(initial=0.0)) < END_CLOSURE_RESIDUAL
+        )
         self.across, self.along = left[:, :rank].T @ group.rows, left[:, rank:].T @ group.rows
-        self.regular = self.sound and rank == len(group.rows)
+        self.regular = self.provable and rank == len(group.rows)
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
         """Return the residuals of a direction and their derivative.
@@ -127,28 +129,28 @@ class EndClosure:
         Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where possible, or not at all.
         """
         sense = np.where(self.angles > 1.0, -1.0, 1.0)
-        for slowest in (MIN_DEPARTURE_TURN_RATIO, 0.0):
-            turns = self._within(sense * guess / np.abs(guess).max(), sense, slowest)
+        for slowest_turn in (MIN_DEPARTURE_TURN_RATIO, 0.0):
+            turns = self._within(sense * guess / np.abs(guess).max(), sense, slowest_turn)
             if turns is not None:
                 direction: Reals = sense * turns / turns.max()
                 return direction
         return None
 
-    def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
+    def _within(self, turns: Reals, sense: Reals, slowest_turn: float) -> Reals | None:
         """Find the nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
-        least = np.where(self.moving, slowest, 0.0)
-        turns = np.maximum(np.where(self.moving, turns, 0.0), least)
+        least_turns = np.where(self.moving, slowest_turn, 0.0)
+        turns = np.maximum(np.where(self.moving, turns, 0.0), least_turns)
         held = ~self.moving
         for _ in range(40):
-            open_, derivative = self.equations(sense * turns)
-            if np.abs(open_).max(initial=0.0) < DEPARTURE_RESIDUAL:
+            residual, derivative = self.equations(sense * turns)
+            if np.abs(residual).max(initial=0.0) < DEPARTURE_RESIDUAL:
                 return turns
             if held.all():
                 return None
-            step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ open_
+            step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ residual
             turns[~held] -= step
-            held |= turns < least
-            turns = np.maximum(turns, least)
+            held |= turns < least_turns
+            turns = np.maximum(turns, least_turns)
             if not np.isfinite(turns).all() or turns.max() < 0.1:
                 return None
         return None
@@ -158,7 +160,7 @@ class EndClosure:
 
         None where that is not proved.
         """
-        if not self.sound:
+        if not self.provable:
             return None
         # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
         slope = float(np.abs(course[:, 1]).max())
@@ -183,10 +185,10 @@ class EndClosure:
         height, count = len(self.jacobian), inverse.shape[1]
         terms, slopes = np.zeros((SERIES_ORDER_COUNT, height)), np.zeros((SERIES_ORDER_COUNT, height, count))
         for number, order in enumerate(self.orders):
-            own = slice(6 * number, 6 * number + 6)
-            one, two = np.zeros((SERIES_ORDER_COUNT, 6)), np.zeros((SERIES_ORDER_COUNT, 6, count))
-            write_series(self.jacobian[own], order, course, inverse, one, two)
-            terms[:, own], slopes[:, own] = one, two
+            rows = slice(6 * number, 6 * number + 6)
+            loop_terms, loop_slopes = np.zeros((SERIES_ORDER_COUNT, 6)), np.zeros((SERIES_ORDER_COUNT, 6, count))
+            write_series(self.jacobian[rows], order, course, inverse, loop_terms, loop_slopes)
+            terms[:, rows], slopes[:, rows] = loop_terms, loop_slopes
         bent = 2.0 * inverse.T @ (self.products @ inverse)
         return _Step(
             sizes=(self._size(course[:, 1]), self._size(course[:, 2]), self._size(course[:, 3])),
@@ -230,13 +232,13 @@ def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
     All of them are positive, so that from s to r >= s they grow by (r / s)^order at least.
     """
     b, c, d = sizes
-    least = math.inf
+    bound = math.inf
     for share in (0.004, 0.015, 0.06, 0.25, 0.5, 1.0, 2.0):
-        r = max(s, share * order / max(b, 1e-300))
-        grown = r * (b + r * (c + r * d))
-        if grown < 700.0:  # else e^grown has no double
-            least = min(least, (s / r) ** order * math.exp(grown))
-    return least
+        radius = max(s, share * order / max(b, 1e-300))
+        exponent = radius * (b + radius * (c + radius * d))
+        if exponent < 700.0:  # else exp overflows
+            bound = min(bound, (s / radius) ** order * math.exp(exponent))
+    return bound
 
 
 def _norm(matrix: Reals) -> float:
@@ -251,8 +253,8 @@ def _products(screws: Reals, order: WholeNumbers) -> Reals:
     """
     m = screws.shape[1]
     products = np.zeros((6, m, m))
-    own = screws[:, order]
-    w, v = own[:3].T, own[3:].T
+    turning = screws[:, order]
+    w, v = turning[:3].T, turning[3:].T
     turn = np.cross(w[:, None], w[None])
     shift = np.cross(w[:, None], v[None]) + np.cross(v[:, None], w[None])
     bracket = np.concatenate([turn, shift], axis=2)  # [S_i, S_j], antisymmetric

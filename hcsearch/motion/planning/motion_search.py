@@ -67,9 +67,13 @@ class PlannedMotion(ByValue):
         """The widest lock and its way; where several locks together lock the folding, at their least margin."""
         if not self.locks:
             return None
-        way, own = self.locks[-1]  # that with hinged pairs is the last: it ends the search
+        way, widest_lock = self.locks[-1]  # that with hinged pairs is the last: it ends the search
         margins = [lock.margin for _, lock in self.locks if lock.margin is not None]
-        return (way, replace(own, margin=min(margins))) if self.locked and way != "hinged" and margins else (way, own)
+        return (
+            (way, replace(widest_lock, margin=min(margins)))
+            if self.locked and way != "hinged" and margins
+            else (way, widest_lock)
+        )
 
     @property
     def margin(self) -> float | None:
@@ -93,11 +97,11 @@ def plan_motion(
     Congruent foldings share one search, that of their representative. SizeError for more panels than `problems` allows.
     """
     check_memory(folding.circuit.n)
-    like = folding.likeness(panel)
-    own = folding if like is None else like.folding
-    linkages = {way: own.linkage(panel, flat_pairs=way) for way in ways if own.can_join(way)}
-    found = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
-    return found if like is None else motion_from_twin(found, folding, panel)
+    likeness = folding.likeness(panel)
+    representative = folding if likeness is None else likeness.folding
+    linkages = {way: representative.linkage(panel, flat_pairs=way) for way in ways if representative.can_join(way)}
+    motion = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
+    return motion if likeness is None else motion_from_twin(motion, folding, panel)
 
 
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
@@ -119,9 +123,9 @@ def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) 
         course = proof.motion
         rows = (course.angles[:, hinges], course.rates[:, hinges], course.accelerations[:, hinges])
         proof = replace(proof, motion=Course(course.times, *rows, course.cubic))
-    if proof is not None and proof.clear is not None and proof.clear.panels is not None:
-        one, two = sorted(linkage.twin.panels.index(panel) for panel in proof.clear.panels)
-        proof = replace(proof, clear=replace(proof.clear, panels=(one, two)))
+    if proof is not None and proof.clearance is not None and proof.clearance.panels is not None:
+        first, second = sorted(linkage.twin.panels.index(panel) for panel in proof.clearance.panels)
+        proof = replace(proof, clearance=replace(proof.clearance, panels=(first, second)))
     states = motion.states[:, hinges]
     return replace(motion, states=states, proof=proof, labels=labels_of(linkage))
 
@@ -141,10 +145,10 @@ class _Search:
         self.linkages, self.widest = linkages, _widest(tuple(linkages))
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
-        self.left: dict[Way, int] = {}
+        self.proofs_left: dict[Way, int] = {}
         self.growths: dict[Way, TreeGrowth] = {}
         self.locks: dict[Way, Enclosure] = {}
-        self.joined: dict[Way, bool] = {}
+        self.opens_without_panels: dict[Way, bool] = {}
         self.critical: CriticalMargin | None = None
         self.best = PlannedMotion(None, None, None, ())
         self.margins = proof_margins(next(iter(linkages.values())), margin)
@@ -153,11 +157,11 @@ class _Search:
         """Make the efforts of a budget after the first `done`; return the motion of the least play, or a lock."""
         for effort in planned_efforts(budget, done):
             done += 1
-            if any(self._make(step) for step in effort):
+            if any(self._run_step(step) for step in effort):
                 break
         # of the widest ways, where all ways were searched: a search that goes on knows no others
-        last = [way for way in self.widest if way in self.growths] or list(self.growths)
-        growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in last)
+        shown_ways = [way for way in self.widest if way in self.growths] or list(self.growths)
+        growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in shown_ways)
         locks = tuple(self.locks.items())
         known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
         return replace(known, growths=growths, efforts=done)
@@ -168,49 +172,49 @@ class _Search:
         return "hinged" in self.locks or all(way in self.locks for way in self.linkages)
 
     @property
-    def _every(self) -> tuple[Way, ...]:
+    def _unlocked_ways(self) -> tuple[Way, ...]:
         """The ways that are not proved locked."""
         return tuple(way for way in self.linkages if way not in self.locks)
 
     @singledispatchmethod
-    def _make(self, step: EffortStep) -> bool:
+    def _run_step(self, step: EffortStep) -> bool:
         """Run a step of an effort; return whether a path or a lock is proved."""
         raise TypeError(step)
 
-    @_make.register
+    @_run_step.register
     def _moves(self, step: MovesStep) -> bool:
         """Try paths of simple moves, which are quickly computed, and provable where closure is singular throughout."""
         least, top = self.margins[0], self.margins[-1]
         if step.loose and top == least:
             return False
-        return any(self._simple(way, top if step.loose else least) for way in self._every)
+        return any(self._simple(way, top if step.loose else least) for way in self._unlocked_ways)
 
-    @_make.register
+    @_run_step.register
     def _floods(self, step: FloodStep) -> bool:
         """Try to prove locks by floods, first in the narrower ways, which take less."""
-        for way in sorted(self._every, key=lambda way: way in self.widest):
+        for way in sorted(self._unlocked_ways, key=lambda way: way in self.widest):
             linkage = self.linkages[way]
-            if not step.panels and self._joined(way):
+            if not step.panels and self._opens_without_panels(way):
                 continue
             enclosure = enclose_ends(linkage, step.boxes, plates_of(linkage, self.margins[-1]) if step.panels else None)
             if enclosure.proved:
                 self.locks[way] = enclosure
         return self.locked
 
-    def _joined(self, way: Way) -> bool:
+    def _opens_without_panels(self, way: Way) -> bool:
         """Whether a search opens the folding in a way if panels may pass through each other."""
-        if way not in self.joined:
+        if way not in self.opens_without_panels:
             free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG_SEARCH_ROUNDS)
-            self.joined[way] = free.states is not None
-        return self.joined[way]
+            self.opens_without_panels[way] = free.states is not None
+        return self.opens_without_panels[way]
 
-    @_make.register
+    @_run_step.register
     def _trees(self, step: TreeStep) -> bool:
-        some = self.widest if step.widest else self._every
-        self.left = dict.fromkeys(some, MAX_FAILED_PROOFS)
-        return any(self._try(some, step, seed) for seed in step.seeds)
+        ways = self.widest if step.widest else self._unlocked_ways
+        self.proofs_left = dict.fromkeys(ways, MAX_FAILED_PROOFS)
+        return any(self._grow_trees(ways, step, seed) for seed in step.seeds)
 
-    @_make.register
+    @_run_step.register
     def _bisection(self, _step: BisectionStep) -> bool:
         """Search for the critical margin; if the scene's margins include it, its path is a proved one."""
         for way in self.widest:
@@ -219,7 +223,7 @@ class _Search:
             critical = critical_margin(self.linkages[way])
             if self.critical is None or critical.less_than(self.critical):
                 self.critical = critical
-            within = critical.proved is not None and critical.proved <= self.margins[-1]
+            within = critical.least_proved is not None and critical.least_proved <= self.margins[-1]
             if within and critical.states is not None and self._prove(way, critical.states):
                 return True
         return False
@@ -229,19 +233,19 @@ class _Search:
         states = simple_path(self.linkages[way], margin)
         return states is not None and self._prove(way, states)
 
-    def _try(self, some: Sequence[Way], trees: TreeStep, seed: int) -> bool:
+    def _grow_trees(self, ways: Sequence[Way], trees: TreeStep, seed: int) -> bool:
         """Search some ways by trees until a path is proved; return whether one is."""
-        for way in some:
+        for way in ways:
             planner = self._planner(way, self.margins[-1 if trees.loose else 0])
-            for again in range(self.left[way]):
-                plan = planner.plan(trees.rounds, seed + 10 * again, roots=trees.roots)
+            for attempt in range(self.proofs_left[way]):
+                plan = planner.plan(trees.rounds, seed + 10 * attempt, roots=trees.roots)
                 if plan.states is None:
                     self.growths[way] = plan.growth
                     break
                 if self._prove(way, plan.states):
                     return True
                 self.growths[way] = plan.growth
-                self.left[way] -= 1
+                self.proofs_left[way] -= 1
         return False
 
     def _planner(self, way: Way, margin: float) -> Planner:
@@ -299,10 +303,10 @@ def _beside(motion: PlannedMotion) -> list[str]:
     """Further known facts about an undecided folding."""
     parts = [f"proved that there is none with {way} flat pairs{_up_to(lock)}" for way, lock in motion.locks]
     critical = motion.critical
-    if critical is not None and critical.proved is not None:
-        parts.append(f"a path is proved with {1e3 * critical.proved:.4g} mm of play on every face")
-    elif critical is not None and critical.none is not None:
-        parts.append(f"none was met with up to {1e3 * critical.none:.4g} mm of play either")
+    if critical is not None and critical.least_proved is not None:
+        parts.append(f"a path is proved with {1e3 * critical.least_proved:.4g} mm of play on every face")
+    elif critical is not None and critical.greatest_unmet is not None:
+        parts.append(f"none was met with up to {1e3 * critical.greatest_unmet:.4g} mm of play either")
     return parts
 
 
@@ -315,15 +319,15 @@ def _failed(proof: PathProof, labels: Labels | None) -> str:
     """The reason for which a path is not proved."""
     if proof.motion is None:
         return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
-    if any(proof.reach):
+    if any(proof.end_distances):
         away = " and ".join(
-            f"{far:.2g} rad from the {end}" for end, far in zip(END_NAMES, proof.reach, strict=True) if far
+            f"{far:.2g} rad from the {end}" for end, far in zip(END_NAMES, proof.end_distances, strict=True) if far
         )
         return f"its proof ends {away} state"
-    if proof.clear is None:
+    if proof.clearance is None:
         return "hinges go beyond their stops by more than the play allows"
-    one, two = (k if labels is None else labels.panels[k] for k in proof.clear.panels or (0, 0))
-    return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
+    one, two = (k if labels is None else labels.panels[k] for k in proof.clearance.panels or (0, 0))
+    return f"panels {one} and {two} come too near with {1e3 * proof.clearance.margin:.4g} mm of play on every face"
 
 
 def _grown(growth: TreeGrowth) -> str:

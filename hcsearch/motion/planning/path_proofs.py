@@ -43,32 +43,37 @@ class PathProof(ByValue):
     """The proved properties of a path.
 
     motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
-    closed : whether they are. reach : distance (rad) of the proof from the packed and from the flat state, 0 where it
-    joins them. exact : whether both ends are known in whole numbers; else the proof holds up to rounding there. slack :
-    m, greatest deviation of panels from their places on the path. give : rad, greatest excess of a hinge beyond its
-    stop. clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
-    overlap : m, depth by which full-size panels cut into each other at the states of the motion; 0 where they only
-    touch.
+    closed : whether they are. end_distances : rad, distances of the proof from the packed and from the flat state, 0
+    where it joins them. exact : whether both ends are known in whole numbers; else the proof holds up to rounding
+    there. slack : m, greatest deviation of panels from their places on the path. stop_excess : rad, greatest excess of
+    a hinge beyond its stop. clearance : at the least margin at which panels are certified to keep apart, or at the
+    greatest that was tried. overlap : m, depth by which full-size panels cut into each other at the states of the
+    motion; 0 where they only touch.
     """
 
     motion: Course | None
     closed: bool
-    reach: tuple[float, float]
+    end_distances: tuple[float, float]
     exact: bool
     slack: float
-    give: float
-    clear: Clearance | None
+    stop_excess: float
+    clearance: Clearance | None
     overlap: float
 
     @property
     def margin(self) -> float | None:
         """The least margin (m) at which the path is proved; None where it is not."""
-        proved = self.clear is not None and self.clear.kind == "clear" and self.closed and not any(self.reach)
-        return self.clear.margin if proved and self.clear is not None else None
+        proved = (
+            self.clearance is not None
+            and self.clearance.kind == "clear"
+            and self.closed
+            and not any(self.end_distances)
+        )
+        return self.clearance.margin if proved and self.clearance is not None else None
 
 
 _Enclosed = tuple[tuple[Tube, ...], tuple[float, float], bool]
-"""Tubes from one end to the other, empty where that is not proved; `PathProof.reach` and `exact`."""
+"""Tubes from one end to the other, empty where that is not proved; `PathProof.end_distances` and `exact`."""
 _NOTHING: _Enclosed = ((), (0.0, 0.0), False)
 
 
@@ -81,7 +86,7 @@ class Prover:
         self.scale = scale_of(linkage)
 
     @cached_property
-    def _way(self) -> float:
+    def _longest_path(self) -> float:
         return longest_way(self.linkage)
 
     @cached_property
@@ -91,7 +96,7 @@ class Prover:
 
     def limit(self, margin: float) -> float:
         """Greatest deviation of closed states from a path, summed over hinges (rad), for panels with a margin (m)."""
-        return WANDER_MARGIN_SHARE * margin / self._way
+        return WANDER_MARGIN_SHARE * margin / self._longest_path
 
     @cached_property
     def whole(self) -> Stretch:
@@ -109,52 +114,52 @@ class Prover:
 
         States are closed to rounding first; the proof is about `PathProof.motion`, which goes through them.
         """
-        tubes, reach, exact = self.tubes(states, margins)
+        tubes, end_distances, exact = self.tubes(states, margins)
         if not tubes:
-            return self._unproved(reach, exact)
+            return self._unproved(end_distances, exact)
         motion, wander = _end_to_end(tubes)
-        slack = math.expm1(wander) * self._way  # a hinge turns what others have moved already
-        give = _beyond(motion) + wander
-        clear = None
+        slack = math.expm1(wander) * self._longest_path  # a hinge turns what others have moved already
+        stop_excess = _beyond(motion) + wander
+        clearance = None
         for margin in sorted(margins):
-            if give * self._spread > margin:
+            if stop_excess * self._spread > margin:
                 continue  # panels of a hinge would overlap, shrunk by this
-            clear = certify_clearance(
+            clearance = certify_clearance(
                 self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False
             )
-            if clear.kind == "clear":
+            if clearance.kind == "clear":
                 break
         overlap = deepest_cut(self.linkage, motion.angles, self.apart)
-        return PathProof(motion, True, reach, exact, slack, give, clear, overlap)
+        return PathProof(motion, True, end_distances, exact, slack, stop_excess, clearance, overlap)
 
-    def _unproved(self, reach: tuple[float, float], exact: bool) -> PathProof:
+    def _unproved(self, end_distances: tuple[float, float], exact: bool) -> PathProof:
         """The result for a path beside which closed states are not proved."""
-        return PathProof(None, False, reach, exact, 0.0, 0.0, None, 0.0)
+        return PathProof(None, False, end_distances, exact, 0.0, 0.0, None, 0.0)
 
     def tubes(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
         """Return tubes that hold a closed path, narrow enough for the least stated play or for a margin (m).
 
-        The tubes are of stretches between flat-folded states, in order; with `PathProof.reach` and `exact`.
+        The tubes are of stretches between flat-folded states, in order; with `PathProof.end_distances` and `exact`.
         """
         if not self.linkage.loops:
             return self._free(states)
-        found = _NOTHING
+        enclosed = _NOTHING
         for stretches in self._cut(states):
             for margin in sorted(
                 {CERTIFIED_MARGINS[0] * self.scale, *margins}
             ):  # what wanders less leaves more of the gaps
-                found = self._along(stretches, self.limit(margin))
-                if found[0] and not any(found[1]):
-                    return found
-        return found
+                enclosed = self._along(stretches, self.limit(margin))
+                if enclosed[0] and not any(enclosed[1]):
+                    return enclosed
+        return enclosed
 
     def _cut(self, states: Reals) -> Iterator[list[tuple[Stretch, Reals]]]:
         """Yield ways of cutting a path into stretches: at its flat-folded states, and not at all."""
-        own = len(states) > 1 and states.shape[1] == self.linkage.n_hinges and bool(np.isfinite(states).all())
-        cut = list(self._stretches(states)) if own else []
-        if cut:
-            yield cut
-        if len(cut) != 1 or cut[0][0] is not self.whole:
+        valid = len(states) > 1 and states.shape[1] == self.linkage.n_hinges and bool(np.isfinite(states).all())
+        stretches = list(self._stretches(states)) if valid else []
+        if stretches:
+            yield stretches
+        if len(stretches) != 1 or stretches[0][0] is not self.whole:
             yield [(self.whole, states)]
 
     def _stretches(self, states: Reals) -> Iterator[tuple[Stretch, Reals]]:
@@ -183,22 +188,22 @@ class Prover:
         tubes: list[Tube] = []
         reach = [0.0, 0.0]
         for number, (stretch, part) in enumerate(stretches):
-            closed = stretch.close(part)
+            closed = stretch.closed_states(part)
             if closed is None:
                 return (), (0.0, 0.0), exact
-            own = stretch.equal(closed) or stretch.enclose(closed, limit)
-            inner = (own.reach[0] if number else 0.0, own.reach[1] if number < len(stretches) - 1 else 0.0)
+            tube = stretch.equal_tube(closed) or stretch.tube_around(closed, limit)
+            inner = (tube.reach[0] if number else 0.0, tube.reach[1] if number < len(stretches) - 1 else 0.0)
             if not number:
-                reach[0] = own.reach[0]
-            reach[1] = own.reach[1]
-            if own.track is None or any(inner):
+                reach[0] = tube.reach[0]
+            reach[1] = tube.reach[1]
+            if tube.track is None or any(inner):
                 return (), (reach[0], reach[1]), exact
-            tubes.append(own)
+            tubes.append(tube)
         return tuple(tubes), (reach[0], reach[1]), exact
 
     def _free(self, states: Reals) -> _Enclosed:
         """The motion of panels in a chain without a loop, whose states are all closed."""
-        closed = self.whole.close(states)
+        closed = self.whole.closed_states(states)
         if closed is None:
             return (), (0.0, 0.0), True
         times = times_of(closed)

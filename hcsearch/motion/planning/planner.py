@@ -70,7 +70,7 @@ class Forest:
             np.zeros(2, np.int64), np.zeros((MAX_BRIDGE_STATES, roots.shape[1])), np.zeros(1, np.int64)
         )
         self.turns = 0
-        self.done: set[tuple[int, int]] = set()
+        self.full_pairs: set[tuple[int, int]] = set()
 
     def fan_out(self, seed: int) -> tuple[int, ...]:
         """Add states near each root and drop further roots without any; return their number for each remaining root."""
@@ -78,22 +78,22 @@ class Forest:
             int(fan_out(self.space, tree, ROOT_START_COUNT, MAX_ROOT_TRIES, 2 * seed + i, self.stack, self.work))
             for i, tree in enumerate(self.trees)
         ]
-        left = [i for i, own in enumerate(starts) if own or i < 2]
-        self.trees, self.parts = [self.trees[i] for i in left], list(range(len(left)))
-        return tuple(starts[i] for i in left)
+        remaining = [i for i, own in enumerate(starts) if own or i < 2]
+        self.trees, self.parts = [self.trees[i] for i in remaining], list(range(len(remaining)))
+        return tuple(starts[i] for i in remaining)
 
     @property
-    def met(self) -> bool:
+    def is_joined(self) -> bool:
         """Whether packed and flat are in one part."""
         return self.parts[0] == self.parts[1]
 
     @property
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Whether the trees that could take a turn have no room to grow."""
-        return not self.met and not self._pairs()
+        return not self.is_joined and not self._pairs()
 
     @property
-    def slice(self) -> int:
+    def rounds_per_turn(self) -> int:
         """Number of rounds of one turn."""
         return PAIR_CALL_ROUNDS if len(self.trees) == 2 else FOREST_CALL_ROUNDS
 
@@ -107,12 +107,12 @@ class Forest:
         if state == TREES_MET:
             one, two = self.meeting.nodes.tolist()
             self.joints.append(
-                TreeConnection(pair, (one, two), self.meeting.bridge[: int(self.meeting.filled[0])].copy())
+                TreeConnection(pair, (one, two), self.meeting.bridge[: int(self.meeting.bridge_size[0])].copy())
             )
-            kept, gone = sorted(self.parts[i] for i in pair)
-            self.parts = [kept if part == gone else part for part in self.parts]
+            merged, absorbed = sorted(self.parts[i] for i in pair)
+            self.parts = [merged if part == absorbed else part for part in self.parts]
         elif state == TREES_FULL:
-            self.done.add(pair)
+            self.full_pairs.add(pair)
 
     def _pairs(self) -> list[tuple[int, int]]:
         """The pairs of trees that may take a turn."""
@@ -120,7 +120,9 @@ class Forest:
         return [
             (i, j)
             for i, j in combinations(range(len(self.trees)), 2)
-            if self.parts[i] != self.parts[j] and {self.parts[i], self.parts[j]} & ends and (i, j) not in self.done
+            if self.parts[i] != self.parts[j]
+            and {self.parts[i], self.parts[j]} & ends
+            and (i, j) not in self.full_pairs
         ]
 
     def sizes(self) -> tuple[int, int]:
@@ -175,9 +177,9 @@ def _branch(tree: StateTree, node: int) -> list[int]:
 
 def forest_roots(ends: Sequence[Reals], junctions: Reals, count: int, seed: int) -> Reals:
     """Return the roots of a forest, shape (k, m): both ends and so many junctions, which rotate with the seed."""
-    most = min(count, len(junctions))
-    own = [(seed * most + k) % len(junctions) for k in range(most)]
-    return np.array([*ends, *junctions[own]])
+    root_count = min(count, len(junctions))
+    numbers = [(seed * root_count + k) % len(junctions) for k in range(root_count)]
+    return np.array([*ends, *junctions[numbers]])
 
 
 PLANNER_STACK_DEPTH = 15
@@ -260,22 +262,26 @@ class Planner:
         if not self.linkage.n_hinges:
             growth = TreeGrowth((0, 0), (1, 1), 0, (0.0, 0.0), STATE_CELL_WIDTH, False)
             return PathPlan(None, growth, (ends[0][None], ends[1][None]))
-        further = forest_roots(ends, self.junctions, roots, seed) if roots else np.array(ends)
+        root_states = forest_roots(ends, self.junctions, roots, seed) if roots else np.array(ends)
         # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
-        self.stack.corners[:], self.stack.ways[:] = -1, 0.0
-        forest = Forest(self.space, further, self.stack, self.work)
+        self.stack.corners[:], self.stack.gap_directions[:] = -1, 0.0
+        forest = Forest(self.space, root_states, self.stack, self.work)
         starts = forest.fan_out(seed)
-        half, done = (0, 0), 0
-        while done < rounds and all(starts) and not forest.met and not forest.full:
-            own = min(forest.slice, (rounds // 2 if done < rounds // 2 else rounds) - done)
-            forest.grow(own, _slice_seed(seed, done))
-            done += own
-            if done <= rounds // 2:
+        half, rounds_done = (0, 0), 0
+        while rounds_done < rounds and all(starts) and not forest.is_joined and not forest.is_full:
+            turn_rounds = min(
+                forest.rounds_per_turn, (rounds // 2 if rounds_done < rounds // 2 else rounds) - rounds_done
+            )
+            forest.grow(turn_rounds, _slice_seed(seed, rounds_done))
+            rounds_done += turn_rounds
+            if rounds_done <= rounds // 2:
                 half = forest.sizes()
         sizes = forest.sizes()
         late = (1.0 - half[0] / sizes[0], 1.0 - half[1] / sizes[1])
-        growth = TreeGrowth((starts[0], starts[1]), sizes, done, late, STATE_CELL_WIDTH, forest.full, len(starts) - 2)
-        return PathPlan(self._path(forest.path(), seed) if forest.met else None, growth, forest.clouds())
+        growth = TreeGrowth(
+            (starts[0], starts[1]), sizes, rounds_done, late, STATE_CELL_WIDTH, forest.is_full, len(starts) - 2
+        )
+        return PathPlan(self._path(forest.path(), seed) if forest.is_joined else None, growth, forest.clouds())
 
     def _path(self, states: Reals, seed: int) -> Reals:
         """Shorten and relax a path."""
@@ -289,6 +295,6 @@ class Planner:
         return path[:count].copy()
 
 
-def _slice_seed(seed: int, done: int) -> int:
+def _slice_seed(seed: int, rounds_done: int) -> int:
     """The seed of one call of the kernel."""
-    return (1_000_003 * seed + done) % 2**32
+    return (1_000_003 * seed + rounds_done) % 2**32

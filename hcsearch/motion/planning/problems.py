@@ -34,12 +34,12 @@ _FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
 
 def check_memory(n: int) -> None:
     """Refuse more panels than fit into memory, before anything is computed; SizeError."""
-    wanted = _memory(n)
-    if wanted > MAX_PLANNING_MEMORY_BYTES:
-        most = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MAX_PLANNING_MEMORY_BYTES)
+    memory = _memory(n)
+    if memory > MAX_PLANNING_MEMORY_BYTES:
+        max_panels = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MAX_PLANNING_MEMORY_BYTES)
         raise SizeError(
-            f"planning the motions of {n:,} panels takes about {wanted / 1e9:.1f} GB of memory, more than "
-            f"{MAX_PLANNING_MEMORY_BYTES / 1e9:g} GB: take at most {most:,} panels"
+            f"planning the motions of {n:,} panels takes about {memory / 1e9:.1f} GB of memory, more than "
+            f"{MAX_PLANNING_MEMORY_BYTES / 1e9:g} GB: take at most {max_panels:,} panels"
         )
 
 
@@ -72,10 +72,10 @@ def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
         prisms=prisms,
         pairs=np.ascontiguousarray(pairs),
         lever=LEVER_PER_EDGE * edge,
-        near=MEASURED_DISTANCE_PER_EDGE * edge,
-        least=MIN_STATE_GAP_SHARE * margin,
-        kept=MIN_STEP_GAP_SHARE * margin,
-        parted=MIN_DIRECTION_GAP_SHARE * margin,
+        measured_distance=MEASURED_DISTANCE_PER_EDGE * edge,
+        min_gap=MIN_STATE_GAP_SHARE * margin,
+        step_gap=MIN_STEP_GAP_SHARE * margin,
+        parting_gap=MIN_DIRECTION_GAP_SHARE * margin,
     )
 
 
@@ -102,25 +102,25 @@ def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.b
     screws there. All hinges, and all equations, where the group of some loop is that of all motions.
     """
     rows: list[Reals] = []
-    own: list[list[int]] = []
+    turning_hinges: list[list[int]] = []
     for loop, order in enumerate(end.order):
         turning = [hinge for hinge in order if moving[hinge]]
-        own.append(turning)
+        turning_hinges.append(turning)
         columns = end.columns[turning, 6 * loop : 6 * loop + 6]
         if not turning:
             continue
         x, y = columns[0, 0], columns[0, 1]
         if any(column[0] * y != column[1] * x for column in columns):
             return group_of_all(loops)
-        across = np.cross(VERTICAL_AXIS, jacobian[6 * loop : 6 * loop + 3, turning[0]])
+        normal = np.cross(VERTICAL_AXIS, jacobian[6 * loop : 6 * loop + 3, turning[0]])
         axis = jacobian[6 * loop : 6 * loop + 3, turning[0]]
-        parts = [(axis, 0)] if len(reduced_rows(columns)) == 1 else [(axis, 0), (across, 3), (VERTICAL_AXIS, 3)]
+        parts = [(axis, 0)] if len(reduced_rows(columns)) == 1 else [(axis, 0), (normal, 3), (VERTICAL_AXIS, 3)]
         for vector, place in parts:
             row = np.zeros(len(jacobian))
             row[6 * loop + place : 6 * loop + place + 3] = vector
             rows.append(row)
-    starts = np.cumsum([0, *map(len, own)])
-    hinges = np.array([hinge for turning in own for hinge in turning], np.int64)
+    starts = np.cumsum([0, *map(len, turning_hinges)])
+    hinges = np.array([hinge for turning in turning_hinges for hinge in turning], np.int64)
     return Group(np.array(rows).reshape(-1, linkage.n_rows), moving.copy(), starts, hinges)
 
 
@@ -143,9 +143,9 @@ def turns_equally(end: WholeEnd, moving: NDArray[np.bool_]) -> bool:
                 return False
             sense = 1 if screw[:2] == first[:2] else -1
             for level, sign in ((turn, sense), (turn + sense, -sense)):
-                own = sums.setdefault(level, [0, 0, 0])
-                sums[level] = [a + sign * b for a, b in zip(own, screw[3:], strict=True)]
+                total = sums.setdefault(level, [0, 0, 0])
+                sums[level] = [a + sign * b for a, b in zip(total, screw[3:], strict=True)]
             turn += sense
-        if turn or any(any(own) for own in sums.values()):
+        if turn or any(any(total) for total in sums.values()):
             return False
     return True

@@ -51,7 +51,7 @@ class SimpleMoves:
     """Simple moves of one linkage with panels shrunk by a margin (m) on every face."""
 
     def __init__(self, linkage: Linkage, margin: float) -> None:
-        self.linkage, self.left = linkage, MAX_MOVE_CANDIDATES
+        self.linkage, self.candidates_left = linkage, MAX_MOVE_CANDIDATES
         self.prisms = prisms_of(linkage, margin)
         pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage))
         self.pairs = np.ascontiguousarray(pairs.prisms)
@@ -61,23 +61,23 @@ class SimpleMoves:
         if not self.linkage.loops:
             return None
         first, last = _key(self.linkage.folded.astype(float)), _key(self.linkage.flat)
-        before: dict[bytes, tuple[bytes, Reals] | None] = {first: None}
+        arrivals: dict[bytes, tuple[bytes, Reals] | None] = {first: None}
         waiting = deque([self.linkage.folded.astype(float)])
-        while waiting and last not in before and len(before) < MAX_MOVE_STATES:
+        while waiting and last not in arrivals and len(arrivals) < MAX_MOVE_STATES:
             state = waiting.popleft()
-            for move in self._moves(state, before):
-                before[_key(move[-1])] = (_key(state), move)
+            for move in self._moves(state, arrivals):
+                arrivals[_key(move[-1])] = (_key(state), move)
                 waiting.append(move[-1])
-        if last not in before:
+        if last not in arrivals:
             return None
         moves: list[Reals] = []
-        own = before[last]
-        while own is not None:
-            moves.append(own[1])
-            own = before[own[0]]
+        arrival = arrivals[last]
+        while arrival is not None:
+            moves.append(arrival[1])
+            arrival = arrivals[arrival[0]]
         return np.concatenate([self.linkage.folded[None], *(move[1:] for move in moves[::-1])])
 
-    def _moves(self, state: Reals, known: dict[bytes, tuple[bytes, Reals] | None]) -> Iterator[Reals]:
+    def _moves(self, state: Reals, visited: dict[bytes, tuple[bytes, Reals] | None]) -> Iterator[Reals]:
         """Yield the states of each simple move from a flat-folded state to one that is not visited."""
         _, jacobian = self.linkage.closure(state)
         leaving = jacobian * np.where(state > 1.0, -1.0, 1.0)
@@ -85,12 +85,12 @@ class SimpleMoves:
         if whole is None:
             return
         for hinges in _candidates(leaving):
-            if self.left <= 0:
+            if self.candidates_left <= 0:
                 return
-            self.left -= 1
+            self.candidates_left -= 1
             end = state.copy()
             end[hinges] = math.pi - end[hinges]
-            if _key(end) in known or np.abs(self.linkage.closure(end)[0]).max() > MOVE_CLOSURE_TOLERANCE:
+            if _key(end) in visited or np.abs(self.linkage.closure(end)[0]).max() > MOVE_CLOSURE_TOLERANCE:
                 continue
             rates = None
             if not turns_equally(whole, end != state):
@@ -109,25 +109,28 @@ class SimpleMoves:
         if rates is None:
             return state + np.linspace(0.0, 1.0, math.ceil(math.pi / MOVE_STEP_TURN) + 1)[:, None] * (end - state)
         sense = np.sign(end - state)[hinges]
-        own, way, states = state.copy(), rates / rates.max() * sense, [state]
+        current, direction, states = state.copy(), rates / rates.max() * sense, [state]
         for _ in range(math.ceil(4.0 * math.pi / MOVE_STEP_TURN)):
-            before = own.copy()
-            own[hinges] += MOVE_STEP_TURN * way / np.abs(way).max()
+            before = current.copy()
+            current[hinges] += MOVE_STEP_TURN * direction / np.abs(direction).max()
             if (
-                np.abs(own[hinges] - end[hinges]).max() < 1.5 * MOVE_STEP_TURN
-                or (sense * (own - end)[hinges]).max() > 0.0
+                np.abs(current[hinges] - end[hinges]).max() < 1.5 * MOVE_STEP_TURN
+                or (sense * (current - end)[hinges]).max() > 0.0
             ):
                 near = np.abs(before - end)[hinges].max() < 3.0 * MOVE_STEP_TURN
                 return np.array([*states, end]) if near else None
             for _ in range(20):
-                residual, jacobian = self.linkage.closure(own)
+                residual, jacobian = self.linkage.closure(current)
                 if np.abs(residual).max() < 1e-13:
                     break
-                own[hinges] -= np.linalg.lstsq(jacobian[:, hinges], residual, rcond=1e-9)[0]
-            way = (own - before)[hinges]
-            if np.abs(self.linkage.closure(own)[0]).max() > MOVE_CLOSURE_TOLERANCE or (sense * way).min() <= 0.0:
+                current[hinges] -= np.linalg.lstsq(jacobian[:, hinges], residual, rcond=1e-9)[0]
+            direction = (current - before)[hinges]
+            if (
+                np.abs(self.linkage.closure(current)[0]).max() > MOVE_CLOSURE_TOLERANCE
+                or (sense * direction).min() <= 0.0
+            ):
                 return None
-            states.append(own.copy())
+            states.append(current.copy())
         return None
 
     def _apart(self, states: Reals) -> bool:
@@ -149,9 +152,9 @@ def _candidates(leaving: Reals) -> Iterator[list[int]]:
     lines = [line for group in parallel for line in _lines(leaving, group)]
     for count in COLLINEAR_HINGE_COUNTS:
         for ahead, back in lines:
-            for some in combinations(ahead, count // 2):
-                for others in combinations(back, count // 2):
-                    yield sorted([*some, *others])
+            for ahead_set in combinations(ahead, count // 2):
+                for back_set in combinations(back, count // 2):
+                    yield sorted([*ahead_set, *back_set])
         if count == 2:
             for group in parallel:
                 yield from map(list, combinations(group, 4))
@@ -164,8 +167,8 @@ def _rates(leaving: Reals) -> Reals | None:
     """
     if leaving.shape[1] != 4:
         return None
-    _, values, ways = np.linalg.svd(leaving)
-    rates: Reals = ways[3] * (1.0 if ways[3].sum() > 0.0 else -1.0)
+    _, values, right_vectors = np.linalg.svd(leaving)
+    rates: Reals = right_vectors[3] * (1.0 if right_vectors[3].sum() > 0.0 else -1.0)
     return rates if int((values > MOVE_CLOSURE_TOLERANCE).sum()) == 3 and rates.min() > MIN_LEAVING_RATE else None
 
 
@@ -174,8 +177,8 @@ def _equal_columns(leaving: Reals, rows: list[int]) -> list[list[int]]:
     groups: list[list[int]] = []
     for h in range(leaving.shape[1]):
         for group in groups:
-            one, two = leaving[rows, group[0]], leaving[rows, h]
-            if min(np.abs(one - two).max(), np.abs(one + two).max()) < MOVE_CLOSURE_TOLERANCE:
+            first, second = leaving[rows, group[0]], leaving[rows, h]
+            if min(np.abs(first - second).max(), np.abs(first + second).max()) < MOVE_CLOSURE_TOLERANCE:
                 group.append(h)
                 break
         else:
@@ -186,8 +189,8 @@ def _equal_columns(leaving: Reals, rows: list[int]) -> list[list[int]]:
 def _lines(leaving: Reals, group: list[int]) -> list[tuple[list[int], list[int]]]:
     """The hinges on each line, in two lists by the sense in which they leave their stops."""
     lines: list[tuple[list[int], list[int]]] = []
-    for own in _equal_columns(leaving[:, group], list(range(len(leaving)))):
-        hinges = [group[k] for k in own]
+    for columns in _equal_columns(leaving[:, group], list(range(len(leaving)))):
+        hinges = [group[k] for k in columns]
         ahead = [h for h in hinges if leaving[:, h] @ leaving[:, hinges[0]] > 0.0]
         lines.append((ahead, [h for h in hinges if h not in ahead]))
     return lines
@@ -228,14 +231,16 @@ def junctions_of(linkage: Linkage) -> Junctions:
     for walk in linkage.loops:
         if len(walk) > MAX_JUNCTION_LOOP_HINGES:
             return Junctions(np.zeros((0, linkage.n_hinges)), False)
-        own, whole = _closed(linkage, walk)
+        loop_states, loop_complete = _closed(linkage, walk)
         hinges = [hinge for hinge, _ in walk]
         shared = [k for k, hinge in enumerate(hinges) if hinge in listed]
         listed.update(hinges)
-        one, two, fits = _matched(_numbers(known[:, [hinges[k] for k in shared]]), _numbers(own[:, shared]))
-        known = known[one]
-        known[:, hinges] = own[two]
-        complete = complete and whole and fits
+        known_rows, loop_rows, pairs_complete = _matched(
+            _numbers(known[:, [hinges[k] for k in shared]]), _numbers(loop_states[:, shared])
+        )
+        known = known[known_rows]
+        known[:, hinges] = loop_states[loop_rows]
+        complete = complete and loop_complete and pairs_complete
     for hinge in set(range(linkage.n_hinges)) - listed:  # in no loop: it turns freely
         turned = known.copy()
         turned[:, hinge] = True
@@ -249,7 +254,7 @@ def clear_junctions(linkage: Linkage, space: Space, stack: StateStack) -> Reals:
     states = junctions_of(linkage).states
     inner = states.any(axis=1) & (states != space.folded).any(axis=1)
     return np.array(
-        [state for state in states[inner] if place_state(space, state, space.least, pick_state(stack, 0))], float
+        [state for state in states[inner] if place_state(space, state, space.min_gap, pick_state(stack, 0))], float
     ).reshape(-1, linkage.n_hinges)
 
 
@@ -259,9 +264,12 @@ def _closed(linkage: Linkage, walk: Walk) -> tuple[Flags, bool]:
     turns = _half_turns(linkage.directions[hinges], linkage.points[hinges] / linkage.pattern.size)
     middle = len(hinges) // 2
     # half turns are their own inverses: the second half, backwards, is the product of its turns from the last on
-    one, two = _products(turns[:middle]), _products(turns[: middle - 1 : -1] if middle else turns[::-1])
-    first, second, fits = _matched(*_matching_entries(one, two))
-    same = np.abs(one[first] - two[second]).max(axis=(1, 2), initial=0.0) <= EQUAL_POSE_TOLERANCE
+    first_products, second_products = (
+        _products(turns[:middle]),
+        _products(turns[: middle - 1 : -1] if middle else turns[::-1]),
+    )
+    first, second, fits = _matched(*_matching_entries(first_products, second_products))
+    same = np.abs(first_products[first] - second_products[second]).max(axis=(1, 2), initial=0.0) <= EQUAL_POSE_TOLERANCE
     bits = [_bits(first[same], middle), _bits(second[same], len(hinges) - middle)[:, ::-1]]
     return np.concatenate(bits, axis=1), fits
 
@@ -295,24 +303,24 @@ def _numbers(bits: Flags) -> WholeNumbers:
     return numbers
 
 
-def _matching_entries(one: Reals, two: Reals) -> tuple[WholeNumbers, WholeNumbers]:
+def _matching_entries(first: Reals, second: Reals) -> tuple[WholeNumbers, WholeNumbers]:
     """A number for each pose of two lists: the same where poses are equal, and seldom where they are not.
 
     Poses are sorted by one weighted sum of their entries; a new number begins where the next sum differs by more than
     rounding.
     """
     weights = np.random.default_rng(0).uniform(0.5, 1.0, 12)
-    sums = np.concatenate([one, two])[:, :3].reshape(-1, 12) @ weights
+    sums = np.concatenate([first, second])[:, :3].reshape(-1, 12) @ weights
     order = np.argsort(sums, kind="stable")
     numbers = np.empty(len(sums), np.int64)
     numbers[order] = np.cumsum(np.diff(sums[order], prepend=sums[order[0]]) > 12.0 * EQUAL_POSE_TOLERANCE)
-    return numbers[: len(one)], numbers[len(one) :]
+    return numbers[: len(first)], numbers[len(first) :]
 
 
-def _matched(one: WholeNumbers, two: WholeNumbers) -> tuple[WholeNumbers, WholeNumbers, bool]:
+def _matched(left_numbers: WholeNumbers, right_numbers: WholeNumbers) -> tuple[WholeNumbers, WholeNumbers, bool]:
     """Indices of equal numbers in two lists, all pairs or the first `MAX_JUNCTION_COUNT`; and whether these are all."""
-    order = np.argsort(two, kind="stable")
-    low, high = (np.searchsorted(two[order], one, side) for side in ("left", "right"))
+    order = np.argsort(right_numbers, kind="stable")
+    low, high = (np.searchsorted(right_numbers[order], left_numbers, side) for side in ("left", "right"))
     ends = np.cumsum(high - low)
     total = int(ends[-1]) if len(ends) else 0
     pairs = np.arange(min(total, MAX_JUNCTION_COUNT))

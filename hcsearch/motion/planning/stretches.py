@@ -39,28 +39,34 @@ MAX_SWITCH_DISTANCE_RATIO = 2.0
 """Greatest distance of a switch state from either state, over their distance."""
 
 
-def switch_between(loops: Loops, one: Reals, two: Reals, work: Closing) -> Reals | None:
+def switch_between(loops: Loops, first: Reals, second: Reals, work: Closing) -> Reals | None:
     """Return the closed state between two, (m,) each, with all hinges at stops that are at stops in either state.
 
     Hinges that leave their stops together, some at first order and some at second, do so in such a state: on a straight
     line from a state before it to one after it, some would have to leave too soon. None where both states have the same
     hinges at stops, or where there is no such state near by.
     """
-    stopped = _stopped(one), _stopped(two)
+    stopped = _stopped(first), _stopped(second)
     held = stopped[0] | stopped[1]
     if (stopped[0] == stopped[1]).all():
         return None
     switch = (
-        two.copy() if (held == stopped[0]).all() else one.copy() if (held == stopped[1]).all() else 0.5 * (one + two)
+        second.copy()
+        if (held == stopped[0]).all()
+        else first.copy()
+        if (held == stopped[1]).all()
+        else 0.5 * (first + second)
     )
-    ends = np.where(stopped[0], one, two)[held]
+    ends = np.where(stopped[0], first, second)[held]
     switch[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
     for _ in range(MAX_SWITCH_STEPS):
         if largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL:
             break
         switch[~held] -= np.linalg.lstsq(work.jacobian[:, ~held], work.residual, rcond=REDUNDANT_CLOSURE_SHARE)[0]
-    away = np.linalg.norm(switch - one), np.linalg.norm(switch - two)
-    near = min(away) > STOPPED_HINGE_ANGLE and max(away) <= MAX_SWITCH_DISTANCE_RATIO * np.linalg.norm(two - one)
+    distances = np.linalg.norm(switch - first), np.linalg.norm(switch - second)
+    near = min(distances) > STOPPED_HINGE_ANGLE and max(distances) <= MAX_SWITCH_DISTANCE_RATIO * np.linalg.norm(
+        second - first
+    )
     within = switch.min() >= 0.0 and switch.max() <= math.pi
     return switch if near and within and largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL else None
 
@@ -91,14 +97,14 @@ class Tube(ByValue):
     """The proof of a stretch.
 
     track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, greatest
-    deviation of those from it, summed over hinges. reach : rad, distances of the proof from both ends. even : whether
-    hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
+    deviation of those from it, summed over hinges. reach : rad, distances of the proof from both ends. turns_equally :
+    whether hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
     """
 
     track: Track | None
     wander: float
     reach: tuple[float, float]
-    even: bool = False
+    turns_equally: bool = False
 
 
 class Stretch:
@@ -113,48 +119,48 @@ class Stretch:
         self.work.fixed[:] = ~group.moving
         self.polished = float(polishing_residual(self.loops))
 
-    def equal(self, states: Reals) -> Tube | None:
+    def equal_tube(self, states: Reals) -> Tube | None:
         """Return the tube where hinges leave a flat-folded state by the same angle throughout; None where they do not.
 
         Loops are closed at every angle, exactly (`problems.turns_equally`): deviations are only rounding of the cubics.
         """
         first, last = states[0], states[-1]
-        own = self.group.moving
+        moving = self.group.moving
         whole = whole_end(self.linkage, first)
-        turned = np.abs(states - first)[:, own]
-        even = (
-            own.any()
+        turned = np.abs(states - first)[:, moving]
+        all_equal = (
+            moving.any()
             and np.ptp(turned, axis=1).max() <= SAME_STATE_DISTANCE
             and bool((np.diff(turned, axis=0) > 0.0).all())
         )
-        full = np.abs(last - first)[own].min(initial=math.pi) == math.pi
-        if not even or not full or whole is None or not turns_equally(whole, own):
+        full = np.abs(last - first)[moving].min(initial=math.pi) == math.pi
+        if not all_equal or not full or whole is None or not turns_equally(whole, moving):
             return None
         shares = turned[:, :1] / math.pi
-        times = shares.ravel() * math.pi * math.sqrt(own.sum())
+        times = shares.ravel() * math.pi * math.sqrt(moving.sum())
         rates = np.broadcast_to((last - first) / times[-1], states.shape).copy()
         count = np.array([len(states)])
         track = Track(times, first + shares * (last - first), rates, np.zeros(len(states)), count)
-        return Tube(track, STRAIGHT_ANGLE_ROUNDING * float(own.sum()), (0.0, 0.0), even=True)
+        return Tube(track, STRAIGHT_ANGLE_ROUNDING * float(moving.sum()), (0.0, 0.0), turns_equally=True)
 
-    def close(self, states: Reals) -> Reals | None:
+    def closed_states(self, states: Reals) -> Reals | None:
         """Close states to rounding and drop repeated ones; return None where they do not lead from end to end."""
         ends = np.array([end.angles for end in self.ends])
         if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= SAME_STATE_DISTANCE:
             return None
         polished = [ends[0]]
         for state in states[1:-1]:
-            own = state.copy()
-            closed = close_state(self.loops, own, self.polished, 0.0, 20, self.work)
-            if not np.abs(own - state).max() <= MAX_CLOSING_CHANGE or (
-                not closed and largest_closure_residual(self.loops, own, self.work) > PLANNING_CLOSURE_RESIDUAL
+            candidate = state.copy()
+            closed = close_state(self.loops, candidate, self.polished, 0.0, 20, self.work)
+            if not np.abs(candidate - state).max() <= MAX_CLOSING_CHANGE or (
+                not closed and largest_closure_residual(self.loops, candidate, self.work) > PLANNING_CLOSURE_RESIDUAL
             ):
                 return None
-            if closed and np.abs(own - polished[-1]).max() > SAME_STATE_DISTANCE:
-                polished.append(own)
+            if closed and np.abs(candidate - polished[-1]).max() > SAME_STATE_DISTANCE:
+                polished.append(candidate)
         return np.array([*polished, ends[1]])
 
-    def enclose(self, states: Reals, limit: float) -> Tube:
+    def tube_around(self, states: Reals, limit: float) -> Tube:
         """Prove that closed states deviate from a path through closed states, (k, n_hinges), by no more than a limit.
 
         limit : rad, summed over hinges. Where that fails in a step in which hinges leave or reach stops, the switch
@@ -171,10 +177,10 @@ class Stretch:
                 np.zeros(1, np.int64),
             )
             stop = np.zeros(2)
-            if coarse.filled[0] < 2:
+            if coarse.state_count[0] < 2:
                 break
             if prove_tube(self.loops, self.group, coarse, shares, limit, MAX_STRETCH_HALVINGS, fine, stop):
-                count = int(fine.filled[0])
+                count = int(fine.state_count[0])
                 wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
                 parts = (fine.times, fine.angles, fine.rates, fine.wanders)
                 times, angles, rates, wanders = (part[:count].copy() for part in parts)
@@ -188,13 +194,13 @@ class Stretch:
 
     def _switched(self, states: Reals, path: Track, time: float) -> Reals | None:
         """Insert a switch state into the step of the path that contains a time; None without one."""
-        count = int(path.filled[0])
+        count = int(path.state_count[0])
         after = int(np.searchsorted(path.times[:count], time, side="right"))
-        own = np.flatnonzero((states == path.angles[after % count]).all(axis=1))
-        if after == count or not len(own) or not own[0]:
+        matches = np.flatnonzero((states == path.angles[after % count]).all(axis=1))
+        if after == count or not len(matches) or not matches[0]:
             return None
-        switch = switch_between(self.loops, states[own[0] - 1], states[own[0]], self.work)
-        return None if switch is None else np.insert(states, own[0], switch, axis=0)
+        switch = switch_between(self.loops, states[matches[0] - 1], states[matches[0]], self.work)
+        return None if switch is None else np.insert(states, matches[0], switch, axis=0)
 
     def _joined(self, states: Reals, limit: float) -> tuple[Track, Reals, tuple[float, float]]:
         """Join a path to both ends and compute its rates.
@@ -245,22 +251,22 @@ class Stretch:
         return Track(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
 
     def _left(
-        self, end: EndClosure, line: Reals, limit: float
+        self, end: EndClosure, states: Reals, limit: float
     ) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
         """Prove that a path leaves an end; return a state near it, slopes at both ends of the step, and the proof."""
-        direction = end.direction((line[1] - line[0]) / np.abs(line[1] - line[0]).max())
+        direction = end.direction((states[1] - states[0]) / np.abs(states[1] - states[0]).max())
         if direction is None:
             return None
-        for away in FIRST_STEP_LENGTHS:
-            state = line[0] + away * direction
+        for length in FIRST_STEP_LENGTHS:
+            state = states[0] + length * direction
             if not close_state(self.loops, state, self.polished, 0.0, 30, self.work):
                 continue
-            rise, slope = state - line[0], away * direction
+            rise, slope = state - states[0], length * direction
             after = self._tangent(state, 2.0 * rise - slope)
-            course = np.stack([line[0], slope, 3.0 * rise - 2.0 * slope - after, slope + after - 2.0 * rise], axis=1)
+            course = np.stack([states[0], slope, 3.0 * rise - 2.0 * slope - after, slope + after - 2.0 * rise], axis=1)
             departure = end.depart(course)
-            if departure is not None and self._encloses(line[0], state, slope, after, departure, limit):
-                return state, (slope, after), away, departure
+            if departure is not None and self._encloses(states[0], state, slope, after, departure, limit):
+                return state, (slope, after), length, departure
         return None
 
     def _encloses(
@@ -279,10 +285,10 @@ class Stretch:
         keep_closed(self.loops, state, row, 0, self.work)
         return row.ravel()
 
-    def _leaving(self, end: EndClosure, way: Reals) -> Reals:
+    def _leaving(self, end: EndClosure, direction: Reals) -> Reals:
         """The rate at a regular end, at unit speed, nearest to a direction, at which loops stay closed."""
         equations = end.across @ end.jacobian
-        rate: Reals = way - np.linalg.pinv(equations) @ (equations @ way)
+        rate: Reals = direction - np.linalg.pinv(equations) @ (equations @ direction)
         rate[~self.group.moving] = 0.0
         return rate / max(float(np.linalg.norm(rate)), SAME_STATE_DISTANCE)
 

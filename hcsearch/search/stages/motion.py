@@ -93,8 +93,8 @@ def _evidence(motion: PlannedMotion) -> Evidence:
         lock = StoredLock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
     if critical is None:
         return Evidence(motion.efforts, lock, motion.margin)
-    least = critical.proved if motion.margin is None else motion.margin
-    return Evidence(motion.efforts, lock, least, critical.none)
+    least = critical.least_proved if motion.margin is None else motion.margin
+    return Evidence(motion.efforts, lock, least, critical.greatest_unmet)
 
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:

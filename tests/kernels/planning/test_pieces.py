@@ -157,12 +157,12 @@ def test_the_factor_is_no_less_than_any_that_is_met_with(drawn):
     one = np.eye(6)
     for _ in range(5):
         place = at(course, rng.uniform(*shares))
-        corner = place + tables.near * rng.choice([-1.0, 1.0], size=linkage.n_hinges)
-        inside = place + tables.near * rng.uniform(-1, 1, linkage.n_hinges)
+        corner = place + tables.tube_radii * rng.choice([-1.0, 1.0], size=linkage.n_hinges)
+        inside = place + tables.tube_radii * rng.uniform(-1, 1, linkage.n_hinges)
         for state in (corner, inside):
             shrunk = one - tables.scaling @ screws(linkage, tables, state) @ tables.basis.T
             assert np.linalg.norm(shrunk, 2) <= factor + 1e-9
-        beside = at(course, rng.uniform(*shares)) + tables.beside * rng.uniform(-1, 1, linkage.n_hinges) / 2
+        beside = at(course, rng.uniform(*shares)) + tables.wander_bounds * rng.uniform(-1, 1, linkage.n_hinges) / 2
         shrunk = one - tables.scaling @ derivative(linkage, tables, beside) @ tables.basis.T
         assert np.linalg.norm(shrunk, 2) <= factor + 1e-6
 
@@ -175,12 +175,12 @@ def test_the_derivative_of_the_map_on_the_course_is_that_of_naive_products(drawn
     if not math.isfinite(factor):
         return
     for node in range(CHEBYSHEV_NODE_COUNT):
-        state = at(tables.about, math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT))
+        state = at(tables.centred_course, math.cos(math.pi * (node + 0.5) / CHEBYSHEV_NODE_COUNT))
         own = tables.scaling @ screws(sample.linkage, tables, state) @ tables.basis.T - np.eye(6)
-        np.testing.assert_allclose(tables.turned[node], own, atol=1e-9)
+        np.testing.assert_allclose(tables.contraction_matrices[node], own, atol=1e-9)
     dense = [
         np.linalg.norm(
-            tables.scaling @ screws(sample.linkage, tables, at(tables.about, x)) @ tables.basis.T - np.eye(6)
+            tables.scaling @ screws(sample.linkage, tables, at(tables.centred_course, x)) @ tables.basis.T - np.eye(6)
         )
         for x in np.linspace(-1, 1, 33)
     ]
@@ -193,13 +193,13 @@ def test_a_newton_step_is_nowhere_longer_than_its_bound(drawn):
     sample, course, shares, _ = piece_of(drawn)
     loops = loops_of(sample.linkage)
     tables = new_piece_tables(loops, group_of_all(loops))
-    _shift(course, sum(shares) / 2, (shares[1] - shares[0]) / 2, tables.about)
-    tables.angles[:] = tables.about[:, 0]
+    _shift(course, sum(shares) / 2, (shares[1] - shares[0]) / 2, tables.centred_course)
+    tables.angles[:] = tables.centred_course[:, 0]
     most = _screws(loops, group_of_all(loops), tables)
     strength = _scale(group_of_all(loops), tables)
     newton, off, _ = _opening(loops, group_of_all(loops), strength, most, tables)
     for x in np.linspace(-1, 1, 33):
-        state = at(tables.about, x)
+        state = at(tables.centred_course, x)
         step = tables.scaling @ opened(sample.linkage, tables, state)
         assert np.linalg.norm(step) <= newton
         pose = about(around(sample.linkage, sample.linkage.loops[0], state), tables.middles[0], tables.lengths[0])
@@ -220,7 +220,7 @@ def test_a_closed_state_lies_beside_every_state_of_a_proved_piece(drawn):
         closed = state + tables.basis.T @ y
         # the map itself converges, as fast as its factor says, to within rounding
         assert np.abs(opened(sample.linkage, tables, closed)).max() < 1e-13
-        assert (np.abs(closed - state) <= tables.beside).all()
+        assert (np.abs(closed - state) <= tables.wander_bounds).all()
         assert np.abs(closed - state).sum() <= wander
 
 
@@ -240,13 +240,13 @@ def test_closed_states_on_the_straight_way_between_two_lie_within_the_bow(drawn,
         for _ in range(25):
             x = x - tables.basis.T @ (tables.scaling @ opened(sample.linkage, tables, x))
         ends.append(x)
-    bow = ((tables.beside - alone[2].beside) / tables.columns).max()
+    bow = ((tables.wander_bounds - alone[2].wander_bounds) / tables.column_norms).max()
     for share in (0.25, 0.5, 0.75):
         way = ends[0] + share * (ends[1] - ends[0])
         x = way
         for _ in range(25):
             x = x - tables.basis.T @ (tables.scaling @ opened(sample.linkage, tables, x))
-        assert (np.abs(x - way) <= tables.columns * bow + 1e-13).all()
+        assert (np.abs(x - way) <= tables.column_norms * bow + 1e-13).all()
 
 
 def test_interpolation_exceeds_values_by_no_more_than_its_constant():

@@ -135,17 +135,17 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
     exact = proximal_distances(linkage, angles[None])
     whole = {tuple(pair): gap for pair, gap in zip(exact.pairs.tolist(), exact.gaps[:, 0], strict=True)}
     least = {}
-    for (f, g), gap, way in zip(space.pairs.tolist(), state.gaps, state.ways, strict=True):
+    for (f, g), gap, way in zip(space.pairs.tolist(), state.gaps, state.gap_directions, strict=True):
         assert np.linalg.norm(way) == pytest.approx(1)
         apart = (solids[g] @ way).min() - (solids[f] @ way).max()
-        if gap <= space.near:
+        if gap <= space.measured_distance:
             assert apart == pytest.approx(gap, abs=1e-12)  # the direction of a gap shows all of it
         else:
             assert min(np.linalg.norm(a - b) for a in solids[f] for b in solids[g]) >= gap - 1e-12
         between = tuple(sorted((int(space.prisms.panels[f]), int(space.prisms.panels[g]))))
         least[between] = min(least.get(between, math.inf), gap)
     for between, gap in least.items():
-        if gap <= space.near:  # corners of shrunk prisms are off by no more than this
+        if gap <= space.measured_distance:  # corners of shrunk prisms are off by no more than this
             assert whole[between] - 1e-12 <= gap or whole[between] <= 0
             assert gap <= whole[between] + 8 * MARGIN
     assert not place_state(space, angles, state.gaps.min() + 1e-9, pick_state(new_state_stack(space, 1), 0))
@@ -158,7 +158,7 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
     linkage = sample.linkage
     space = space_of(linkage, MARGIN)
     p = number % len(space.pairs)
-    space = space._replace(pairs=space.pairs[p : p + 1].copy(), near=math.inf)
+    space = space._replace(pairs=space.pairs[p : p + 1].copy(), measured_distance=math.inf)
     state, work = pick_state(new_state_stack(space, 1), 0), new_space_work(space)
     place_state(space, angles, -math.inf, state)
     count = near_contacts(space, state, 1e-2, 0, work)
@@ -167,7 +167,7 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
         return
     f, g = space.pairs[0]
     expected = []
-    for own, other, way in ((f, g, state.ways[0]), (g, f, -state.ways[0])):
+    for own, other, way in ((f, g, state.gap_directions[0]), (g, f, -state.gap_directions[0])):
         fixed = linkage.poses(angles)[space.prisms.panels[own], :, :3].T @ way
 
         def heights(angles, own=own, other=other, fixed=fixed):
@@ -191,7 +191,7 @@ def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, numb
         agree.append(
             near.sum() == count
             and np.allclose(rows, slopes[near], atol=1e-8)
-            and np.allclose(bounds, SPARE_GAP_SHARE * (space.kept - gaps[near]), atol=1e-12)
+            and np.allclose(bounds, SPARE_GAP_SHARE * (space.step_gap - gaps[near]), atol=1e-12)
         )
     assert any(agree)
 
@@ -228,7 +228,7 @@ def test_a_step_is_the_nearest_that_its_conditions_allow(m, count, seed):
     bounds, wanted = rng.normal(size=count), rng.normal(size=m)
     work = new_space_work(space_of(planned("hex:0234550132:4").linkage, MARGIN))
     work = work._replace(rows=rows, bounds=bounds, forces=np.zeros(count), step=np.zeros(m))
-    work.wanted[1, :m] = wanted
+    work.allowed_steps[1, :m] = wanted
     _ascend(count, work)
     # the dual: least |rows^T forces - d|, forces >= 0, for any d with rows d = bounds - rows wanted
     off = np.linalg.lstsq(rows, bounds - rows @ wanted, rcond=None)[0]
@@ -249,7 +249,7 @@ def test_a_step_keeps_loops_closed_and_all_stops_and_contacts(drawn, longest):
     wanted = rng.normal(size=(1, len(angles)))
     remove_span(work.closing.basis, rank, wanted, 0)
     wanted *= longest / np.abs(wanted).max()
-    work.step[:] = work.wanted[1] = wanted[0]
+    work.step[:] = work.allowed_steps[1] = wanted[0]
     _allow(space, state, longest, rank, work)
     step = work.step.copy()
     assert np.abs(sample.linkage.closure(angles)[1] @ step).max() < 1e-12
@@ -272,14 +272,14 @@ def test_a_slide_leads_to_a_closed_state_with_panels_apart(drawn, longest):
     space = space_of(sample.linkage, MARGIN)
     stack, work = new_state_stack(space, 2), new_space_work(space)
     here, there = pick_state(stack, 0), pick_state(stack, 1)
-    assume(place_state(space, angles, space.least, here))
-    work.want[:] = rng.normal(size=len(angles))
+    assume(place_state(space, angles, space.min_gap, here))
+    work.wanted_step[:] = rng.normal(size=len(angles))
     far = slide(space, here, longest, 1e-7, work, there)
     assume(far > 0)
     assert far == pytest.approx(np.abs(there.angles - angles).max())
     assert far <= 2 * longest
     assert samples.open_by(sample.linkage, there.angles) < 1e-8
-    assert there.gaps.min() >= space.least
+    assert there.gaps.min() >= space.min_gap
     assert there.angles.min() >= 0
     assert there.angles.max() <= math.pi
     assert separated(space, here, there)
@@ -297,7 +297,7 @@ def test_pairs_are_separated_where_one_fixed_direction_does(drawn, to):
     place_state(space, angles, -math.inf, one)
     place_state(space, other, -math.inf, two)
     both = []
-    for (f, g), first, second in zip(space.pairs.tolist(), one.ways, two.ways, strict=True):
+    for (f, g), first, second in zip(space.pairs.tolist(), one.gap_directions, two.gap_directions, strict=True):
         gaps = []
         for way, here in ((first, angles), (second, other)):
             for fixed in (f, g):
@@ -311,8 +311,8 @@ def test_pairs_are_separated_where_one_fixed_direction_does(drawn, to):
         both.append(max(gaps))
     moved = space.lever * np.abs(angles - other).max()
     far = one.gaps + two.gaps > moved
-    expected = (np.array(both) >= space.parted) | far
-    if np.abs(np.array(both)[~far] - space.parted).min(initial=1) > 1e-12:
+    expected = (np.array(both) >= space.parting_gap) | far
+    if np.abs(np.array(both)[~far] - space.parting_gap).min(initial=1) > 1e-12:
         assert separated(space, one, two) == expected.all()
 
 
