@@ -178,8 +178,8 @@ class _Contest:
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
-        seen = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.aside)
+        climbed = [
+            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.plates)
             for walk in walks
         ]
         self.regions += [
