@@ -35,11 +35,11 @@ def main() -> None:
 
 def _comes_of_interrupt(error: BaseException | None) -> bool:
     """Return whether Ctrl-C caused an exception; Python and libraries wrap exceptions raised in callbacks."""
-    seen: set[int] = set()
-    while error is not None and id(error) not in seen:
+    visited: set[int] = set()
+    while error is not None and id(error) not in visited:
         if isinstance(error, KeyboardInterrupt):
             return True
-        seen.add(id(error))
+        visited.add(id(error))
         error = error.__cause__ or error.__context__
     return False
 

@@ -1,1 +1,1 @@
-"""What `from hcsearch import ...` gives beside values: one function for each job, which the commands call, too."""
+"""The public functions of `hcsearch`, one for each job; the commands call them, too."""

@@ -16,9 +16,9 @@ from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
 
 @dataclass(frozen=True)
 class CircuitCount:
-    """How many circuits a search has, all and up to symmetry, of those that are kept.
+    """The number of circuits that a search keeps, in total and up to symmetry.
 
-    search : what was counted. circuits, classes : their number, and that up to symmetry.
+    search : the counted search. circuits, classes : number of circuits, and of classes up to symmetry.
     """
 
     search: Search
@@ -49,14 +49,14 @@ def count(
     """
     check_kinds(count, locals())
     search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
-    one = isinstance(search, ArraySearch) and keep == "all"
-    if scheduler is not None and one:
+    is_single_array = isinstance(search, ArraySearch) and keep == "all"
+    if scheduler is not None and is_single_array:
         raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
     crew.check()
     seconds = None if keep == "all" else counting_seconds(search)
     if seconds is not None and announce is not None:
         announce(f"about {duration_text(seconds)} of core time to count")
-    if one:
+    if is_single_array:
         assert isinstance(search, ArraySearch)
         totals = count_array(search.array, progress)
         counted = DesignCount(totals.classes, totals.circuits)

@@ -1,4 +1,4 @@
-"""Deploy a folding, an assembly or what a file describes."""
+"""Deploy a folding, an assembly or the subject of a file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def deploy(
 ) -> Deployed:
     """Simulate how springs open a folding or assembly, and check it for collisions, as `hcsearch deploy` does.
 
-    what : a Folding, a Circuit that has one folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
+    what : a Folding, a Circuit with a single folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
     `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `.toml`; or a Case.
     scene : a Scene, the name of one, or a file `.toml`; by default the scene `default`.
     formulation : `constrained`, `compliant`, `penalty` or `quasistatic`.

@@ -44,8 +44,8 @@ def drive(
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     if progress is not None:
         progress(0, len(DRIVE_STAGES), DRIVE_STAGES[0])
-    found, motion, said = find_path(case)
+    path_scene, motion, note = find_path(case)
     try:
-        return drive_along(folding, found, motion, options, progress)
+        return drive_along(folding, path_scene, motion, options, progress)
     finally:
-        write_notice(said)
+        write_notice(note)

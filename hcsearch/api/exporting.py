@@ -1,4 +1,4 @@
-"""Files for other programs."""
+"""Export foldings and assemblies to files for other programs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def save(
     path: str | Path,
     scene: Scene | str | None = None,
     *,
-    format: str | None = None,  # noqa: A002 - as the command's option
+    format: str | None = None,  # noqa: A002 - named as the option
     motion: ReplaySource | None = None,
     panel: str | None = None,
     flat_pairs: Way | None = None,
@@ -47,14 +47,14 @@ def save(
     ['sheet.svg']
     """
     check_kinds(save, locals())
-    wanted = export_format_of(str(path), format)
-    chosen = replace(checked_export_settings(wanted, settings), stem=Path(path).stem)
+    export_format = export_format_of(str(path), format)
+    export_settings = replace(checked_export_settings(export_format, settings), stem=Path(path).stem)
     check_output(path)
-    named = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
-    exported, files = export_files(what, wanted, chosen, motion, db, **named)
+    case_arguments = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
+    exported, files = export_files(what, export_format, export_settings, motion, db, **case_arguments)
     paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
     with ExitStack() as stack:
-        for place, content in zip(paths, files.values(), strict=True):
-            stack.enter_context(replacing_file(place)).write_bytes(content)
+        for target, content in zip(paths, files.values(), strict=True):
+            stack.enter_context(replacing_file(target)).write_bytes(content)
     write_notice(exported.sentence)
     return paths

@@ -22,7 +22,7 @@ from hcsearch.system.terminal import write_notice
 
 @dataclass(frozen=True)
 class HingeDamping:
-    """The damping of a hinge from free vibrations: one test and one analysis of modes for each file."""
+    """The damping of a hinge from free vibrations, with a test and a modal analysis for each file."""
 
     tests: tuple[HingeTest, ...]
     vibrations: tuple[FreeVibration, ...]
@@ -55,7 +55,7 @@ def identify_damping(
     start : measurements before this time are left out, s.
     """
     check_kinds(identify_damping, locals())
-    hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
+    hinge_damping(0.0, 0.0, inertia, hinges)  # raises for an invalid inertia before the work begins
     vibrations = [identify_modes(*read_accelerations(path, rate, start, _note)) for path in paths]
     for path, vibration in zip(paths, vibrations, strict=True):
         if not vibration.modes:

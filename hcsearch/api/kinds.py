@@ -1,4 +1,4 @@
-"""Checks of what the functions of Python are given, by their own annotations: a wrong kind is refused by name."""
+"""Type checks of the arguments of public functions by their annotations; errors name the argument."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from hcsearch.basics.errors import HcsearchError, wrong_kind_message
 
 _NOT_LOADED = {"pd": SimpleNamespace(DataFrame=object)}
-"""Names in annotations of results, whose modules are loaded only where they are needed."""
+"""Stand-ins for names in annotations of results whose modules are loaded only if needed."""
 _UNIONS = (Union, UnionType)
 _NUMBERS: dict[type, type] = {int: Integral, float: Real}
 _SAID = {
@@ -22,14 +22,16 @@ _SAID = {
 }
 
 
-def check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuse arguments of other kinds than a function's annotations name; given : its arguments by name.
+def check_kinds(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    """Raise HcsearchError for arguments whose types differ from the annotations; arguments : by name.
 
-    HcsearchError names the function, the argument, and what to give instead.
+    The error names the function, the argument and the expected kind.
     """
     for name, kind in _annotated(function).items():
-        if not _is(given[name], kind):
-            raise HcsearchError(wrong_kind_message(f"{function.__name__}: {name}", given[name], describe_kind(kind)))
+        if not _is(arguments[name], kind):
+            raise HcsearchError(
+                wrong_kind_message(f"{function.__name__}: {name}", arguments[name], describe_kind(kind))
+            )
 
 
 @cache
@@ -39,14 +41,14 @@ def _annotated(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def _is(value: Any, kind: Any) -> bool:
-    """Whether a value is of the kind that an annotation names; of lists and dicts also what they hold."""
+    """Return whether a value matches an annotation, including the items of lists and dicts."""
     origin, args = get_origin(kind), get_args(kind)
     if origin in _UNIONS:
-        return any(_is(value, one) for one in args)
+        return any(_is(value, item) for item in args)
     if origin is Literal:
         return isinstance(value, (str, bool)) and value in args
     if origin is Sequence:
-        return isinstance(value, Sequence) and not isinstance(value, str) and all(_is(one, args[0]) for one in value)
+        return isinstance(value, Sequence) and not isinstance(value, str) and all(_is(item, args[0]) for item in value)
     if origin is Mapping:
         return isinstance(value, Mapping) and all(_is(k, args[0]) and _is(v, args[1]) for k, v in value.items())
     if origin is Callable or _is_protocol(kind):
@@ -55,12 +57,12 @@ def _is(value: Any, kind: Any) -> bool:
 
 
 def describe_kind(kind: Any) -> str:
-    """What an annotation asks for, in words."""
+    """Return an annotation in words."""
     origin, args = get_origin(kind), get_args(kind)
     if origin in _UNIONS:
-        return _either([describe_kind(one) for one in args if one is not NoneType])
+        return _either([describe_kind(part) for part in args if part is not NoneType])
     if origin is Literal:
-        return _either([repr(one) for one in args])
+        return _either([repr(part) for part in args])
     if origin is Sequence:
         return f"a list of {_several(args[0])}"
     if origin is Mapping:
@@ -71,7 +73,7 @@ def describe_kind(kind: Any) -> str:
 
 
 def _is_protocol(kind: Any) -> bool:
-    """Whether a kind is a protocol, here always of what is called."""
+    """Return whether a kind is a protocol, which here always describes a callable."""
     return bool(getattr(kind, "_is_protocol", False))
 
 

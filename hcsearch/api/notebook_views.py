@@ -1,4 +1,4 @@
-"""What notebooks show of foldings, deployments and replays: a picture, and the player of their motion."""
+"""Notebook views of foldings, deployments and replays: a picture, and a player of the motion."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import notebook_html
 
 MAX_PLANNED_PANELS = 12
-"""Panels of a folding whose motion is planned for a notebook: of larger ones that takes long, and `replay` does it."""
+"""Most panels of a folding whose motion is planned for a notebook; larger ones take long and need `replay`."""
 
 
 def notebook_value_html(value: object) -> str | None:
-    """Return the HTML of a value; None where the notebook has its picture or its text alone."""
+    """Return the HTML of a value; None if the notebook shows only its picture or text."""
     match value:
         case Folding():
             return _folding_html(value)
@@ -27,7 +27,7 @@ def notebook_value_html(value: object) -> str | None:
 
 
 def _folding_html(folding: Folding) -> str | None:
-    """Return the picture of a folding above its motion; None where it is twisted or large."""
+    """Return the picture of a folding above its motion; None if it is twisted or large."""
     if folding.circuit.n > MAX_PLANNED_PANELS or twist(folding):
         return None
     replay, _ = replay_case(resolve(folding))

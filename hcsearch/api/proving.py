@@ -22,7 +22,7 @@ _ENDINGS = (".json",)
 
 @dataclass(frozen=True)
 class Certificate:
-    """A certificate that is written to a file, and what it proves, a sentence for each claim."""
+    """A certificate in a file, with a sentence for each claim that it proves."""
 
     path: Path
     sentences: tuple[str, ...]
@@ -41,9 +41,9 @@ def prove(
     """Write a certificate that a folding can be opened, or that no motion opens it, as `hcsearch prove` does.
 
     what, scene, panel, flat_pairs, db : as in `deploy`, but not a Linkage or an assembly. path : of the file, .json.
-    budget : how many efforts the search for a path or a lock may make.
+    budget : greatest number of efforts of the search for a path or a lock.
 
-    Errors: HcsearchError where neither is proved.
+    Errors: HcsearchError if neither is proved.
     """
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
@@ -56,7 +56,7 @@ def prove(
 def verify(path: str | Path) -> Certificate:
     """Check a certificate, as `hcsearch verify` does.
 
-    Errors: `hcsearch.motion.certificates.certifying.CertificateError` where it does not prove a claim; InputFileError.
+    Errors: `hcsearch.motion.certificates.certifying.CertificateError` if a claim is not proved; InputFileError.
     """
     check_kinds(verify, locals())
     return Certificate(Path(path), tuple(certifying.verify_certificate(certifying.read_certificate(str(path)))))

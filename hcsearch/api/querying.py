@@ -1,4 +1,4 @@
-"""Read designs out of a database, as tables of pandas, and rank them."""
+"""Read designs from a database into pandas tables, and rank them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _DTYPES = {"integer": "Int64", "boolean": "boolean", "real": "Float64", "text": "string"}
-"""Of pandas, which know what is missing, by the kinds of columns."""
+"""Nullable pandas dtypes by the kinds of columns."""
 
 
 def read(
@@ -48,12 +48,12 @@ def read(
     0  hex:02234400           1          0
     1  hex:02334051           2          1
     """
-    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
+    import pandas as pd  # noqa: PLC0415 - only for tables
 
     check_kinds(read, locals())
     order = sort if isinstance(sort, str) else ",".join(sort)
-    asked = Query(query, view, columns, order, limit, scene, panel, sql)
-    with reading_database(db) as database, asked.rows(database) as rows:
+    query_arguments = Query(query, view, columns, order, limit, scene, panel, sql)
+    with reading_database(db) as database, query_arguments.rows(database) as rows:
         table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
         return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
 
@@ -71,10 +71,10 @@ def rank(
 ) -> pd.DataFrame:
     """Rank the designs that a query selects by a weighted score, best first, as `hcsearch rank` does.
 
-    Designs that are known not to deploy are left out.
+    Designs known not to deploy are left out.
 
     db, query, scene, panel : as in `read`.
-    weights : weights of criteria by their names, such as `{"dof": 2}`; 1 for each that is not named.
+    weights : weights of criteria by name, such as `{"dof": 2}`; 1 by default.
     pareto : whether only the designs on the Pareto front are returned. limit : the greatest number of rows.
     save : whether the scores of all ranked designs are stored in the column `score`.
     """
@@ -91,7 +91,7 @@ def rank(
 
 
 def open_existing(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
-    """A database that there is, open to write, or to read alone."""
+    """Open an existing database for writing or read-only."""
     return writing_database(db, create=False) if to_write else reading_database(db)
 
 
@@ -104,10 +104,10 @@ def rank_in_database(
     *,
     save: bool,
 ) -> RankedDesigns:
-    """The designs of an open database in their order; save : store their scores."""
-    chosen = complete_weights(weights)
-    asked = scene_asked_for(database, scene, panel, query=query)
-    ranked = rank_designs(database, query, chosen, asked)
+    """Rank the designs of an open database; save : store their scores."""
+    all_weights = complete_weights(weights)
+    scene_name = scene_asked_for(database, scene, panel, query=query)
+    ranked = rank_designs(database, query, all_weights, scene_name)
     if save:
-        save_ranks(database, ranked, asked)
+        save_ranks(database, ranked, scene_name)
     return ranked

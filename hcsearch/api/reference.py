@@ -1,4 +1,4 @@
-"""The reference of all public names, which `make docs` generates from their docstrings."""
+"""Generation of the reference of all public names from their docstrings, for `make docs`."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ SIGNATURE_KINDS = {
 """Names of kinds in the signatures of functions."""
 CODE_WIDTH = 100
 _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
-"""How docstrings describe parameters and fields: `name : text.`"""
+"""The form of parameters and fields in docstrings: `name : text.`"""
 
 
 def reference_page() -> str:
-    """The document."""
+    """Return the reference as Markdown."""
     parts = [REFERENCE_TITLE]
     for group, names in names_in_stub("hcsearch").items():
         parts.append(f"\n## {group}\n")
@@ -55,7 +55,7 @@ def reference_page() -> str:
 
 
 def _entry(name: str, value: Any) -> str:
-    """The part on one name."""
+    """Return the section on a name."""
     lines = [f"\n### `{name}`\n"]
     if name in VALUE_DESCRIPTIONS:
         return "".join([*lines, f"\n{VALUE_DESCRIPTIONS[name]}\n"])
@@ -66,29 +66,29 @@ def _entry(name: str, value: Any) -> str:
     lines.append(_prose(value))
     members = list(_members(value))
     if members:
-        lines += ["\n| | |\n|---|---|\n", *(f"| `{shown}` | {said} |\n" for shown, said in members)]
+        lines += ["\n| | |\n|---|---|\n", *(f"| `{shown}` | {summary} |\n" for shown, summary in members)]
     return "".join(lines)
 
 
 def _signature(name: str, value: Any) -> str:
-    """How a function is called, or a value made, with the kinds of what is given."""
+    """Return the signature of a function or class with the kinds of its arguments."""
     if is_dataclass(value):
-        given = [f"{own.name}: {own.type}{_default(own)}" for own in fields(value) if own.init]
-        called = f"{name}({', '.join(given)})"
+        parameters = [f"{field.name}: {field.type}{_default(field)}" for field in fields(value) if field.init]
+        called = f"{name}({', '.join(parameters)})"
     else:
         called = name + re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(value)))
     if len(called) <= CODE_WIDTH:
         return called
-    inside, _, after = called[len(name) + 1 :].rpartition(")")
-    return "\n".join([f"{name}(", *(f"    {part}," for part in _parts(inside)), f"){after}"])
+    inside, _, result = called[len(name) + 1 :].rpartition(")")
+    return "\n".join([f"{name}(", *(f"    {part}," for part in _parts(inside)), f"){result}"])
 
 
-def _default(own: Any) -> str:
-    return "" if own.default is MISSING and own.default_factory is MISSING else f" = {own.default!r}"
+def _default(field: Any) -> str:
+    return "" if field.default is MISSING and field.default_factory is MISSING else f" = {field.default!r}"
 
 
 def _parts(text: str) -> list[str]:
-    """What commas separate that stand in no brackets."""
+    """Split a text at commas outside brackets."""
     parts, depth = [""], 0
     for mark in text:
         depth += (mark in "([{") - (mark in ")]}")
@@ -100,23 +100,30 @@ def _parts(text: str) -> list[str]:
 
 
 def _members(kind: type) -> Iterator[tuple[str, str]]:
-    """Public methods and properties of a class, in its order, with the first line of each docstring."""
+    """Return the public methods and properties of a class in order, with their summaries."""
     for name, member in vars(kind).items():
-        own = member.__func__ if isinstance(member, staticmethod) else member
-        if name.startswith("_") or not (inspect.isfunction(own) or isinstance(own, (property, cached_property))):
+        function = member.__func__ if isinstance(member, staticmethod) else member
+        if name.startswith("_") or not (
+            inspect.isfunction(function) or isinstance(function, (property, cached_property))
+        ):
             continue
-        first = (inspect.getdoc(own) or "").splitlines()[0].replace("|", "\\|")
-        yield (f"{name}({_names(own)})" if inspect.isfunction(own) else name), first
+        summary = (inspect.getdoc(function) or "").splitlines()[0].replace("|", "\\|")
+        yield (f"{name}({_names(function)})" if inspect.isfunction(function) else name), summary
 
 
 def _names(function: Any) -> str:
-    """Names of what a function is given."""
-    given = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
-    return ", ".join(one.name if one.default is one.empty else f"{one.name}={one.default!r}" for one in given)
+    """Return the parameter names of a function."""
+    parameters = [
+        parameter for parameter in inspect.signature(function).parameters.values() if parameter.name != "self"
+    ]
+    return ", ".join(
+        parameter.name if parameter.default is parameter.empty else f"{parameter.name}={parameter.default!r}"
+        for parameter in parameters
+    )
 
 
 def _prose(value: Any) -> str:
-    """A docstring as paragraphs, its examples as blocks."""
+    """Return a docstring as Markdown paragraphs, with examples as code blocks."""
     blocks = []
     for paragraph in (inspect.getdoc(value) or "").split("\n\n"):
         if paragraph.startswith(">>>"):

@@ -1,4 +1,4 @@
-"""The motion of a folding or an assembly in few states, to show or to hand on."""
+"""Replay the motion of a folding or an assembly as a few states."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def replay(
     db: Place | None = None,
     **values: Any,
 ) -> Replay:
-    """Give a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
+    """Return a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
 
-    what : as in `deploy`, but not a Linkage; or a result of `deploy`, whose simulated motion is taken.
-    motion : `path` for the planned path, or `springs` for the motion that springs cause; the other is not tried then.
+    what : as in `deploy`, but not a Linkage; or a result of `deploy` with its simulated motion.
+    motion : `path` for the planned path only, or `springs` for the simulated motion only.
     scene, panel, flat_pairs, db, values : as in `deploy`.
 
     >>> from hcsearch import replay
@@ -43,6 +43,6 @@ def replay(
         return replay_of_deployment(what.deployment, what.name, reason=what.reason)
     path = motion == "path"
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=path)
-    shown, said = replay_case(case, motion)
-    write_notice(said)
+    shown, note = replay_case(case, motion)
+    write_notice(note)
     return shown

@@ -1,4 +1,4 @@
-"""Write HTML pages of the designs of a database."""
+"""Write HTML pages on the designs of a database."""
 
 from __future__ import annotations
 
@@ -27,5 +27,5 @@ def report(
     check_kinds(report, locals())
     check_output(str(path))
     with reading_database(db) as database:
-        asked = scene_asked_for(database, scene, panel, query=query)
-        return write_report(database, query, Path(path), limit=limit, scene=asked)
+        scene_name = scene_asked_for(database, scene, panel, query=query)
+        return write_report(database, query, Path(path), limit=limit, scene=scene_name)

@@ -18,7 +18,7 @@ from hcsearch.library.unit_search.unit_search import (
 from hcsearch.store import record_units
 
 DEFAULT_COPY_COUNTS = (2, 4)
-"""How many copies of an element make a unit."""
+"""Numbers of copies of an element in a unit."""
 DEFAULT_MAX_UNIONS = 20_000
 
 
@@ -36,11 +36,11 @@ def search_units(
 ) -> Iterator[tuple[ElementSearchResult, int]]:
     """Search for units made of copies of each element of n panels, as `hcsearch units` does.
 
-    Gives what is found of each element, and how many of its units a database did not hold before.
+    Yields the result for each element, and the number of its units that are new in the database.
 
     grid : of the panels. alpha : base angle of isosceles triangles in place of regular ones, degrees.
     max_dof : elements with more degrees of freedom are left out. copies : of an element in a unit, 2, 4 or both.
-    most : unions that are tried for one element. seconds : the greatest time for one element.
+    most : greatest number of unions tried for one element. seconds : the greatest time for one element.
     db : a database in which units are stored.
     """
     check_kinds(search_units, locals())

@@ -26,7 +26,7 @@ def serve(
     """Show a database in a browser on this machine, as `hcsearch serve` does, until Ctrl-C.
 
     db : a path or a URL. host, port : where the server answers; port 0 chooses any free one. scene, panel : as in
-    `read`. started : called with a sentence that says the address, once the server answers.
+    `read`. started : called with a sentence that gives the address, once the server answers.
 
     Errors: KeyboardInterrupt for Ctrl-C.
     """
@@ -37,19 +37,19 @@ def serve(
     from hcsearch.web.serve.requests import is_local  # noqa: PLC0415 - needs the extra `serve`
     from hcsearch.web.serve.server import open_socket, run_server, socket_address  # noqa: PLC0415 - as above
 
-    place = database_location(db)
-    with open_readonly(place, timeout=STATEMENT_SECONDS) as database:
-        asked = scene_asked_for(database, scene, panel)
-        check_scene(database, asked)
+    location = database_location(db)
+    with open_readonly(location, timeout=STATEMENT_SECONDS) as database:
+        scene_name = scene_asked_for(database, scene, panel)
+        check_scene(database, scene_name)
         with open_socket(host, port) as listening:
             if not is_local(host):
                 write_notice(f"warning: whoever reaches {host} can read this database; there is no password")
             sentence = f"{socket_address(listening, host)} shows {database.location}; Ctrl-C ends it"
             run_server(
                 database,
-                place,
+                location,
                 listening,
                 host=host,
-                scene=asked,
+                scene=scene_name,
                 started=lambda: None if started is None else started(sentence),
             )

@@ -1,4 +1,4 @@
-"""Choose springs."""
+"""Choose the springs of a deployment."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def tune(
     what, scene, panel, flat_pairs, db, values : as in `deploy`.
     formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
-    evaluations : how many sets of springs are tried at most. samples : how many simulations within the tolerances are
-    run for each set that may be chosen. spread : the tolerances, a `hcsearch.springs.tuning.robustness.Spread`.
+    evaluations : greatest number of spring sets tried. samples : number of simulations within the tolerances for each
+    candidate set. spread : the tolerances, a `hcsearch.springs.tuning.robustness.Spread`.
     seed : of the random numbers; equal arguments give equal springs.
     keep_in : a database that keeps every evaluation, so that the same call continues an interrupted search.
     progress : called with the numbers of evaluations that are done and of all, and a note.
@@ -62,7 +62,7 @@ def tune(
         raise HcsearchError(
             f"{case.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"
         )
-    if catalogue:  # before a database is made
+    if catalogue:  # before a database is created
         softest, stiffest = case.setup.spring_range
         catalogue_levels(catalogue, stiffest, softest)
     with nullcontext() if keep_in is None else writing_database(keep_in, create=True) as database:
@@ -82,6 +82,6 @@ def tune(
 
 def _check_counts(evaluations: int, samples: int, seed: int) -> None:
     """Refuse a search without evaluations, and negative numbers."""
-    for name, number, least in (("evaluations", evaluations, 1), ("samples", samples, 0), ("seed", seed, 0)):
-        if number < least:
-            raise HcsearchError(f"{name} cannot be {number}: give {least} or more")
+    for name, number, minimum in (("evaluations", evaluations, 1), ("samples", samples, 0), ("seed", seed, 0)):
+        if number < minimum:
+            raise HcsearchError(f"{name} cannot be {number}: give {minimum} or more")

@@ -147,7 +147,7 @@ class Case:
 
     @cached_property
     def drives(self) -> Drives | None:
-        """The drives of its hinges; None if no file has any."""
+        """The drives of its hinges from a file; None without."""
         return None if self.drive is None else drives_in(self.drive, self.labels)
 
     @property
@@ -177,7 +177,7 @@ class Case:
 
     @property
     def allowed(self) -> tuple[Way, ...]:
-        """The ways to join flat pairs in which a path is searched: that of the stored verdict, else the scene's."""
+        """The joinings of flat pairs to search for a path: that of the stored verdict, else those of the scene."""
         return (self.look.pairs,) if self.look_of == "verdict" else self.scene.flat_pairs
 
     def to_move(self) -> Folding:

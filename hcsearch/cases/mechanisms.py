@@ -69,10 +69,10 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
     ] or [[NO_LOCK_SENTENCE]]
 
 
-def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
-    """Return the sentences on an end with rigid flat pairs and, if locked, with hinged ones, which are freer."""
+def _locks(end: str, variants: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
+    """Return the sentences on an end state with rigid flat pairs and, if locked, hinged ones, which move more."""
     sentences: list[list[str]] = []
-    for pairs, (linkage, angles) in ways.items():
+    for pairs, (linkage, angles) in variants.items():
         lock = lock_at(linkage, angles)
         if not lock.locked:
             break

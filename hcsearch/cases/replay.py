@@ -62,16 +62,16 @@ class Replay(ByValue):
 
         Empty if it is certified as a whole and ends flat.
         """
-        said = []
+        sentences = []
         if self.collision is not None:
-            at, (one, two) = self.collision
-            where = f"{at:.4g} s" if self.axis == "time" else f"{at:.3g} of the path"
-            said.append(f"panels {self.labels.panels[one]} and {self.labels.panels[two]} collide at {where}")
+            position, (first, second) = self.collision
+            place = f"{position:.4g} s" if self.axis == "time" else f"{position:.3g} of the path"
+            sentences.append(f"panels {self.labels.panels[first]} and {self.labels.panels[second]} collide at {place}")
         elif not self._certified:
-            said.append("it is not certified that panels keep apart")
+            sentences.append("it is not certified that panels keep apart")
         if not self.ends_flat:
-            said.append("not flat at the end")
-        return "; ".join(said)
+            sentences.append("not flat at the end")
+        return "; ".join(sentences)
 
     @property
     def _certified(self) -> bool:
@@ -102,18 +102,18 @@ def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray,
     ends = np.flatnonzero(keep)
     todo, worst = list(pairwise(ends)), 0.0
     while todo:
-        first, last = todo.pop()
-        if last - first < 2:
+        begin, end = todo.pop()
+        if end - begin < 2:
             continue
-        share = ((at[first + 1 : last] - at[first]) / (at[last] - at[first]))[:, None]
-        line = angles[first] + share * (angles[last] - angles[first])
-        missed = np.abs(angles[first + 1 : last] - line).max(axis=1)
-        if missed.max() <= tolerance:
-            worst = max(worst, float(missed.max()))
+        share = ((at[begin + 1 : end] - at[begin]) / (at[end] - at[begin]))[:, None]
+        line = angles[begin] + share * (angles[end] - angles[begin])
+        errors = np.abs(angles[begin + 1 : end] - line).max(axis=1)
+        if errors.max() <= tolerance:
+            worst = max(worst, float(errors.max()))
             continue
-        middle = first + 1 + int(missed.argmax())
+        middle = begin + 1 + int(errors.argmax())
         keep[middle] = True
-        todo += [(first, middle), (middle, last)]
+        todo += [(begin, middle), (middle, end)]
     return np.flatnonzero(keep), worst
 
 
@@ -123,9 +123,9 @@ def stacks_of(linkage: Linkage) -> list[int] | None:
     Stacks are of facets, since the panels of a rigid flat pair and merged mirror panels belong to both stacks.
     """
     middles = np.array([solid.mean(axis=(0, 1))[:2] for solid in linkage.solids(linkage.folded)])
-    near = 1e-3 * linkage.pattern.size
-    first = np.linalg.norm(middles - middles[0], axis=1) < near
+    tolerance = 1e-3 * linkage.pattern.size
+    first = np.linalg.norm(middles - middles[0], axis=1) < tolerance
     if first.all():
         return None
-    second = np.linalg.norm(middles - middles[np.flatnonzero(~first)[0]], axis=1) < near
+    second = np.linalg.norm(middles - middles[np.flatnonzero(~first)[0]], axis=1) < tolerance
     return (~first).astype(int).tolist() if (first | second).all() else None

@@ -36,14 +36,14 @@ def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
     """
     folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
     motion = find_drive_motion(folding, scene)
-    path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path
+    path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path_flat_pairs
     if motion.margin is None and case.look_of == "verdict" and path not in (None, case.look.pairs):
         assert path is not None
-        other = replace(scene, flat_pairs=(path,))
-        proved = find_drive_motion(folding, other)
+        path_scene = replace(scene, flat_pairs=(path,))
+        proved = find_drive_motion(folding, path_scene)
         if proved.margin is not None:
-            said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
-            return other, proved, case.told(said)
+            note = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
+            return path_scene, proved, case.told(note)
     return scene, motion, case.driven_sentence
 
 
@@ -70,19 +70,19 @@ def replay_of_deployment(
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
-    at = np.append(between, motion.times[-1])
-    q = motion.at(at)
-    at, angles = _without_repeats(at, compiled.of_hinges(q, np.zeros_like(q))[0])
-    kept, error = thin_states(at, angles, REPLAY_ANGLE_TOLERANCE)
-    end = float(at[-1]) if clearance is not None and clearance.kind == "clear" else None
+    times = np.append(between, motion.times[-1])
+    q = motion.at(times)
+    times, angles = _without_repeats(times, compiled.of_hinges(q, np.zeros_like(q))[0])
+    indices, error = thin_states(times, angles, REPLAY_ANGLE_TOLERANCE)
+    end = float(times[-1]) if clearance is not None and clearance.kind == "clear" else None
     if clearance is not None and clearance.time is not None:
         end = clearance.time
     return Replay(
         linkage=compiled.linkage,
         labels=labels_of(compiled.linkage, design=design),
         axis="time",
-        at=at[kept],
-        angles=angles[kept],
+        at=times[indices],
+        angles=angles[indices],
         certified=() if end is None else ((0.0, end),),
         collision=deployment.check.collision,
         margin=compiled.margin,
@@ -108,16 +108,16 @@ def replay_of_path(
     the path's length, the accumulated turn of all hinges. near : rad, allowed error of interpolation.
     """
     length = accumulated_turn(states)
-    at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
-    at, states = _without_repeats(at, np.asarray(states, float))
-    kept, error = thin_states(at, states, near)
+    places = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
+    places, states = _without_repeats(places, np.asarray(states, float))
+    indices, error = thin_states(places, states, near)
     proved = "not proved" if margin is None else f"proved with {short_number(1e3 * margin, 2)} mm of play on every face"
     return Replay(
         linkage=linkage,
         labels=labels_of(linkage, design=design),
         axis="path",
-        at=at[kept],
-        angles=states[kept],
+        at=places[indices],
+        angles=states[indices],
         certified=() if margin is None else ((0.0, 1.0),),
         collision=None,
         margin=margin or 0.0,
@@ -127,10 +127,10 @@ def replay_of_path(
     )
 
 
-def _without_repeats(at: Reals, angles: Reals) -> tuple[Reals, Reals]:
+def _without_repeats(places: Reals, angles: Reals) -> tuple[Reals, Reals]:
     """Return places and states without repeated places; at an impact the state after it stays."""
-    last = np.append(np.diff(at) > 0.0, True)
-    return at[last], angles[last]
+    is_last = np.append(np.diff(places) > 0.0, True)
+    return places[is_last], angles[is_last]
 
 
 ReplaySource = Literal["path", "springs"]
@@ -143,16 +143,16 @@ def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str
     simulation. Default: a proved path if there is one, else the simulation, unless springs do not open the folding and
     a path without proof exists. HcsearchError if a path is required and there is none.
     """
-    replay, said = None, ""
+    replay, note = None, ""
     if by != "springs":
-        replay, said = _stored(case), case.driven_sentence
+        replay, note = _stored(case), case.driven_sentence
         if replay is None:
-            replay, said = _planned(case, required=by == "path")
+            replay, note = _planned(case, required=by == "path")
         if replay is not None and (by == "path" or replay.certified):
-            return replay, said
+            return replay, note
     deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     if replay is not None and not deployment.deploys:
-        return replay, said
+        return replay, note
     design = case.folding is not None
     return replay_of_deployment(deployment, case.title, design=design or None), case.sentence
 
@@ -174,7 +174,7 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
     if required and isinstance(case.what, NamedAssembly):
         raise HcsearchError(f"{case.title} is an assembly, for which no path is planned: ask for --motion springs")
     try:
-        scene, motion, said = find_path(case) if required else _opened(case)
+        scene, motion, note = find_path(case) if required else _opened(case)
     except SizeError:
         raise
     except HcsearchError:
@@ -187,7 +187,7 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
             raise HcsearchError(no_drive_reason(folding, scene, motion))
         return None, ""
     linkage = folding.linkage(case.panel, flat_pairs=motion.way)
-    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), said
+    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), note
 
 
 def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:

@@ -52,40 +52,44 @@ def scene_asked_for(
     SceneError if the database has verdicts of several scenes, none of them `default`.
     """
     if text is None and panel is None:
-        only = only_scene(database)
+        only_name = only_scene(database)
         write_notice(
-            "" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of"
+            ""
+            if only_name is None
+            else f"in the scene {only_name}, the only one that {database.location} has verdicts of"
         )
-        if only is None:
+        if only_name is None:
             check_scene(database, DEFAULT_SCENE_NAME)
-        return only or DEFAULT_SCENE_NAME
+        return only_name or DEFAULT_SCENE_NAME
     base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
         parted = _parted(base)
         if parted is not None:
-            scene, given = parted
-            base = joined_name(scene, panel_text(given))
+            scene, size_in_name = parted
+            base = joined_name(scene, panel_text(size_in_name))
             if base not in scene_names(database):
-                warn_of_panel_size(given)
+                warn_of_panel_size(size_in_name)
     if panel is None:
         return base
-    meant: dict[str, tuple[PanelSize | None, str]] = {}
+    candidates: dict[str, tuple[PanelSize | None, str]] = {}
     refused = None
-    for each in grids_in(database, query) if grid is None else [grid]:
+    for grid_name in grids_in(database, query) if grid is None else [grid]:
         try:
-            own = with_panel(SCENES[DEFAULT_SCENE_NAME], read_panel(panel, each), each).panel
+            size = with_panel(SCENES[DEFAULT_SCENE_NAME], read_panel(panel, grid_name), grid_name).panel
         except SceneError as error:  # rectangles need another form of the size
             refused = error
         else:
-            meant.setdefault(base if own is None else joined_name(base, panel_text(own)), (own, each))
-    if not meant and refused is not None:
+            candidates.setdefault(base if size is None else joined_name(base, panel_text(size)), (size, grid_name))
+    if not candidates and refused is not None:
         raise refused
-    if len(meant) > 1:
-        each_of = " or ".join(f"{name!r} ({of})" for name, (_, of) in meant.items())
-        raise SceneError(f"these panels are of the scene {each_of}: name the grid, as in grid=hex, or one with --scene")
-    ((name, (own, of)),) = meant.items()
-    if own is not None and name not in scene_names(database):
-        warn_of_panel_size(own, panel, of)
+    if len(candidates) > 1:
+        alternatives = " or ".join(f"{name!r} ({its_grid})" for name, (_, its_grid) in candidates.items())
+        raise SceneError(
+            f"these panels are of the scene {alternatives}: name the grid, as in grid=hex, or one with --scene"
+        )
+    ((name, (size, its_grid)),) = candidates.items()
+    if size is not None and name not in scene_names(database):
+        warn_of_panel_size(size, panel, its_grid)
     return name
 
 

@@ -1,4 +1,4 @@
-"""The command line: commands read options, call the library and print. Heavy imports wait until a command runs."""
+"""The command line: commands parse options, call the library and print; heavy imports wait until a command runs."""
 
 from __future__ import annotations
 
@@ -35,25 +35,25 @@ from hcsearch.cli.units import units
 from hcsearch.system.interrupts import exit_interrupted
 
 _ADDED = "hcsearch.commands"
-_PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
+_PIPE_CODE = 128 + 13  # exit code of SIGPIPE in shells
 
 
 class _UnreadError(Exception):
-    """Nobody reads the output any more."""
+    """The reader of the output has closed it."""
 
 
 class _Commands(click.Group):
-    """The group of all commands: our own, and those that installed packages add as entry points `hcsearch.commands`.
+    """The group of all commands: built-in ones, and entry points `hcsearch.commands` of installed packages.
 
-    click itself would make a broken pipe a plain failure.
+    Unlike click itself, it reports a broken pipe separately from failures.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of all commands."""
+        """Return the names of all commands."""
         return sorted({*super().list_commands(ctx), *entry_points(group=_ADDED).names})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """A command by its name; an added one is imported only when it is asked for."""
+        """Return a command by name; those of entry points are imported on demand."""
         command = super().get_command(ctx, cmd_name)
         if command is None:
             for added in entry_points(group=_ADDED, name=cmd_name):
@@ -61,7 +61,7 @@ class _Commands(click.Group):
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command."""
+        """Run a command; raise _UnreadError for a broken pipe."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError as error:
@@ -109,9 +109,9 @@ for command in (
 
 def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
-    # NumPy reads it when it is loaded; matrices are small here, and more threads would wait for each other
+    # read by NumPy on import; matrices are small here, and more threads would wait for each other
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    # so does numba, for the part of its compiler that all kernels of a process share: it is a tenth faster so
+    # read by numba on import, for the compiler part that all kernels of a process share: a tenth faster
     os.environ.setdefault("NUMBA_OPT", "1")
     try:
         signal.signal(signal.SIGINT, _interrupt)
@@ -119,7 +119,7 @@ def main() -> None:
             code = hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
-        if isinstance(code, int) and code:  # what a command ends with that neither fails nor succeeds
+        if isinstance(code, int) and code:  # a result that is neither failure nor success
             sys.exit(code)
     except HcsearchError as error:
         _fail(str(error))
@@ -147,15 +147,15 @@ def main() -> None:
 
 @contextmanager
 def _warning_in_lines() -> Iterator[None]:
-    """Print the program's own warnings as lines for people; those of libraries stay as they are."""
+    """Print warnings of this program as plain lines; those of libraries stay unchanged."""
     with warnings.catch_warnings():
-        others = warnings.showwarning
+        show_default = warnings.showwarning
 
         def show(message: Warning | str, category: type[Warning], *rest: Any, **options: Any) -> None:
             if issubclass(category, HcsearchWarning):
                 _print_error(f"hcsearch: warning: {one_line(str(message))}")
             else:
-                others(message, category, *rest, **options)
+                show_default(message, category, *rest, **options)
 
         warnings.showwarning = show
         warnings.simplefilter("default", HcsearchWarning)
@@ -163,22 +163,22 @@ def _warning_in_lines() -> Iterator[None]:
 
 
 def _smaller() -> str:
-    """How the command that runs is asked for less, by the options that it has."""
+    """Return a hint at the options that reduce the work of the running command."""
     command = next((hcsearch.commands[word] for word in sys.argv[1:] if word in hcsearch.commands), None)
-    options = {option for own in command.params for option in own.opts} if command is not None else set()
-    ways = {"--n": "a smaller --n", "--jobs": "fewer --jobs", "--limit": "a --limit"}
-    own = [way for option, way in ways.items() if option in options]
-    return f", as by {' or '.join(own)}" if own else ", as a pattern of fewer panels"
+    options = {option for applicable in command.params for option in applicable.opts} if command is not None else set()
+    remedies = {"--n": "a smaller --n", "--jobs": "fewer --jobs", "--limit": "a --limit"}
+    applicable = [remedy for option, remedy in remedies.items() if option in options]
+    return f", as by {' or '.join(applicable)}" if applicable else ", as a pattern of fewer panels"
 
 
 def _interrupt(_number: int, _frame: object) -> None:
-    """Stop in good order at the first Ctrl-C, and at once at the next: the database is safe either way."""
+    """Shut down cleanly at the first Ctrl-C and at once at the next; the database is safe either way."""
     signal.signal(signal.SIGINT, exit_interrupted)
     raise KeyboardInterrupt
 
 
 def _discard(stream: TextIO | None) -> None:
-    """Keep the interpreter from failing once more when it flushes a stream at its end."""
+    """Redirect a broken stream, so that the interpreter does not fail again when it flushes it at exit."""
     if stream is not None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
@@ -189,7 +189,7 @@ def _fail(message: str) -> None:
 
 
 def _print_error(message: str) -> None:
-    """Print to stderr, if anyone is there to read it."""
+    """Print to stderr, ignoring a closed stream."""
     try:
         click.echo(message, err=True)
     except OSError:

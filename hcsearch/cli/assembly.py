@@ -1,4 +1,4 @@
-"""`hcsearch assembly`: the named assemblies of the thesis, with everything computed for one."""
+"""`hcsearch assembly`: the named assemblies of the thesis and their computed properties."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def assembly(
     """
     from hcsearch.api import describing
 
-    given = {name: length for name, length in lengths.items() if length is not None}
+    given_lengths = {name: length for name, length in lengths.items() if length is not None}
     if name == "list":
-        if size is not None or alpha is not None or given or picture:
+        if size is not None or alpha is not None or given_lengths or picture:
             raise HcsearchError("the list has no parameters: give them with the name of an assembly")
         _print_list(describing.list_assemblies(), as_json)
         return
-    parameters = given | {"alpha": alpha, "size": size}
+    parameters = given_lengths | {"alpha": alpha, "size": size}
     if picture is not None:
         check_output(picture)
         write_output(picture, describing.draw_assembly(name, parameters))
@@ -70,17 +70,17 @@ def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
     table = [(row["name"], row["title"], row["source"], _text(row["parameters"])) for row in rows]
     widths = [max(len(str(row[k])) for row in table) for k in range(3)]
     for row in table:
-        left = "  ".join(str(text).ljust(width) for text, width in zip(row, widths, strict=False))
-        click.echo(f"{left}  {row[3]}")
+        padded = "  ".join(str(text).ljust(width) for text, width in zip(row, widths, strict=False))
+        click.echo(f"{padded}  {row[3]}")
 
 
 def _print_facts(facts: dict[str, Any]) -> None:
-    """The facts, one a line with its unit; what the thesis states stands below."""
+    """Print the facts, one per line with its unit, then the statements of the thesis."""
     for name, value in facts.items():
         if name in {"published", "undecided", "notes", "slit", "hindrances"}:
             continue
         if value is None and name not in facts["undecided"]:
-            continue  # says nothing about this assembly
+            continue  # not about this assembly
         label, unit = _label(name)
         text = f"undecided: {facts['undecided'][name]}" if value is None else f"{_text(value)}{unit}"
         click.echo(f"{label:21}{text}")
@@ -100,7 +100,7 @@ def _print_facts(facts: dict[str, Any]) -> None:
 
 
 def _label(name: str) -> tuple[str, str]:
-    """A fact's name as words, and its unit."""
+    """Return the name of a fact in words, and its unit."""
     for ending, unit in _UNITS.items():
         if name.endswith(ending):
             return name.removesuffix(ending).replace("_", " "), f" {unit}"
@@ -108,7 +108,7 @@ def _label(name: str) -> tuple[str, str]:
 
 
 def _text(value: object) -> str:
-    """A value in words: lists with spaces, named values with units."""
+    """Return a value as text: lists with spaces, named values with units."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""What commands work on, and in which scene: arguments, `--scene`, `--panel` and their like."""
+"""Arguments and options for the subject of a command and its scene: `--scene`, `--panel` and others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def scene_options(command: Command) -> Command:
-    """Add `--scene` and `--panel`; `--across WxT`, which help does not show, is `--panel 'across WxT'`."""
+    """Add `--scene` and `--panel`; the hidden `--across WxT` means `--panel 'across WxT'`."""
 
     @wraps(command)
     def run(*args: Any, across: str | None, **options: Any) -> Any:
@@ -46,7 +46,7 @@ def scene_options(command: Command) -> Command:
 
 
 _VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
-"""Values of a scene that one command or another has options for."""
+"""Values of a scene for which some command has an option."""
 
 _SECONDS = click.option(
     "--seconds",
@@ -57,27 +57,27 @@ _SECONDS = click.option(
 
 
 def subject_options(command: Command) -> Command:
-    """The argument, and the options that say what the panels are and what acts on them."""
+    """Add the subject as argument, and options for panels and for the loads and constraints on them."""
     return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid", _SECONDS)
 
 
 def folding_options(command: Command) -> Command:
-    """The same where the subject is a folding, which moves as long as it takes, in any way of joining flat pairs."""
+    """Add the same for a folding whose motion has no time limit, with any joining of flat pairs."""
     return _options(command, "DESIGN:CREASE|FILE.toml", "either")
 
 
 def circuit_options(command: Command) -> Command:
-    """The same where it is a circuit, all of whose foldings are looked at."""
+    """Add the same for a circuit of which all foldings are tried."""
     return _options(command, "FILE.fold|CIRCUIT", "either", _SECONDS)
 
 
 def proof_options(command: Command) -> Command:
-    """The same where it is a folding whose motion is proved: nothing acts on its panels."""
+    """Add the same for a folding whose motion is proved, without loads on its panels."""
     return _panel_options(command, "DESIGN:CREASE", "either")
 
 
 def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
-    """The options that all have on which something acts, and a command's own; the last one comes first in its help."""
+    """Add the options of all subjects under loads, and those of a command; the last one is first in the help."""
     options: tuple[Command, ...] = (
         *own,
         click.option(
@@ -91,9 +91,9 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
 
 
 def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
-    """Add the argument, options that say what the panels are and how they are joined, and others.
+    """Add the subject as argument, options for panels and flat pairs, and others.
 
-    `--merge`, which help does not show, is `--flat-pairs merged`.
+    The hidden `--merge` means `--flat-pairs merged`.
     """
 
     @wraps(command)
@@ -121,20 +121,20 @@ def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command)
 
 
 def case_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Pick what these options say of a case, as functions of Python take it: values of the scene by their names."""
-    named = named_options(options)
-    values: dict[str, Any] = named.pop("values")
-    return named | values
+    """Return these options as arguments of the Python functions, with values of the scene by name."""
+    arguments = named_options(options)
+    values: dict[str, Any] = arguments.pop("values")
+    return arguments | values
 
 
 def named_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Pick the same, with the values of the scene together as `values`."""
+    """Return the same arguments, with the values of the scene in a dict `values`."""
     values = {key: options[key] for key in _VALUES if options.get(key) is not None}
     return {option: options[option] for option in ("db", "scene", "panel", "flat_pairs")} | {"values": values}
 
 
 def resolve_named(name: str, options: Mapping[str, Any], *, path: bool = False) -> Case:
-    """Resolve what the argument names, as of `resolve`."""
+    """Resolve the argument and options to a case by `resolve`."""
     from hcsearch.cases.resolve import resolve
 
     return resolve(name, **named_options(options), path=path)

@@ -1,4 +1,4 @@
-"""`hcsearch count`: exact numbers, nothing stored."""
+"""`hcsearch count`: exact counts, without storing circuits."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def count(
     from hcsearch.designs.folding import no_folding_reason
     from hcsearch.search.enumeration import ArraySearch
 
-    one = array_spec is not None and keep == "all"
-    with ProgressMeter("edge" if one else "batch") as meter:
+    is_single_array = array_spec is not None and keep == "all"
+    with ProgressMeter("edge" if is_single_array else "batch") as meter:
         counted = counting.count(
             grid=grid,
             n=n,

@@ -1,4 +1,4 @@
-"""`hcsearch deploy`: the spring-driven deployment of a folding, an assembly, or what a file describes."""
+"""`hcsearch deploy`: the spring-driven deployment of a folding, an assembly or the subject of a file."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     if case.drive is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
-    given = click.get_current_context().get_parameter_source("tolerance")
-    if case.drive is not None and given is ParameterSource.COMMANDLINE:
+    tolerance_source = click.get_current_context().get_parameter_source("tolerance")
+    if case.drive is not None and tolerance_source is ParameterSource.COMMANDLINE:
         raise HcsearchError("--tolerance does not apply to a scene with drives: leave it out")
     formulation = options["formulation"]
     deployed = deploying.deploy(case, formulation=formulation, method=method, tolerance=tolerance)
@@ -109,7 +109,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
 
 def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
-    """The springs of single hinges, as a scene has them."""
+    """Return the springs of single hinges as values of a scene."""
     from hcsearch.shape.labels import is_label
 
     values: dict[str, Any] = {}
@@ -125,8 +125,8 @@ def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _print(outcome: dict[str, Any]) -> None:
-    """The outcome, one fact a line."""
-    left, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
+    """Print the outcome, one fact per line."""
+    omissions, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
     saved = outcome.pop("saved", None)
     outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
@@ -135,12 +135,12 @@ def _print(outcome: dict[str, Any]) -> None:
     click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")
     for arrival in arrived[:10]:
         hinges = ", ".join(map(str, arrival["hinges"]))
-        what = f"hinge {hinges} {arrival['stop']} at {short_number(arrival['speed_rad_s'], 3)} rad/s"
-        click.echo(f"{'':24}{short_number(arrival['time_s'], 6)} s: {what}")
+        sentence = f"hinge {hinges} {arrival['stop']} at {short_number(arrival['speed_rad_s'], 3)} rad/s"
+        click.echo(f"{'':24}{short_number(arrival['time_s'], 6)} s: {sentence}")
     if saved is None:
         return
     click.echo("left out")
-    for omission in left:
+    for omission in omissions:
         click.echo(f"  {omission['name']:22}{omission['what']}: {omission['why']}")
         for row in saved:
             if row["name"] == omission["name"]:

@@ -1,4 +1,4 @@
-"""`hcsearch drive`: a folding as a machine, its certified path driven by few hinges."""
+"""`hcsearch drive`: a folding driven along its certified path by motors at few hinges."""
 
 from __future__ import annotations
 
@@ -97,13 +97,15 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         check_output(path, (*drive_facts.DRIVE_TABLE_SUFFIXES, *drive_facts.DRIVE_SCENE_SUFFIXES))
     if options["picture"]:
         check_picture(options["picture"])
-    chosen = _drive_options(options)
+    drive_options = _drive_options(options)
     try:
         with ProgressMeter("step") as meter:
-            driven = driving.drive(name, options=chosen, progress=meter, **case_options(options))
+            driven = driving.drive(name, options=drive_options, progress=meter, **case_options(options))
     except NoPathError as error:
-        said = json.dumps({"verdict": "no drive", "reason": str(error)}, indent=2) if as_json else f"no drive: {error}"
-        click.echo(said)
+        answer = (
+            json.dumps({"verdict": "no drive", "reason": str(error)}, indent=2) if as_json else f"no drive: {error}"
+        )
+        click.echo(answer)
         click.get_current_context().exit(1)
     for path in options["outputs"]:
         drive_facts.save_drive(driven, path)
@@ -149,7 +151,7 @@ def _near(text: str) -> tuple[float, float]:
 
 
 def _print(outcome: dict[str, Any]) -> None:
-    """One fact a line, and the driven hinges as a table."""
+    """Print one fact per line, and the driven hinges as a table."""
     lists = ("planned_torque_N_m", "torque_rms_N_m", "torque_N_m", "gain_N_m_rad", "gain_N_m_s_rad")
     for name, value in outcome.items():
         if name in (*lists, "follows"):

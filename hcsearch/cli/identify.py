@@ -87,7 +87,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
 
 
 def _print_spring(measured: IdentifiedSpring) -> None:
-    """The chosen law with its numbers, and how all laws compare."""
+    """Print the chosen law with its numbers, and a comparison of all laws."""
     chosen = measured.chosen
     low, high = measured.span
     click.echo(f"{'pairs':14}{measured.loading} loading, {measured.unloading} unloading; {low:.4g} to {high:.4g} rad")
@@ -104,7 +104,7 @@ def _print_spring(measured: IdentifiedSpring) -> None:
 
 
 def _print_tests(files: Sequence[str], tests: Sequence[HingeTest]) -> None:
-    """A row a test, as in thesis table 4.2, with standard errors; average and standard deviation of several."""
+    """Print a row per test with standard errors, as thesis table 4.2; then average and standard deviation."""
     width = max(len("average"), *map(len, files)) + 2
     titles = ("f, Hz", "omega, rad/s", "zeta", "c, N m s/rad")
     click.echo(" " * width + "".join(f"{title:>20}" for title in titles))
@@ -118,14 +118,16 @@ def _print_tests(files: Sequence[str], tests: Sequence[HingeTest]) -> None:
         click.echo(f"{file:{width}}" + "".join(f"{f'{value:#.4g} +- {error:.1g}':>20}" for value, error in pairs))
     rows = [(test.frequency, 2.0 * math.pi * test.frequency, test.damping, test.coefficient) for test in tests]
     if len(rows) > 1:
-        for name, of in (("average", mean), ("deviation", stdev)):
-            click.echo(f"{name:{width}}" + "".join(f"{of(column):>#20.4g}" for column in zip(*rows, strict=True)))
+        for name, statistic in (("average", mean), ("deviation", stdev)):
+            click.echo(
+                f"{name:{width}}" + "".join(f"{statistic(column):>#20.4g}" for column in zip(*rows, strict=True))
+            )
     stiffness = mean(test.stiffness for test in tests)
     click.echo(f"what drives the block back, springs and weight: {stiffness:.4g} N m/rad")
 
 
 def _print_modes(files: Sequence[str], vibrations: Sequence[FreeVibration]) -> None:
-    """The modes that were not taken, so that a wrong choice shows."""
+    """Print the other modes of vibration, so that a wrong choice is visible."""
     for file, vibration in zip(files, vibrations, strict=True):
         shares = [f"{100.0 * mode.share:.3g} % at {mode.frequency:.4g} Hz" for mode in vibration.modes]
         click.echo(f"energy of {file}: {', '.join(shares)}; noise {vibration.noise:.2g} rms")

@@ -18,17 +18,17 @@ Command = Callable[..., Any]
 
 
 class FiniteNumber(click.FloatRange):
-    """A finite number, within bounds where there are some: click's own types take `nan` for within them."""
+    """A finite number within optional bounds; the types of click accept `nan`."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Read a number; click.BadParameter where it is none, not finite or out of bounds."""
+        """Parse a number; click.BadParameter if it is none, not finite or out of bounds."""
         number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{number} is not a finite number.", param, ctx)
         return number
 
     def _describe_range(self) -> str:
-        """What help shows; click shows a bound None where there are no bounds."""
+        """Return the bounds for the help text; click would show None for missing ones."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def __repr__(self) -> str:
@@ -36,12 +36,12 @@ class FiniteNumber(click.FloatRange):
 
 
 def examples_epilog(*commands: str) -> str:
-    """The last lines of a command's help: examples, each on a line of its own."""
+    """Return the examples that end a command's help, one per line."""
     return "\b\nExample: " + "\n         ".join(commands)  # click keeps the lines that follow the character \b
 
 
 def database_option(command: Command) -> Command:
-    """`--db`, by default HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
+    """Add `--db`, by default HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
     return click.option(
         "--db",
         metavar="PATH|URL",
@@ -52,19 +52,19 @@ def database_option(command: Command) -> Command:
 
 
 def query_argument(command: Command) -> Command:
-    """The conditions of a query, `condition`: one argument, or several, as a shell gives them without quotes."""
+    """Add the argument `condition` for a query: one or, unquoted in a shell, several words."""
     return click.argument(
         "condition", nargs=-1, metavar="[QUERY]", callback=lambda _ctx, _param, words: " ".join(words)
     )(command)
 
 
 def json_option(command: Command) -> Command:
-    """`--json`: what the command reports as JSON, in place of lines for people."""
+    """Add `--json` for the results as JSON instead of lines for people."""
     return click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")(command)
 
 
 def target_options(command: Command) -> Command:
-    """`--grid` with `--n` or `--array`, and `--keep`."""
+    """Add `--grid` with `--n` or `--array`, and `--keep`."""
     for option in (
         click.option(
             "--keep",
@@ -86,7 +86,7 @@ def target_options(command: Command) -> Command:
 
 
 def worker_options(command: Command) -> Command:
-    """`--jobs` and `--scheduler`: who works."""
+    """Add `--jobs` and `--scheduler` for the workers."""
     for option in (
         click.option(
             "--scheduler", metavar="ADDRESS", help="Use the Dask cluster at this address, such as tcp://HOST:8786."
@@ -105,9 +105,9 @@ def worker_options(command: Command) -> Command:
 def named_numbers(
     texts: Sequence[str], twice: Callable[[str], HcsearchError]
 ) -> Iterator[tuple[str, str, float | None]]:
-    """Each text NAME=NUMBER with its name and its number, which is None where it cannot be read.
+    """Yield text, name and number of each text NAME=NUMBER; the number is None if it cannot be parsed.
 
-    twice : makes the error of a name that is given twice.
+    twice : returns the error for a repeated name.
     """
     names = set()
     for text in texts:

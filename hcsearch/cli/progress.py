@@ -1,4 +1,4 @@
-"""Progress on a terminal, with rate and remaining time; silent in a pipe."""
+"""Progress bars on a terminal, with rate and remaining time; silent in a pipe."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 _LOCK = threading.RLock()
-_SOON, _LOOK = 2.0, 1.0  # s, before the first line about kernels that are compiled, and between two
+_SOON, _LOOK = 2.0, 1.0  # s before the first line on compiled kernels, and between two
 
 
 class _CompilingNote:
-    """A line on a terminal, from time to time, that names the kernel that is compiled."""
+    """Periodic lines on a terminal that name the kernel being compiled."""
 
     def __init__(self) -> None:
         self._over = threading.Event()
@@ -36,21 +36,21 @@ class _CompilingNote:
             self._thread = None
 
     def _show(self) -> None:
-        wait, shown = _SOON, False
+        wait, has_shown = _SOON, False
         while not self._over.wait(wait):
             wait = _LOOK
-            kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # without it nothing is compiled yet
+            kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # before its import nothing is compiled
             compiled = kernels.compilation_under_way() if kernels is not None else None
             if compiled is not None:
                 line = f"compiling kernels, {compiled.done} of {compiled.total}: {compiled.name}"
                 click.echo(f"\r{line:<79}", err=True, nl=False)
-                shown = True
-        if shown:
+                has_shown = True
+        if has_shown:
             click.echo(f"\r{'':79}\r", err=True, nl=False)
 
 
 class ProgressMeter:
-    """A bar on stderr while the block runs; call it with what is done, how much there is, and a note."""
+    """A progress bar on stderr while the block runs; called with done and total counts, and a note."""
 
     def __init__(self, unit: str) -> None:
         self._unit = unit
@@ -63,14 +63,14 @@ class ProgressMeter:
         return self
 
     def __call__(self, done: int, total: int, note: str, unit: str | None = None) -> None:
-        """Show the state; another total or unit than before begins a new bar."""
+        """Show the state; a new total or unit starts a new bar."""
         from tqdm import tqdm
 
-        # only this process writes: a lock of processes, tqdm's own, would be said to leak where Ctrl-C ends at once
+        # only this process writes; the multiprocessing lock of tqdm would be reported as leaked after Ctrl-C
         tqdm.set_lock(_LOCK)
         if done:
             self._compiling.end()
-        else:  # kernels are compiled before the first of anything is done
+        else:  # kernels are compiled before the first item is done
             self._begin()
         if sys.stderr is None:
             return
@@ -78,11 +78,11 @@ class ProgressMeter:
         if self._bar is None or self._counted != counted:
             self._close()
             self._counted = counted
-            # `disable=None` is tqdm's word for silence where there is no terminal
+            # `disable=None` makes tqdm silent without a terminal
             self._bar = tqdm(
                 total=total, initial=max(0, done - 1), unit=counted[1], disable=None, leave=False, file=sys.stderr
             )
-        # what is counted has not changed, so that `update` would show no new note
+        # the count has not changed, so `update` would not show the new note
         self._bar.set_postfix_str(note, refresh=done == self._bar.n)
         self._bar.update(done - self._bar.n)
 

@@ -1,4 +1,4 @@
-"""`hcsearch prove` and `hcsearch verify`: certificates that can be checked without believing the search."""
+"""`hcsearch prove` and `hcsearch verify`: certificates that are checked independently of the search."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
 
     with ProgressMeter("step") as meter:
         meter(0, 1, "proof")
-        named = case_options(options) | ({} if budget is None else {"budget": budget})
-        certificate = proving.prove(name, output, **named)
+        arguments = case_options(options) | ({} if budget is None else {"budget": budget})
+        certificate = proving.prove(name, output, **arguments)
     for sentence in certificate.sentences:
         click.echo(sentence)
     click.echo(output)

@@ -60,11 +60,11 @@ def query(
     from hcsearch.cases.names import Query
     from hcsearch.store import format_rows, open_readonly, save_rows
 
-    chosen = columns or (_COLUMNS if sql is None else "")
-    asked = Query(condition, "designs", chosen, sort or "", limit, scene, panel, sql)
+    selected_columns = columns or (_COLUMNS if sql is None else "")
+    query_arguments = Query(condition, "designs", selected_columns, sort or "", limit, scene, panel, sql)
     if output is not None:
         check_output(output)
-    with open_readonly(db) as database, asked.rows(database) as rows:
+    with open_readonly(db) as database, query_arguments.rows(database) as rows:
         if output is None:
             for text in format_rows(rows, style):
                 click.echo(text, nl=False)

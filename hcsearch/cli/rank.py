@@ -67,9 +67,9 @@ def rank(
     from hcsearch.search.ranking import complete_weights
     from hcsearch.store import format_rows
 
-    chosen = complete_weights(_read(weights))
+    all_weights = complete_weights(_read(weights))
     with open_existing(db, to_write=save) as database:
-        ranked = rank_in_database(database, condition, chosen, scene, panel, save=save)
+        ranked = rank_in_database(database, condition, all_weights, scene, panel, save=save)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
     if ranked.left_out:
@@ -79,7 +79,7 @@ def rank(
 
 
 def _read(texts: Sequence[str]) -> dict[str, float]:
-    """Weights by name, of texts such as dof=2."""
+    """Parse texts such as dof=2 into weights by name."""
     weights: dict[str, float] = {}
     twice = "the weight of {} is given twice: give it once"
     for text, name, weight in named_numbers(texts, lambda name: QueryError(twice.format(name))):
@@ -90,7 +90,7 @@ def _read(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _shown(ranked: RankedDesigns, pareto: bool, limit: int | None, style: str) -> Rows:
-    """What is printed; for people, with the units in the head."""
+    """Return the table to print; in the style for people, column heads contain units."""
     from hcsearch.store import Rows
 
     names = ranked.result.columns

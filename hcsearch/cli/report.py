@@ -1,4 +1,4 @@
-"""`hcsearch report`: one HTML file of the designs that a query selects."""
+"""`hcsearch report`: an HTML file on the designs that a query selects."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
 
 
 def _write(path: str, tuning: Tuning, case: Case) -> None:
-    """The scene with the springs to use."""
+    """Write the scene with the chosen springs to a file."""
     from hcsearch.scenes.scene_file import scene_file_text
     from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
 
@@ -164,12 +164,12 @@ def _print(tuning: Tuning, case: Case) -> None:
     click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
     click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
-    shown = [(name, one) for name, one in sets if one is not None]
-    for name, one in shown:
-        click.echo(f"{name:24}{spring_tuning.spring_set_sentence(one, labels)}")
-    pairs = [f"{labels.panels[own.first]}, {labels.panels[own.second]}" for own in hinges]
+    shown = [(name, spring_set) for name, spring_set in sets if spring_set is not None]
+    for name, spring_set in shown:
+        click.echo(f"{name:24}{spring_tuning.spring_set_sentence(spring_set, labels)}")
+    pairs = [f"{labels.panels[joint.first]}, {labels.panels[joint.second]}" for joint in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")
     for k, (hinge, panels) in enumerate(zip(labels.hinges, pairs, strict=True)):
-        values = "".join(f"{one.stiffnesses[k]:12.4g}" for _, one in shown)
+        values = "".join(f"{spring_set.stiffnesses[k]:12.4g}" for _, spring_set in shown)
         click.echo(f"{hinge:{wide[0]}}{panels:{wide[1]}}{values}")

@@ -73,19 +73,19 @@ def units(
     from hcsearch.api import searching_units
 
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
-    count = new = 0
+    count = n_new = 0
     with ProgressMeter("union") as meter:
         for result, added in searching_units.search_units(
             grid, n, alpha=alpha, max_dof=max_dof, copies=counts, most=most, seconds=seconds, db=db, progress=meter
         ):
-            count, new = count + len(result.units), new + added
+            count, n_new = count + len(result.units), n_new + added
             if as_json:
                 for unit in result.units:
                     click.echo(json.dumps(unit.row()))
             else:
                 _print(result)
     if not as_json:
-        stored = "" if db is None else f", {new} of them new in {printable(db)}"
+        stored = "" if db is None else f", {n_new} of them new in {printable(db)}"
         click.echo(f"{count} units{stored}")
 
 
@@ -95,11 +95,11 @@ def _print(result: ElementSearchResult) -> None:
         click.echo(f"{element.name}  {result.skipped}")
         return
     against = Counter(unit.proof.verdict for unit in result.refuted)
-    more = "".join(f", {count} {verdict}" for verdict, count in sorted(against.items()))
-    more += "" if result.complete else ", not all within the limits"
+    suffix = "".join(f", {count} {verdict}" for verdict, count in sorted(against.items()))
+    suffix += "" if result.complete else ", not all within the limits"
     click.echo(
         f"{element.name}  dof {element.dof}, {result.placements} placements, {result.unions} unions, "
-        f"{result.folding} that fold, {result.single} with one degree of freedom, {len(result.units)} units{more}"
+        f"{result.folding} that fold, {result.single} with one degree of freedom, {len(result.units)} units{suffix}"
     )
     for unit in result.units:
         row = unit.row()

@@ -70,7 +70,7 @@ class Condition:
 class Not:
     """The negation of a condition."""
 
-    of: ConditionTree
+    part: ConditionTree
 
 
 @dataclass(frozen=True)
@@ -106,20 +106,20 @@ def parse_conditions(query: str) -> ConditionTree:
 def _tokens(query: str) -> Iterator[Condition | str]:
     """Split a query into conditions, brackets and keywords."""
     for word in query.split():
-        left = word
-        while left:
-            if left[0] in "()":
-                yield left[0]
-                left = left[1:]
+        remaining = word
+        while remaining:
+            if remaining[0] in "()":
+                yield remaining[0]
+                remaining = remaining[1:]
                 continue
-            match = _CONDITION.match(left)
+            match = _CONDITION.match(remaining)
             if match is None:
-                raise QueryError(f"cannot read {left!r}: {EXAMPLE_CONDITIONS}, without spaces inside a condition")
-            name, sign, rest = match.groups()
-            value = None if sign is None else _before_bracket(rest)
+                raise QueryError(f"cannot read {remaining!r}: {EXAMPLE_CONDITIONS}, without spaces inside a condition")
+            name, sign, operand = match.groups()
+            value = None if sign is None else _before_bracket(operand)
             token = Condition(name, sign, value)
             yield name.lower() if sign is None and name.lower() in _WORDS else token
-            left = left[len(token.text) :]
+            remaining = remaining[len(token.text) :]
 
 
 def _before_bracket(value: str) -> str:
@@ -145,10 +145,10 @@ class _Reader:
 
     def _taken(self, *words: str) -> bool:
         """Consume the next token if it is one of some words; return whether it was."""
-        taken = self.next in words
-        if taken:
+        matches = self.next in words
+        if matches:
             self._tokens.pop()
-        return taken
+        return matches
 
     def either(self, depth: int) -> ConditionTree:
         """Parse alternatives until the end or a closing bracket."""
@@ -179,8 +179,8 @@ class _Reader:
             token = self._tokens.pop()
             assert isinstance(token, Condition)
             return token
-        before = "at the end" if self.next is None else f"before {self.next!r}"
-        raise QueryError(f"a condition is missing {before}: {EXAMPLE_CONDITIONS}")
+        position = "at the end" if self.next is None else f"before {self.next!r}"
+        raise QueryError(f"a condition is missing {position}: {EXAMPLE_CONDITIONS}")
 
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -238,8 +238,8 @@ def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequen
             return and_(true(), *(_condition(source, view, part, grids) for part in parts))
         case AnyOf(parts):
             return or_(*(_condition(source, view, part, grids) for part in parts))
-        case Not(of):
-            return not_(_condition(source, view, of, grids))
+        case Not(part):
+            return not_(_condition(source, view, part, grids))
         case Condition():
             return _compared(source, view, tree, grids)
 
@@ -251,8 +251,8 @@ def named_grids(query: str) -> list[str]:
 
 
 def _grids_of(parts: Sequence[ConditionTree], grids: Sequence[str]) -> Sequence[str]:
-    named = [part.value for part in parts if isinstance(part, Condition) and _names_grid(part)]
-    return [grid for grid in grids if grid in named] if named else grids
+    named_values = [part.value for part in parts if isinstance(part, Condition) and _names_grid(part)]
+    return [grid for grid in grids if grid in named_values] if named_values else grids
 
 
 def _names_grid(condition: Condition) -> bool:
@@ -262,16 +262,16 @@ def _names_grid(condition: Condition) -> bool:
 def _compared(source: FromClause, view: str, condition: Condition, grids: Sequence[str]) -> ColumnElement[bool]:
     name, sign, value = condition.name, condition.sign, condition.value
     quantity = find_quantity(view, name)
-    own = source.c[name]
+    source_column = source.c[name]
     if sign is None or value is None:
         if quantity.kind != "boolean":
             raise QueryError(f"{name} is not a yes/no column: compare it, as in {name}=VALUE, without spaces")
-        return own == literal(1)
+        return source_column == literal(1)
     read = _value(quantity, condition.text, sign, value)
     if sign in ("=", "!=") and name in ("array", "circuit"):
         congruent = _arrays(value, grids) if name == "array" else [Circuit.from_notation(value).canonical().notation]
-        return own.in_(congruent) if sign == "=" else own.not_in(congruent)
-    compared: ColumnElement[bool] = _OPERATORS[sign](own, literal(read))
+        return source_column.in_(congruent) if sign == "=" else source_column.not_in(congruent)
+    compared: ColumnElement[bool] = _OPERATORS[sign](source_column, literal(read))
     return compared
 
 
@@ -295,9 +295,9 @@ def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
 
 def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:
     if not value or value[0] in "=<>!":
-        meant = {"==": "=", "<>": "!="}.get(sign + value[:1])
-        if meant is not None and value[1:]:
-            raise QueryError(f"{text!r} is no comparison: write {quantity.name}{meant}{value[1:]}")
+        intended_sign = {"==": "=", "<>": "!="}.get(sign + value[:1])
+        if intended_sign is not None and value[1:]:
+            raise QueryError(f"{text!r} is no comparison: write {quantity.name}{intended_sign}{value[1:]}")
         raise QueryError(f"no value in {text!r}: the comparisons are = != < <= > >=, each followed by a value")
     if quantity.kind == "text":
         if quantity.words and sign in ("=", "!=") and value not in quantity.words:
@@ -313,10 +313,10 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
             raise QueryError(f"{text!r} ends in {value[-1]!r}: separate conditions by spaces")
         raise QueryError(f"{quantity.name} is compared with {needed}, not with {value!r}")
     try:
-        whole = int(value)
+        integer = int(value)
     except ValueError:  # a fraction, or more digits than Python reads
         return float(value)
-    return whole if abs(whole) < 2**63 else float(whole)
+    return integer if abs(integer) < 2**63 else float(integer)
 
 
 def sort_terms(view: str, sort: str) -> list[tuple[str, bool]]:
@@ -334,6 +334,6 @@ def _split_names(names: str | Sequence[str]) -> list[str]:
 
 
 def nearest_names_hint(name: str, names: Sequence[str]) -> str:
-    """Return the part of an error message that suggests the nearest_names_hint names; empty if none is near."""
+    """Return the part of an error message that suggests the nearest names; empty if none is near."""
     close = get_close_matches(name[:100], names, n=2)  # longer names resemble none, and comparing them takes long
     return f" (did you mean {' or '.join(close)}?)" if close else ""

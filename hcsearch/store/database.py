@@ -41,8 +41,8 @@ LOCK_TIMEOUT = 60.0
 class Database:
     """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
 
-    identity : of the file, if its replacement is to be detected. made : whether opening created it. held : the
-    connection of a snapshot.
+    identity : of the file, if its replacement is to be detected. was_created : whether opening created it.
+    snapshot_connection : the connection of a snapshot.
     """
 
     engine: Engine
@@ -50,24 +50,24 @@ class Database:
     readonly: bool
     path: Path | None = None
     identity: FileIdentity | None = None
-    made: bool = False
-    held: Connection | None = None
+    was_created: bool = False
+    snapshot_connection: Connection | None = None
 
     @contextmanager
     def snapshot(self) -> Iterator[Database]:
         """Yield a snapshot of the database, which is read in one transaction."""
         with self.reading() as connection:
             if self.path is None:
-                yield replace(self, held=connection.execution_options(isolation_level="REPEATABLE READ"))
+                yield replace(self, snapshot_connection=connection.execution_options(isolation_level="REPEATABLE READ"))
                 return
             with sqlite.read_transaction(connection) if self.readonly else nullcontext():
-                yield replace(self, held=connection)
+                yield replace(self, snapshot_connection=connection)
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """Yield a connection for reading; ChangedError if the file changed without a lock."""
-        if self.held is not None:
-            yield self.held
+        if self.snapshot_connection is not None:
+            yield self.snapshot_connection
             return
         with self._in_place(), explaining_failures(self.location, self.path), self.engine.connect() as connection:
             try:
@@ -134,10 +134,17 @@ class Database:
     def __enter__(self) -> Database:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
         self.close()
         # A refused database is left without traces.
-        if self.made and isinstance(error, HcsearchError) and self.path and file_identity(self.path) == self.identity:
+        if (
+            self.was_created
+            and isinstance(error, HcsearchError)
+            and self.path
+            and file_identity(self.path) == self.identity
+        ):
             sqlite.remove_empty_database(self.path)
 
 
@@ -150,18 +157,20 @@ def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_T
     Errors: DatabaseError for a database that does not exist, is damaged, locked, newer than this program, or not
     writable, and for the file of another program. In these cases nothing changes on disk.
     """
-    place = parse_location(location)
-    if place.url is not None:
-        return _open_server(place, create=create, readonly=False, timeout=timeout)
-    assert place.path is not None
+    parsed = parse_location(location)
+    if parsed.url is not None:
+        return _open_server(parsed, create=create, readonly=False, timeout=timeout)
+    assert parsed.path is not None
     sqlite.check_sqlite_version()
-    with explaining_failures(place.text, place.path):
-        made = not is_filled(place)
-        _prepare_file(place, create=create, timeout=timeout)
-        identity = file_identity(place.path)
-        engine = sqlite.writing_engine(place.path, timeout)
+    with explaining_failures(parsed.text, parsed.path):
+        was_created = not is_filled(parsed)
+        _prepare_file(parsed, create=create, timeout=timeout)
+        identity = file_identity(parsed.path)
+        engine = sqlite.writing_engine(parsed.path, timeout)
         engine.connect().close()
-    database = Database(engine, place.text, readonly=False, path=place.path, identity=identity, made=made)
+    database = Database(
+        engine, parsed.text, readonly=False, path=parsed.path, identity=identity, was_created=was_created
+    )
     try:
         database.check_place()
     except DatabaseError:
@@ -175,109 +184,110 @@ def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Dat
 
     location, timeout : as in `open_database`, with the same errors. An older database is refused, not upgraded.
     """
-    place = parse_location(location)
-    if place.url is not None:
-        return _open_server(place, create=False, readonly=True, timeout=timeout)
-    assert place.path is not None
+    parsed = parse_location(location)
+    if parsed.url is not None:
+        return _open_server(parsed, create=False, readonly=True, timeout=timeout)
+    assert parsed.path is not None
     sqlite.check_sqlite_version()
-    with explaining_failures(place.text, place.path):
-        if not is_filled(place):
-            raise _missing(place)
-        check_revision(place.text, _revision(place, timeout) or "", upgradable=False)
-        engine = sqlite.reading_engine(place.path, timeout)
+    with explaining_failures(parsed.text, parsed.path):
+        if not is_filled(parsed):
+            raise _missing(parsed)
+        check_revision(parsed.text, _revision(parsed, timeout) or "", upgradable=False)
+        engine = sqlite.reading_engine(parsed.path, timeout)
         engine.connect().close()
-    return Database(engine, place.text, readonly=True, path=place.path)
+    return Database(engine, parsed.text, readonly=True, path=parsed.path)
 
 
-def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
+def _prepare_file(location: Location, *, create: bool, timeout: float) -> None:
     """Create or upgrade a file if needed, and check the result on disk."""
     for _ in range(3):
-        filled = is_filled(place)
+        filled = is_filled(location)
         if not filled and not create:
-            raise _missing(place)
-        revision = _revision(place, timeout) if filled else None
+            raise _missing(location)
+        revision = _revision(location, timeout) if filled else None
         if revision is None and not create:
-            raise _missing(place)
+            raise _missing(location)
         if revision is not None:
-            check_revision(place.text, revision, upgradable=True)
-        check_writable(place)
+            check_revision(location.text, revision, upgradable=True)
+        check_writable(location)
         if revision == SCHEMA_REVISION:
             return
-        _upgrade_file(place, timeout)
+        _upgrade_file(location, timeout)
     raise DatabaseError(
-        f"database {place.text} vanishes while it is made: find the program that removes it, or name another file"
+        f"database {location.text} vanishes while it is made: find the program that removes it, or name another file"
     )
 
 
-def _revision(place: Location, timeout: float) -> str | None:
+def _revision(location: Location, timeout: float) -> str | None:
     """Return the schema revision of a file with content; None for an SQLite database without tables."""
-    assert place.path is not None
-    first_look = sqlite.read_header(place.path, timeout)
+    assert location.path is not None
+    first_look = sqlite.read_header(location.path, timeout)
     if first_look.version is not None:
         return first_look.version
-    if not first_look.empty:
-        raise foreign_database_error(place.text)
+    if not first_look.has_no_tables:
+        raise foreign_database_error(location.text)
     return None
 
 
-def _upgrade_file(place: Location, timeout: float) -> None:
-    assert place.path is not None
-    existed = place.path.exists()
-    engine = sqlite.upgrading_engine(place.path, timeout)
+def _upgrade_file(location: Location, timeout: float) -> None:
+    assert location.path is not None
+    existed = location.path.exists()
+    engine = sqlite.upgrading_engine(location.path, timeout)
     try:
         with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
-            upgrade_schema(connection, place.text)
+            upgrade_schema(connection, location.text)
     except BaseException:
         engine.dispose()
-        if not existed and place.path.exists() and place.path.stat().st_size == 0:
-            place.path.unlink()
+        if not existed and location.path.exists() and location.path.stat().st_size == 0:
+            location.path.unlink()
         raise
     engine.dispose()
 
 
-def _missing(place: Location) -> NoDatabaseError:
+def _missing(location: Location) -> NoDatabaseError:
     return NoDatabaseError(
-        f"there is no hcsearch database at {place.text}: make one with `hcsearch enumerate`, or name another with --db"
+        f"there is no hcsearch database at {location.text}: make one with `hcsearch enumerate`, or name another with "
+        "--db"
     )
 
 
-def _open_server(place: Location, *, create: bool, readonly: bool, timeout: float) -> Database:
-    assert place.url is not None
+def _open_server(location: Location, *, create: bool, readonly: bool, timeout: float) -> Database:
+    assert location.url is not None
     try:
-        engine = postgresql.server_engine(place.url, timeout, readonly=readonly)
+        engine = postgresql.server_engine(location.url, timeout, readonly=readonly)
     except ImportError as error:
         remedy = "install it with pip install 'hcsearch[postgresql]'"
-        raise DatabaseError(f"database {place.text} needs the Python module psycopg: {remedy}") from error
+        raise DatabaseError(f"database {location.text} needs the Python module psycopg: {remedy}") from error
     try:
-        with explaining_failures(place.text):
-            _try_server(engine, place)
-            _prepare_server(engine, place, create=create, readonly=readonly)
+        with explaining_failures(location.text):
+            _try_server(engine, location)
+            _prepare_server(engine, location, create=create, readonly=readonly)
     except BaseException:
         engine.dispose()
         raise
-    return Database(engine, place.text, readonly=readonly)
+    return Database(engine, location.text, readonly=readonly)
 
 
-def _try_server(engine: Engine, place: Location) -> None:
+def _try_server(engine: Engine, location: Location) -> None:
     try:
         engine.connect().close()
     except (ProgrammingError, UnicodeError) as error:
         detail = detail_of(error.orig if isinstance(error, ProgrammingError) else error)
         raise DatabaseError(
-            f"the URL {place.text} has an option that cannot be used ({detail}): {LOCATION_EXAMPLES}"
+            f"the URL {location.text} has an option that cannot be used ({detail}): {LOCATION_EXAMPLES}"
         ) from error
 
 
-def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
+def _prepare_server(engine: Engine, location: Location, *, create: bool, readonly: bool) -> None:
     """Create or upgrade the schema of a server if needed; a current one takes no lock and waits for no writer."""
     with engine.connect() as connection:
         revision = current_revision(connection)
         if revision is None:
-            refuse_foreign_database(connection, place.text)
+            refuse_foreign_database(connection, location.text)
     if revision is None and not create:
-        raise _missing(place)
+        raise _missing(location)
     if revision is not None:
-        check_revision(place.text, revision, upgradable=not readonly)
+        check_revision(location.text, revision, upgradable=not readonly)
     if revision != SCHEMA_REVISION:
         with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
-            upgrade_schema(connection, place.text)
+            upgrade_schema(connection, location.text)

@@ -49,9 +49,11 @@ def _insert_tuples(connection: Connection, statement: str, columns: Sequence[Seq
     values = list(chain.from_iterable(zip(*columns, strict=True)))
     row = f"({', '.join('?' * width)})"
     changed = 0
-    for size, first, last in ((_ROWS, 0, n_rows - n_rows % _ROWS), (1, n_rows - n_rows % _ROWS, n_rows)):
+    for size, start_row, end_row in ((_ROWS, 0, n_rows - n_rows % _ROWS), (1, n_rows - n_rows % _ROWS, n_rows)):
         step = size * width
-        parameters = [tuple(values[at : at + step]) for at in range(first * width, last * width, step)]
+        parameters = [
+            tuple(values[offset : offset + step]) for offset in range(start_row * width, end_row * width, step)
+        ]
         if parameters:
             text = statement.replace(row, ", ".join([row] * size))
             changed += connection.exec_driver_sql(text, parameters, execution_options=_COUNTED).rowcount
@@ -70,8 +72,8 @@ def _meeting(
 
 def _last_of_each(keys: Sequence[str], columns: ColumnValues) -> ColumnValues:
     """Keep the last row of each key: PostgreSQL cannot update a row twice in one statement."""
-    last = {key: row for row, key in enumerate(zip(*(columns[name] for name in keys), strict=True))}
-    return {name: [values[row] for row in last.values()] for name, values in columns.items()}
+    last_row = {key: row for row, key in enumerate(zip(*(columns[name] for name in keys), strict=True))}
+    return {name: [values[row] for row in last_row.values()] for name, values in columns.items()}
 
 
 ColumnLists = dict[str, list[Any]]
@@ -86,11 +88,11 @@ def insert_designs(connection: Connection, location: str, designs: DesignBatch) 
     """
     if not len(designs):
         return
-    first = next_id(connection, location, design.c.id, len(designs))
-    ids = list(range(first, first + len(designs)))
+    first_new_id = next_id(connection, location, design.c.id, len(designs))
+    ids = list(range(first_new_id, first_new_id + len(designs)))
     columns = _design_columns(designs)
     if insert_rows(connection, design, {"id": ids, **columns}) < len(designs):
-        ids = _meet(connection, designs, columns, first)
+        ids = _meet(connection, designs, columns, first_new_id)
     if designs.folding_row is not None and len(designs.folding_row):
         rows = _folding_columns(designs, ids)
         insert_rows(connection, folding, rows, _stage_columns(rows))
@@ -146,32 +148,36 @@ def _stage_columns(columns: ColumnLists) -> list[str]:
     return [name for name in columns if name not in ("design_id", "crease", "opposite")]
 
 
-def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first: int) -> list[int]:
+def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first_new_id: int) -> list[int]:
     """Update the designs with ids below `first`, which were stored before; return the ids of the whole batch."""
     id_of = ids_of_circuits(connection, designs.circuit)
     ids = [id_of[circuit] for circuit in designs.circuit]
     names = [name for name in columns if name not in ("grid", "n", "circuit")]
     changes = [
-        {"key": key, **{name: columns[name][row] for name in names}} for row, key in enumerate(ids) if key < first
+        {"key": key, **{name: columns[name][row] for name in names}}
+        for row, key in enumerate(ids)
+        if key < first_new_id
     ]
     if changes:
         # The remaining keys of the rows are the columns to set.
         connection.execute(update(design).where(design.c.id == bindparam("key")), changes)
-        _drop_refuted(connection, designs, ids, first)
+        _drop_refuted(connection, designs, ids, first_new_id)
     return ids
 
 
-def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first: int) -> None:
+def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first_new_id: int) -> None:
     """Delete foldings of stored designs that a newer version of the stage no longer lists."""
     if designs.n_foldings is None or designs.folding_row is None or designs.folding_crease is None:
         return
     if int(designs.n_foldings.sum()) != len(designs.folding_row):
         return  # a search for untwisted foldings only refutes none
     rows = _folding_columns(designs, ids)
-    kept = set(zip(rows["design_id"], rows["crease"], strict=True))
+    listed = set(zip(rows["design_id"], rows["crease"], strict=True))
     key, crease = folding.c.design_id, folding.c.crease
-    stored = select_rows_in(connection, select(key, crease), key, [known for known in ids if known < first])
-    refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in kept]
+    stored = select_rows_in(
+        connection, select(key, crease), key, [design_id for design_id in ids if design_id < first_new_id]
+    )
+    refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in listed]
     if refuted:
         connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
 

@@ -32,13 +32,13 @@ _LARGEST_ANGLE = 2.0 * math.pi
 class StoredVerdict:
     """The verdict on a folding in a scene.
 
-    path : joining of flat pairs in the proved path; None without one. deployed : the variant of the scene in which
-    springs open the folding; None without one.
+    path_flat_pairs : joining of flat pairs in the proved path; None without one.
+    deployed_variant : variant of the scene in which springs open the folding; None without one.
     """
 
     status: Status
-    path: Way | None
-    deployed: SceneVariant | None
+    path_flat_pairs: Way | None
+    deployed_variant: SceneVariant | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,14 +76,16 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT_SC
 @retry_if_changed
 def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT_SCENE_NAME) -> StoredVerdict | None:
     """Return the verdict on a folding of a design in a scene; None before any stage has judged it there."""
-    same = [
-        and_(other.c.design_id == verdict.c.design_id, other.c.crease == verdict.c.crease)
-        for other in (motion, deployment)
+    same_folding = [
+        and_(table.c.design_id == verdict.c.design_id, table.c.crease == verdict.c.crease)
+        for table in (motion, deployment)
     ]
     statement = (
         sql_select(verdict.c.status, motion.c.flat_pairs, deployment.c.scene, deployment.c.pairs, deployment.c.springs)
-        .outerjoin(motion, and_(same[0], motion.c.scene == verdict.c.scene))
-        .outerjoin(deployment, and_(same[1], deployment.c.base == verdict.c.scene, deployment.c.status == "deploys"))
+        .outerjoin(motion, and_(same_folding[0], motion.c.scene == verdict.c.scene))
+        .outerjoin(
+            deployment, and_(same_folding[1], deployment.c.base == verdict.c.scene, deployment.c.status == "deploys")
+        )
         .where(verdict.c.design_id == number, verdict.c.crease == crease, verdict.c.scene == scene)
         .order_by(deployment.c.scene)
     )
@@ -120,8 +122,8 @@ def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], sc
     rows: list[Row[Any]] = []
     with database.reading() as connection:
         for part in parts_of_ids(ids):
-            wanted = motion.c.design_id.in_(part), motion.c.scene == scene, motion.c.path.is_not(None)
-            rows += connection.execute(columns.where(*wanted).order_by(motion.c.design_id, motion.c.crease))
+            conditions = motion.c.design_id.in_(part), motion.c.scene == scene, motion.c.path.is_not(None)
+            rows += connection.execute(columns.where(*conditions).order_by(motion.c.design_id, motion.c.crease))
     return rows
 
 

@@ -112,7 +112,7 @@ def _file(path: str) -> Location:
     if "\0" in path:
         raise DatabaseError(f"{_shown(path)!r} names no database that lasts: {LOCATION_EXAMPLES}")
     try:
-        length = max(len(os.fsencode(place)) for place in _places(path))
+        length = max(len(os.fsencode(spelling)) for spelling in _places(path))
     except UnicodeEncodeError as error:
         raise DatabaseError(f"{_shown(path)} is no path that this system can have: {LOCATION_EXAMPLES}") from error
     if length > MAX_LOCATION_BYTES:
@@ -167,9 +167,9 @@ def check_writable(location: Location) -> None:
         shown = _shown(str(folder))
         raise DatabaseError(f"database {location.text} cannot be made, there is no folder {shown}: make it first")
     # SQLite keeps its journal beside the file.
-    for place in (folder, path) if path.exists() else (folder,):
-        if not os.access(place, os.W_OK):
-            remedy = f"allow writing to {_shown(str(place))}, or name another file"
+    for target in (folder, path) if path.exists() else (folder,):
+        if not os.access(target, os.W_OK):
+            remedy = f"allow writing to {_shown(str(target))}, or name another file"
             raise DatabaseError(f"database {location.text} cannot be written: {remedy}")
     if not locks_files(folder):
         raise DatabaseError(f"database {location.text} {NO_LOCKS_MESSAGE}")

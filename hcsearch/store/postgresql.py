@@ -36,11 +36,11 @@ def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
     engine = create_engine(url, connect_args=options, max_overflow=-1)
 
     def begin(connection: Connection) -> None:
-        first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}; {_SETTINGS}"
+        statements = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}; {_SETTINGS}"
         if connection.get_execution_options().get("hcsearch_begin") == "IMMEDIATE":
             # As in SQLite, one transaction writes at a time, so that two neither deadlock nor assign the same id.
-            first += f"; SELECT pg_advisory_xact_lock({APPLICATION_ID})"
-        connection.exec_driver_sql(first)
+            statements += f"; SELECT pg_advisory_xact_lock({APPLICATION_ID})"
+        connection.exec_driver_sql(statements)
 
     event.listen(engine, "begin", begin)
     return engine.execution_options(postgresql_readonly=True) if readonly else engine

@@ -105,7 +105,7 @@ def stream_sql(
         check_scene(database, scene)
         sql = sql_in_scene(sql, scene)
     with database.reading() as connection:
-        with raising_query_errors(own=bool(kinds)):
+        with raising_query_errors(trusted=bool(kinds)):
             # The text goes to the driver unchanged, without parameters, so `:` and `%` have no meaning. On a server it
             # becomes the query of a cursor, which can only be one SELECT: COPY could write files there.
             cursor = connection.exec_driver_sql(sql, execution_options={**_CURSOR, "no_parameters": True})
@@ -113,8 +113,10 @@ def stream_sql(
                 raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
             names = tuple(cursor.keys())
         with closing(cursor):
-            known = tuple(kinds) or (None,) * len(names)
-            yield Rows(names, known, _checked(database, names, known, chunks_of(cursor, own=bool(kinds))))
+            column_kinds = tuple(kinds) or (None,) * len(names)
+            yield Rows(
+                names, column_kinds, _checked(database, names, column_kinds, chunks_of(cursor, trusted=bool(kinds)))
+            )
 
 
 @retry_if_changed
@@ -152,18 +154,20 @@ def check_scene(database: Database, scene: str, view: str = "designs") -> None:
     """Raise SceneError for a scene that was never run on a database; `default` is allowed if none was run."""
     if scene == DEFAULT_SCENE_NAME and view not in SCENIC:
         return
-    known = scene_names(database)
-    if scene in known or (scene == DEFAULT_SCENE_NAME and not known):
+    stored_names = scene_names(database)
+    if scene in stored_names or (scene == DEFAULT_SCENE_NAME and not stored_names):
         return
-    names = ", ".join(map(shlex.quote, known)) or "none yet"
+    names = ", ".join(map(shlex.quote, stored_names)) or "none yet"
     base, _, size = scene.rpartition(", ")
-    exists = scene in SCENES or (is_panel(size) and (base or DEFAULT_SCENE_NAME) in (*SCENES, *known))
-    named = "" if scene == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(scene)}" if exists else " --scene FILE.toml"
-    remedy = f"{'' if exists else 'for a scene of your own '}run `hcsearch enumerate{named}`"
-    others = "name one of these with --scene, or " if known else ""
+    exists = scene in SCENES or (is_panel(size) and (base or DEFAULT_SCENE_NAME) in (*SCENES, *stored_names))
+    scene_option = (
+        "" if scene == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(scene)}" if exists else " --scene FILE.toml"
+    )
+    remedy = f"{'' if exists else 'for a scene of your own '}run `hcsearch enumerate{scene_option}`"
+    alternative = "name one of these with --scene, or " if stored_names else ""
     raise SceneError(
         f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; "
-        f"{others}{remedy} with the grid and --n or --array first"
+        f"{alternative}{remedy} with the grid and --n or --array first"
     )
 
 
@@ -173,11 +177,11 @@ def grids_in(database: Database, query: str = "") -> list[str]:
 
     If the database has no design on any of them, all grids that the conditions allow.
     """
-    named = named_grids(query)
+    allowed_grids = named_grids(query)
     with database.reading() as connection:
-        first = {grid: sql_select(design.c.id).where(design.c.grid == grid).limit(1) for grid in named}
-        stored = [grid for grid, statement in first.items() if connection.execute(statement).first() is not None]
-    return stored or named
+        probes = {grid: sql_select(design.c.id).where(design.c.grid == grid).limit(1) for grid in allowed_grids}
+        stored = [grid for grid, statement in probes.items() if connection.execute(statement).first() is not None]
+    return stored or allowed_grids
 
 
 def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
@@ -194,8 +198,8 @@ def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: st
 def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any]]:
     """Return the ORDER BY terms of a sort specification, made unique by the key columns."""
     terms = [(source.c[name], descending) for name, descending in sort_terms(view, sort)]
-    wanted: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
-    return wanted + [source.c[name] for name in VIEW_KEYS[view]]
+    order: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
+    return order + [source.c[name] for name in VIEW_KEYS[view]]
 
 
 @retry_if_changed
@@ -215,20 +219,20 @@ def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) 
 def find_circuit(database: Database, text: str) -> tuple[int, str]:
     """Return id and circuit of the design with an id or a circuit notation; QueryError if there is none."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
-    wanted = design.c.id == int(text[:20]) if by_id else design.c.circuit.in_(_spellings(text))
+    condition = design.c.id == int(text[:20]) if by_id else design.c.circuit.in_(_spellings(text))
     if by_id and int(text[:20]) >= 2**63:
         raise _unknown(database, text)
     with database.reading() as connection:
-        found = connection.execute(sql_select(design.c.id, design.c.circuit, design.c.n).where(wanted)).first()
-    if found is None:
+        row = connection.execute(sql_select(design.c.id, design.c.circuit, design.c.n).where(condition)).first()
+    if row is None:
         raise _unknown(database, text)
-    check_values(database.location, ("id", "circuit", "n"), ("integer", "text", "integer"), [found])
-    if len(found.circuit.rpartition(":")[2]) > found.n:
+    check_values(database.location, ("id", "circuit", "n"), ("integer", "text", "integer"), [row])
+    if len(row.circuit.rpartition(":")[2]) > row.n:
         raise DatabaseError(
-            f"database {database.location} is damaged, the circuit of design {found.id} has more than its {found.n} "
+            f"database {database.location} is damaged, the circuit of design {row.id} has more than its {row.n} "
             "panels: restore a copy, or enumerate anew"
         )
-    return found.id, found.circuit
+    return row.id, row.circuit
 
 
 def _for_people(result: Result) -> list[dict[str, Any]]:
@@ -284,19 +288,19 @@ def select_page(
     check_scene(database, scene, view)
     source, identity = view_table(view, scene), VIEW_KEYS[view]
     key = [source.c[name] for name in identity]
-    found = sql_select(*key).where(parse_query(query, view, scene)).order_by(*order_of(source, view, sort))
+    matching = sql_select(*key).where(parse_query(query, view, scene)).order_by(*order_of(source, view, sort))
     names = tuple(quantity.name for quantity in quantities)
     kinds = [find_quantity(view, name).kind for name in identity] + [quantity.kind for quantity in quantities]
     with _limited(database, seconds) as connection:
         with raising_query_errors():
-            keys = [tuple(row) for row in connection.execute(found.offset(min(skip, 2**62)).limit(count))]
+            keys = [tuple(row) for row in connection.execute(matching.offset(min(skip, 2**62)).limit(count))]
         if not keys:
             return Result(names, ())
-        wanted = or_(*(and_(*(own == value for own, value in zip(key, row, strict=True))) for row in keys))
-        statement = sql_select(*key, *(source.c[name] for name in names)).where(wanted)
+        on_page = or_(*(and_(*(column == value for column, value in zip(key, row, strict=True))) for row in keys))
+        statement = sql_select(*key, *(source.c[name] for name in names)).where(on_page)
         rows = checked_rows(connection, database.location, statement, kinds)
-    at = {row[: len(key)]: row[len(key) :] for row in rows}
-    return Result(names, tuple(at[row] for row in keys if row in at))
+    values_of = {row[: len(key)]: row[len(key) :] for row in rows}
+    return Result(names, tuple(values_of[row] for row in keys if row in values_of))
 
 
 @retry_if_changed
@@ -311,8 +315,8 @@ def count_rows(
 ) -> int:
     """Return the number of rows of a view that satisfy a query, counted up to `most`."""
     source = view_table(view, scene)
-    one: ColumnElement[int] = literal_column("1")
-    rows = sql_select(one).select_from(source).where(parse_query(query, view, scene)).limit(most)
+    constant: ColumnElement[int] = literal_column("1")
+    rows = sql_select(constant).select_from(source).where(parse_query(query, view, scene)).limit(most)
     with _limited(database, seconds) as connection, raising_query_errors():
         return int(connection.execute(sql_select(func.count()).select_from(rows.subquery())).scalar_one())
 

@@ -75,14 +75,14 @@ def _csv(rows: Rows) -> Iterator[str]:
 def _json(rows: Rows) -> Iterator[str]:
     """Yield a JSON array with one object per line, for JSON readers and line tools alike."""
     check_names(rows, "json")
-    before = "["
+    separator = "["
     for chunk in rows.chunks:
         lines = [
             json.dumps(dict(zip(rows.columns, map(plain_value, row), strict=True)), ensure_ascii=False) for row in chunk
         ]
-        yield before + ",\n ".join(lines)
-        before = ",\n "
-    yield "[]\n" if before == "[" else "]\n"
+        yield separator + ",\n ".join(lines)
+        separator = ",\n "
+    yield "[]\n" if separator == "[" else "]\n"
 
 
 def check_names(rows: Rows, style: str) -> None:
@@ -104,7 +104,7 @@ def _tabulate(rows: Rows, style: str) -> Iterator[str]:
     from tabulate import tabulate  # noqa: PLC0415 - only these two formats need it
 
     result = rows.gathered()
-    numeric = [all(_is_number(row[at]) for row in result.rows) for at in range(len(result.columns))]
+    numeric = [all(_is_number(row[column]) for row in result.rows) for column in range(len(result.columns))]
     # Cells are text here: tabulate would read 0123 as a number, and a column with NULLs as floats.
     text = tabulate(
         [[_cell(value, style) for value in row] for row in result.rows],

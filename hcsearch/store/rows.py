@@ -68,14 +68,14 @@ class Rows:
 
 def parts_of_ids(ids: Sequence[int]) -> Iterator[list[int]]:
     """Split design ids into parts, one for each statement."""
-    for first in range(0, len(ids), IDS_PER_STATEMENT):
-        yield list(ids[first : first + IDS_PER_STATEMENT])
+    for start in range(0, len(ids), IDS_PER_STATEMENT):
+        yield list(ids[start : start + IDS_PER_STATEMENT])
 
 
-def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[ResultRow]]:
+def chunks_of(cursor: CursorResult[Any], *, trusted: bool = True) -> Iterator[Sequence[ResultRow]]:
     """Fetch the rows of a cursor in chunks, with the errors of `raising_query_errors`."""
     while True:
-        with raising_query_errors(own=own):
+        with raising_query_errors(trusted=trusted):
             fetched = cursor.fetchmany(FETCH_CHUNK_ROWS)
         if not fetched:
             return
@@ -88,8 +88,8 @@ def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequen
 def checked_rows(
     connection: Connection, location: str, statement: Select[Any], kinds: Sequence[ColumnKind | None]
 ) -> list[ResultRow]:
-    """Return the rows of a SELECT of this program; errors as of `raising_query_errors` and `check_values`."""
-    with raising_query_errors():
+    """Run a SELECT of this program and return its rows, with the errors of `raising_query_errors` and
+    `check_values`.""" with raising_query_errors():
         cursor = connection.execute(statement)
     names = tuple(cursor.keys())
     rows = [row for chunk in chunks_of(cursor) for row in chunk]
@@ -117,14 +117,14 @@ def next_id(connection: Connection, location: str, column: Column[int], count: i
 
     Ids come from no sequence, which would lose numbers in failed transactions.
     """
-    last = connection.execute(select(func.max(column))).scalar() or 0
-    check_values(location, [column.name], ["integer"], [(last,)])
-    if last + count >= 2**63:
+    largest = connection.execute(select(func.max(column))).scalar() or 0
+    check_values(location, [column.name], ["integer"], [(largest,)])
+    if largest + count >= 2**63:
         raise DatabaseError(
             f"database {location} is damaged, column {column.name} of {column.table.name} holds the largest number: "
             "restore a copy, or mend it with `sqlite3 FILE`"
         )
-    return last + 1
+    return largest + 1
 
 
 def _are(kind: ColumnKind, values: Sequence[Any]) -> bool:
@@ -146,10 +146,10 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def raising_query_errors(*, own: bool = True) -> Iterator[None]:
+def raising_query_errors(*, trusted: bool = True) -> Iterator[None]:
     """Turn errors of a statement into QueryError; errors of the database itself, damaged or locked, pass.
 
-    own : whether it is a statement of this program. One of a user may convert bytes to text, or overflow a sum.
+    trusted : whether it is a statement of this program. One of a user may convert bytes to text, or overflow a sum.
     """
     try:
         yield
@@ -160,7 +160,7 @@ def raising_query_errors(*, own: bool = True) -> Iterator[None]:
         detail = (str(cause) or type(cause).__name__).splitlines()[0]
         if is_refusal(cause):
             raise QueryError(f"the database is read-only here, run nothing but SELECT ({detail})") from error
-        if is_of_database(cause) and (own or not is_of_values(cause)):
+        if is_of_database(cause) and (trusted or not is_of_values(cause)):
             raise
         views = ", ".join(view_names())
         raise QueryError(f"the SQL cannot be run ({detail}): write one SELECT; the views are {views}") from error

@@ -79,10 +79,10 @@ def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, i
 
     versions : current version of each stage; the results of a batch are in this order.
     """
-    wanted = select(batch).where(_of(work), batch.c.stage.in_(versions))
+    statement = select(batch).where(_of(work), batch.c.stage.in_(versions))
     by_prefix: dict[str, dict[str, StageResult]] = {}
     with database.reading() as connection:
-        for row in connection.execute(wanted):
+        for row in connection.execute(statement):
             if row.version == versions[row.stage]:
                 check_values(database.location, row._fields, [_KINDS.get(name) for name in row._fields], [row])
                 result = StageResult(row.stage, row.version, row.passed, row.n_fixed, row.seconds)
@@ -168,19 +168,19 @@ _UNIT_KEY = ("circuit", "crease", "alpha", "shape", "merged", "placements")
 
 def save_scores(database: Database, scores: Mapping[int, float | None], scene: str = DEFAULT_SCENE_NAME) -> None:
     """Set the scores of designs in a scene by id, None for no score, in one transaction; other scores stay."""
-    known = {design: value for design, value in scores.items() if value is not None}
-    none = [{"key": design} for design, value in scores.items() if value is None]
+    present = {design: value for design, value in scores.items() if value is not None}
+    removed = [{"key": design} for design, value in scores.items() if value is None]
     with database.writing() as connection:
-        if known:
+        if present:
             columns: dict[str, list[Any]] = {
-                "scene": [scene] * len(known),
-                "design_id": list(known),
-                "score": list(known.values()),
+                "scene": [scene] * len(present),
+                "design_id": list(present),
+                "score": list(present.values()),
             }
             insert_rows(connection, score, columns, ("score",))
-        if none:
+        if removed:
             gone = delete(score).where(score.c.scene == scene, score.c.design_id == bindparam("key"))
-            connection.execute(gone, none)
+            connection.execute(gone, removed)
 
 
 @retry_if_changed
@@ -212,12 +212,12 @@ def record_units(database: Database, units: Sequence[Mapping[str, Any]]) -> int:
     names = [column.name for column in unit.columns if column.name not in ("id", "key")]
     keys = [" ".join(str(row[name]) for name in _UNIT_KEY) for row in units]
     with database.writing() as connection:
-        known = set(connection.execute(select(unit.c.key).where(unit.c.key.in_(keys))).scalars())
+        stored_keys = set(connection.execute(select(unit.c.key).where(unit.c.key.in_(keys))).scalars())
         # a key that occurs twice in one call is one unit
-        fresh = {key: row for key, row in zip(keys, units, strict=True) if key not in known}
+        fresh = {key: row for key, row in zip(keys, units, strict=True) if key not in stored_keys}
         if not fresh:
             return 0
         columns: dict[str, list[Any]] = {name: [row[name] for row in fresh.values()] for name in names}
-        first = next_id(connection, database.location, unit.c.id, len(fresh))
-        ids = list(range(first, first + len(fresh)))
+        first_id = next_id(connection, database.location, unit.c.id, len(fresh))
+        ids = list(range(first_id, first_id + len(fresh)))
         return insert_rows(connection, unit, {"id": ids, "key": list(fresh), **columns})

@@ -29,10 +29,10 @@ PROGRESS_HANDLER_STEPS = 100_000  # instructions of SQLite's virtual machine
 
 @dataclass(frozen=True)
 class FileInspection:
-    """The result of inspecting a file: `version` of the schema, None for a foreign file; `empty` without any tables."""
+    """The result of inspecting a file: schema version, None for a foreign file; whether it has no tables."""
 
     version: str | None
-    empty: bool
+    has_no_tables: bool
 
 
 def check_sqlite_version() -> None:
@@ -64,7 +64,7 @@ _TRIES = 5
 
 
 def file_stamp_of(path: Path) -> FileStamp:
-    """Return the stamp of a file on which this process holds no lock, since closing a file releases all locks."""
+    """Return the current stamp of a file on which this process holds no lock, as closing a file releases all locks."""
     with path.open("rb") as file:
         counter = file.read(28)[24:]
     return *_status(path), counter, _has_content(path, "-wal")
@@ -100,18 +100,18 @@ def opened_stamp(connection: Connection) -> FileStamp | None:
 def read_header(path: Path, timeout: float) -> FileInspection:
     """Inspect a file; nothing changes on disk unless the file is in use."""
     for _ in range(_TRIES):
-        before = _status(path)
+        status = _status(path)
         try:
-            seen = _looked(path, timeout)
+            result = _looked(path, timeout)
         except sqlite3.DatabaseError:
-            if _status(path) == before:
+            if _status(path) == status:
                 raise
             continue  # reads of a changing file may be inconsistent
-        if _status(path) == before:
+        if _status(path) == status:
             break
     else:
         return _look(path, "ro", timeout)  # a writer is active, so the locks of SQLite are needed
-    return seen
+    return result
 
 
 def _looked(path: Path, timeout: float) -> FileInspection:
@@ -125,7 +125,7 @@ def _looked(path: Path, timeout: float) -> FileInspection:
             return _look(path, "ro&immutable=1", timeout)
         if not _has_our_number(path):
             # A file of this program has its id before any log. Reading the log of another program leaves a -shm.
-            return FileInspection(None, empty=False)
+            return FileInspection(None, has_no_tables=False)
     try:
         return _look(path, "ro", timeout)
     except sqlite3.OperationalError as error:

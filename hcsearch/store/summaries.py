@@ -53,19 +53,19 @@ def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -
     """Return counts of the designs that a query selects, by status in a scene."""
     check_scene(database, scene)
     designs = view_table("designs", scene)
-    wanted = parse_query(query, "designs", scene)
+    condition = parse_query(query, "designs", scene)
     grid, n, foldings, twist = (designs.c[name] for name in ("grid", "n", "n_foldings", "min_twist"))
-    of_each = sql_select(foldings, twist, func.count().label("designs")).where(wanted).group_by(foldings, twist)
-    counts = _counts(designs.c).where(wanted)
+    of_each = sql_select(foldings, twist, func.count().label("designs")).where(condition).group_by(foldings, twist)
+    counts = _counts(designs.c).where(condition)
     kinds: list[ColumnKind] = [*("integer",) * 8, "text"]
-    ids = sql_select(designs.c.id).where(wanted)
+    ids = sql_select(designs.c.id).where(condition)
     with database.reading() as connection:
         rows = partial(checked_rows, connection, database.location)
         (row,) = rows(counts, kinds)
-        named: dict[str, Any] = dict(zip(counts.selected_columns.keys(), row, strict=True))
+        fields: dict[str, Any] = dict(zip(counts.selected_columns.keys(), row, strict=True))
         return Summary(
-            **named,
-            sizes=tuple(rows(sql_select(grid, n).distinct().where(wanted).order_by(grid, n), ("text", "integer"))),
+            **fields,
+            sizes=tuple(rows(sql_select(grid, n).distinct().where(condition).order_by(grid, n), ("text", "integer"))),
             census=tuple(rows(of_each, ("integer",) * 3)),
             planned=_has_rows(connection, "motions", scene, ids),
             tried=_has_rows(connection, "deployments", scene, ids),

@@ -79,18 +79,18 @@ def record_settled(
     """
     with database.writing() as connection:
         ids = _ids(connection, database, verdicts.circuit)
-        before = _statuses(connection, ids, work.scene)
+        earlier = _statuses(connection, ids, work.scene)
         designs = [ids[row] for row in verdicts.folding_row.tolist()]
         for design_id, crease in zip(designs, verdicts.folding_crease.tolist(), strict=True):
-            own = deployment.c.design_id == design_id, deployment.c.crease == crease
-            connection.execute(delete(deployment).where(deployment.c.base == work.scene, *own))
+            of_folding = deployment.c.design_id == design_id, deployment.c.crease == crease
+            connection.execute(delete(deployment).where(deployment.c.base == work.scene, *of_folding))
         _insert_foldings(connection, work.scene, designs, verdicts)
-        chosen = _chosen_foldings(connection, ids, work.scene)
+        best = _chosen_foldings(connection, ids, work.scene)
         columns: VerdictColumns = {"scene": [work.scene] * len(ids), "design_id": ids}
-        columns |= {"best_crease": [chosen[k][0] for k in ids], "status": [chosen[k][1] for k in ids]}
+        columns |= {"best_crease": [best[k][0] for k in ids], "status": [best[k][1] for k in ids]}
         insert_rows(connection, outcome, columns, ("best_crease", "status"))
-        after = _statuses(connection, ids, work.scene)
-        added = tuple(_added(result, before, after, single=bool(work.target)) for result in results)
+        later = _statuses(connection, ids, work.scene)
+        added = tuple(_added(result, earlier, later, single=bool(work.target)) for result in results)
         insert_results(connection, run_id, work, key, added)
     return added
 
@@ -100,16 +100,18 @@ def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> 
 
     The order is that of `stages.statuses.best_foldings`: status, needed margin, degrees of freedom, crease.
     """
-    own = verdict.join(folding, and_(folding.c.design_id == verdict.c.design_id, folding.c.crease == verdict.c.crease))
+    joined = verdict.join(
+        folding, and_(folding.c.design_id == verdict.c.design_id, folding.c.crease == verdict.c.crease)
+    )
     columns = verdict.c.design_id, verdict.c.crease, verdict.c.status, verdict.c.needed_margin, folding.c.dof
-    statement = select(*columns).select_from(own).where(verdict.c.scene == scene)
+    statement = select(*columns).select_from(joined).where(verdict.c.scene == scene)
     best: dict[int, tuple[int, str]] = {}
-    least: dict[int, tuple[float, ...]] = {}
+    best_rank: dict[int, tuple[float, ...]] = {}
     for part in parts_of_ids(ids):
         for number, crease, status, margin, dof in connection.execute(statement.where(verdict.c.design_id.in_(part))):
-            place = (STATUSES.index(status), *(math.inf if v is None else float(v) for v in (margin, dof)), crease)
-            if number not in best or place < least[number]:
-                best[number], least[number] = (crease, status), place
+            rank = (STATUSES.index(status), *(math.inf if v is None else float(v) for v in (margin, dof)), crease)
+            if number not in best or rank < best_rank[number]:
+                best[number], best_rank[number] = (crease, status), rank
     return best
 
 
@@ -119,15 +121,17 @@ _PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",)}
 
 def _added(
     result: StageResult,
-    before: dict[int, tuple[str, int, int]],
-    after: dict[int, tuple[str, int, int]],
+    earlier: dict[int, tuple[str, int, int]],
+    later: dict[int, tuple[str, int, int]],
     *,
     single: bool,
 ) -> StageResult:
     """Return counts of the designs that pass a stage only after a change; single : count circuits of one array."""
     passing = _PASSING[result.stage]
-    new = [own for k, own in after.items() if own[0] in passing and before[k][0] not in passing]
-    return replace(result, passed=len(new), n_fixed=sum(orbit if single else fixed for _, fixed, orbit in new))
+    now_passing = [now for k, now in later.items() if now[0] in passing and earlier[k][0] not in passing]
+    return replace(
+        result, passed=len(now_passing), n_fixed=sum(orbit if single else fixed for _, fixed, orbit in now_passing)
+    )
 
 
 def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int, tuple[str, int, int]]:
@@ -147,33 +151,33 @@ def undecided(database: Database, work: WorkKey, budget: int | None = None) -> l
     budget : only foldings searched with a smaller budget. Efforts count as 0 if a path was met, so that the search is
     repeated and meets it again.
     """
-    made = func.coalesce(motion.c.efforts, 0)
-    efforts = case((motion.c.states > 0, 0), else_=made)
+    recorded_efforts = func.coalesce(motion.c.efforts, 0)
+    efforts = case((motion.c.states > 0, 0), else_=recorded_efforts)
     joined = verdict.join(design, design.c.id == verdict.c.design_id).outerjoin(
         motion,
         and_(*(motion.c[name] == verdict.c[name] for name in ("design_id", "crease", "scene"))),
     )
-    wanted = [design.c.grid == work.grid, design.c.n == work.n, verdict.c.scene == work.scene]
-    wanted.append(verdict.c.status == "undecided")
+    conditions = [design.c.grid == work.grid, design.c.n == work.n, verdict.c.scene == work.scene]
+    conditions.append(verdict.c.status == "undecided")
     if budget is not None:
-        wanted.append(made < budget)
+        conditions.append(recorded_efforts < budget)
     if work.target:
-        wanted.append(design.c.array == work.target)
+        conditions.append(design.c.array == work.target)
     statement = select(design.c.id, design.c.circuit, verdict.c.crease, efforts).select_from(joined)
     with database.reading() as connection:
-        rows = connection.execute(statement.where(*wanted).order_by(design.c.id, verdict.c.crease))
+        rows = connection.execute(statement.where(*conditions).order_by(design.c.id, verdict.c.crease))
         return [Undecided(*row) for row in rows]
 
 
 def _ids(connection: Connection, database: Database, circuits: Sequence[str]) -> list[int]:
     """Return the ids of stored designs; DatabaseError if one is missing."""
-    known = ids_of_circuits(connection, circuits)
-    if len(known) < len(circuits):
+    id_of = ids_of_circuits(connection, circuits)
+    if len(id_of) < len(circuits):
         raise DatabaseError(
-            f"database {database.location} is damaged, it lacks {len(circuits) - len(known)} designs that were "
+            f"database {database.location} is damaged, it lacks {len(circuits) - len(id_of)} designs that were "
             "stored: restore a copy, or begin with another database"
         )
-    return [known[circuit] for circuit in circuits]
+    return [id_of[circuit] for circuit in circuits]
 
 
 def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
@@ -182,9 +186,9 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
     columns |= {"best_crease": verdicts.best_crease, "status": verdicts.status}
     insert_rows(connection, outcome, columns, ("best_crease", "status"))
     for start in range(0, len(ids), INSERT_CHUNK_ROWS):
-        some = ids[start : start + INSERT_CHUNK_ROWS]
-        connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
-        connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
+        part = ids[start : start + INSERT_CHUNK_ROWS]
+        connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(part)))
+        connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(part)))
     _insert_foldings(connection, name, [ids[row] for row in verdicts.folding_row.tolist()], verdicts)
 
 
@@ -204,8 +208,8 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
         "needed_margin": [millimetres(margin) for margin in margins.tolist()],
         "least_gap": [millimetres(gap) for gap in gaps.tolist()],
     }
-    own = ("status", "min_clearance", "deploy_time", "needed_margin", "least_gap")
-    insert_rows(connection, verdict, rows, own)
+    judged_columns = ("status", "min_clearance", "deploy_time", "needed_margin", "least_gap")
+    insert_rows(connection, verdict, rows, judged_columns)
     if deployments is not None and deployments.trials:
         trials = _trial_columns(deployments, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
@@ -214,21 +218,21 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
 
 def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: MotionBatch) -> None:
     """Store the motions of the foldings that were planned."""
-    kept = [i for i, reason in enumerate(motions.reason) if reason is not None]
-    if not kept:
+    planned = [i for i, reason in enumerate(motions.reason) if reason is not None]
+    if not planned:
         return
-    columns: VerdictColumns = {name: [values[i] for i in kept] for name, values in foldings.items()}
+    columns: VerdictColumns = {name: [values[i] for i in planned] for name, values in foldings.items()}
     columns |= {
-        "flat_pairs": [motions.flat_pairs[i] for i in kept],
-        "needed_margin": [millimetres(float(motions.margin[i])) for i in kept],
-        "least_gap": [millimetres(float(motions.gap[i])) for i in kept],
-        "slack": [_number(1e3 * float(motions.slack[i])) for i in kept],
-        "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
-        "reason": [motions.reason[i] for i in kept],
-        "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in kept],
-        **_evidence_columns([motions.evidence[i] if motions.evidence else None for i in kept]),
+        "flat_pairs": [motions.flat_pairs[i] for i in planned],
+        "needed_margin": [millimetres(float(motions.margin[i])) for i in planned],
+        "least_gap": [millimetres(float(motions.gap[i])) for i in planned],
+        "slack": [_number(1e3 * float(motions.slack[i])) for i in planned],
+        "states": [0 if (path := motions.paths[i]) is None else len(path) for i in planned],
+        "reason": [motions.reason[i] for i in planned],
+        "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in planned],
+        **_evidence_columns([motions.evidence[i] if motions.evidence else None for i in planned]),
         "path": [
-            None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
+            None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in planned
         ],
     }
     insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
@@ -236,15 +240,15 @@ def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: M
 
 def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
     """Return the columns of `motion` on efforts, locks and margins of a search; lengths in millimetres."""
-    locks = [None if own is None else own.lock for own in evidence]
+    locks = [None if record is None else record.lock for record in evidence]
     return {
-        "efforts": [None if own is None else own.efforts for own in evidence],
+        "efforts": [None if record is None else record.efforts for record in evidence],
         "lock_pairs": [None if lock is None else lock.way for lock in locks],
         "lock_end": [None if lock is None else lock.end for lock in locks],
         "lock_cubes": [None if lock is None else lock.cubes for lock in locks],
         "lock_faces": [None if lock is None else lock.faces for lock in locks],
-        "critical_margin": [None if own is None else millimetres(own.critical) for own in evidence],
-        "unmet_margin": [None if own is None else millimetres(own.unmet) for own in evidence],
+        "critical_margin": [None if record is None else millimetres(record.critical) for record in evidence],
+        "unmet_margin": [None if record is None else millimetres(record.unmet) for record in evidence],
         "lock_margin": [None if lock is None else millimetres(lock.margin) for lock in locks],
     }
 

@@ -145,8 +145,8 @@ def sql_in_scene(sql: str, scene: str) -> str:
     views = ",\n".join(f"{view} AS ({select_view_in(view, scene)})" for view in SCENIC if asks_for(sql, view))
     if not views:
         return sql
-    rest = sql[match.end() :]
-    return f"WITH {views}\n{sql}" if match["with"] is None else f"WITH {match['recursive'] or ''} {views},\n{rest}"
+    body = sql[match.end() :]
+    return f"WITH {views}\n{sql}" if match["with"] is None else f"WITH {match['recursive'] or ''} {views},\n{body}"
 
 
 def asks_for(sql: str, *views: str) -> bool:
@@ -155,5 +155,5 @@ def asks_for(sql: str, *views: str) -> bool:
 
 
 def sql_literal(text: str) -> str:
-    """Return a text as an SQL string sql_literal."""
+    """Return a text as an SQL string literal."""
     return "'" + text.replace("'", "''") + "'"

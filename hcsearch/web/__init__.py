@@ -1,1 +1,1 @@
-"""What is shown: pages of designs, the player of motions, and the server."""
+"""Web pages: reports on designs, the player of motions, and the server."""

@@ -94,7 +94,7 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
     data = page_of(path, number, name)
     first, *_ = data.foldings
     assert (data.best, first.folding.crease, first.status) == (crease, crease, "movable")
-    assert first.why == (
+    assert first.reason == (
         "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable; "
         "leave 0.02 mm between faces: certified clear with panels 0.01 mm smaller on every face, and hinges where they "
         "are"
@@ -132,7 +132,7 @@ def test_hostile_text_stays_text(computed):
     hostile = "</script><script>alert(1)</script>"
     (shown,) = computed.foldings
     motion = replace(shown.motions[0], source=hostile, payload={**shown.motions[0].payload, "title": hostile})
-    shown = replace(shown, why=hostile, status=hostile, motions=[motion])
+    shown = replace(shown, reason=hostile, status=hostile, motions=[motion])
     data = replace(computed, title=hostile, notation=hostile, meta=[(hostile, hostile)], foldings=[shown])
     text = render_design(data)
     assert Page(text).count("script") == 3

@@ -40,7 +40,9 @@ def mounted(tab, place: str) -> bool:
 def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_path):
     (number,) = [design["id"] for design in hex_ten.designs if design["circuit"] == FOLDING.circuit.notation]
     payload = payload_of(replay_of("hex:0234550132:4"))
-    data = replace(hex_ten, best={number: 4}, players={(number, 4): payload}, scene="solar", where=" --db x.db")
+    data = replace(
+        hex_ten, best={number: 4}, players={(number, 4): payload}, scene="solar", database_option=" --db x.db"
+    )
     path = show(tab, render_report(data), tmp_path)
     tab.value(
         f"document.getElementById('find').value = '#{number}';"

@@ -56,7 +56,11 @@ def test_the_logarithmic_scale_has_ticks_at_powers_of_ten(low):
 def test_texts_are_escaped_and_marks_are_where_they_happen():
     hostile = "<script>&\"'"
     svg = draw_plot(
-        [PlotCurve(hostile, [0, 10], [0, 1])], hostile, hostile, hostile, marks=[PlotMark(5, hostile, bad=True)]
+        [PlotCurve(hostile, [0, 10], [0, 1])],
+        hostile,
+        hostile,
+        hostile,
+        marks=[PlotMark(5, hostile, is_collision=True)],
     )
     root = ET.fromstring(svg)
     assert not [child for child in root.iter() if child.tag == "script"]

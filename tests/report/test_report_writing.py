@@ -147,12 +147,12 @@ def test_numbers_of_a_scene_without_results_are_not_known(scenes):
 
 
 def test_commands_name_the_scene_and_the_file_that_holds_it(database, database_file, monkeypatch):
-    where = fetch_report_data(database, "grid=hex n=8", limit=1).where
+    where = fetch_report_data(database, "grid=hex n=8", limit=1).database_option
     assert where == f" --db {database_file}"
     assert scene_option_text("solar, hinged", where) == f" --scene 'solar, hinged' --db {database_file}"
     assert scene_option_text("default", where) == ""
     monkeypatch.setenv("HCSEARCH_DB", str(database_file))
-    assert fetch_report_data(database, "grid=hex n=8", limit=1).where == ""
+    assert fetch_report_data(database, "grid=hex n=8", limit=1).database_option == ""
 
 
 def test_values_of_a_query_are_data(database):

@@ -92,7 +92,7 @@ def answer(address, path="/here"):
 
 @pytest.mark.parametrize("begin", [b"", HEAD, b"POST / HTTP/1.1\r\nContent-Length: 900\r\n\r\n"])
 def test_new_connections_find_room_among_more_than_may_be(begin):
-    with serving(connections=20, request=60) as address, connected(address, TOO_MANY) as slow:
+    with serving(max_connections=20, request_seconds=60) as address, connected(address, TOO_MANY) as slow:
         for connection in slow:
             with suppress(OSError):  # those that had to make room by then
                 connection.sendall(begin)
@@ -102,7 +102,7 @@ def test_new_connections_find_room_among_more_than_may_be(begin):
 
 
 def test_who_waits_the_longest_goes_first():
-    with serving(connections=3) as address, connected(address, 3) as (first, second, third):
+    with serving(max_connections=3) as address, connected(address, 3) as (first, second, third):
         first.sendall(HEAD + b"\r\n")
         assert first.recv(1000)  # answered, and then idle for less time than the second
         with connected(address, 1) as (last,):
@@ -114,7 +114,7 @@ def test_a_request_has_its_time_from_its_first_byte_to_its_last():
     def drip(connection):
         connection.sendall(b"a")
 
-    with serving(request=1.0) as address, connected(address, 3) as (idle, *slow):
+    with serving(request_seconds=1.0) as address, connected(address, 3) as (idle, *slow):
         for connection in slow:
             connection.sendall(HEAD + b"X-Slow: ")
         assert until_closed(slow, drip) < 10
@@ -125,7 +125,7 @@ def test_a_request_has_its_time_from_its_first_byte_to_its_last():
 
 
 def test_others_are_answered_beside_bytes_that_drip_and_answers_that_nobody_takes():
-    with serving(connections=30, request=60, pace_seconds=60) as address, connected(address, 20) as slow:
+    with serving(max_connections=30, request_seconds=60, pace_seconds=60) as address, connected(address, 20) as slow:
         for connection in slow[:3]:
             connection.sendall(b"GET /large HTTP/1.0\r\n\r\n")
         for connection in slow[3:]:
@@ -141,14 +141,14 @@ def test_dripped_bodies_have_the_time_of_a_request():
     def drip(connection):
         connection.sendall(b"a")
 
-    with serving(request=1.0) as address, connected(address, 3) as slow:
+    with serving(request_seconds=1.0) as address, connected(address, 3) as slow:
         for connection in slow:
             connection.sendall(b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 900\r\n\r\n")
         assert until_closed(slow, drip) < 10
 
 
 def test_an_answer_that_is_not_taken_is_ended():
-    with serving(pace=100_000_000, pace_seconds=0.5) as address, connected(address, 1) as (slow,):
+    with serving(min_bytes_per_pace=100_000_000, pace_seconds=0.5) as address, connected(address, 1) as (slow,):
         slow.sendall(b"GET /large HTTP/1.0\r\n\r\n")
         time.sleep(2.5)
         slow.settimeout(10)
@@ -160,7 +160,7 @@ def test_an_answer_that_is_not_taken_is_ended():
 
 
 def test_an_answer_that_is_taken_slowly_enough_is_whole():
-    with serving(pace=1000, pace_seconds=0.5) as address, connected(address, 1) as (slow,):
+    with serving(min_bytes_per_pace=1000, pace_seconds=0.5) as address, connected(address, 1) as (slow,):
         slow.sendall(b"GET /large HTTP/1.0\r\n\r\n")
         received = b""
         while piece := slow.recv(1 << 20):

@@ -240,7 +240,7 @@ def test_no_cache_keeps_what_was_refused(asking):
                 assert asking(address.format(k, k)).status in (400, 404), address
 
     ask([100])  # what is made once
-    kept = asking.application._counts._kept, asking.application.computing._kept
+    kept = asking.application._counts._cache, asking.application.computing._cache
     before = caches(), [len(one._values) for one in kept], view_table.cache_info().currsize
     assert before[0]
     ask(range(101, 111))

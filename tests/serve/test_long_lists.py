@@ -12,7 +12,7 @@ pytestmark = pytest.mark.extra
 def lists():
     from hcsearch.web.serve.listing import LongLists
 
-    return LongLists(most=1, waiting=1, short=0.1, seconds=5.0)
+    return LongLists(max_long_lists=1, waiting=1, short=0.1, seconds=5.0)
 
 
 def slow(seconds):
@@ -52,7 +52,7 @@ def test_a_turn_is_given_back_after_any_error(lists):
 def test_who_waits_in_vain_is_refused_and_leaves_the_others_their_turns():
     from hcsearch.web.serve.listing import LongLists
 
-    lists = LongLists(most=1, waiting=1, short=0.01, seconds=0.1)
+    lists = LongLists(max_long_lists=1, waiting=1, short=0.01, seconds=0.1)
     assert lists._turns.acquire()
     with pytest.raises(BusyError, match="try again in a few seconds"):
         lists(slow)
@@ -97,9 +97,9 @@ def test_a_long_list_without_room_is_answered_with_when_to_ask_again(asking, mon
     expected = asking(address)
     monkeypatch.setattr(listing, "list_page_of", taking_long(listing.list_page_of))
     monkeypatch.setattr("hcsearch.web.serve.application.text_of_few_rows", taking_long(downloads.text_of_few_rows))
-    monkeypatch.setattr(asking.application, "_long_lists", LongLists(most=0, waiting=0))
+    monkeypatch.setattr(asking.application, "_long_lists", LongLists(max_long_lists=0, waiting=0))
     answer = asking(address)
     assert (answer.status, int(answer.headers["Retry-After"])) == (503, 5)
     assert "this list takes long, and so do others right now" in answer.text
-    monkeypatch.setattr(asking.application, "_long_lists", LongLists(most=1, waiting=0))
+    monkeypatch.setattr(asking.application, "_long_lists", LongLists(max_long_lists=1, waiting=0))
     assert [asking(address).body for _ in range(2)] == [expected.body] * 2

@@ -179,7 +179,7 @@ class _Contest:
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
         climbed = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.plates)
+            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.walk_tables)
             for walk in walks
         ]
         self.regions += [

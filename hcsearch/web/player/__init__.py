@@ -1,4 +1,4 @@
-"""The folding player: a motion as plain data, and a page that shows it in three dimensions."""
+"""The folding player: motions as plain data, and pages that show them in three dimensions."""
 
 from hcsearch.web.player.player_data import Payload, payload_of, replay_in
 from hcsearch.web.player.player_page import motion_json, notebook_html, player_html, player_script

@@ -1,4 +1,4 @@
-"""Replays as plain data of few bytes: what the player reads from a page.
+"""Replays as compact plain data, which the player reads from a page.
 
 | key | value | unit |
 |---|---|---|
@@ -13,22 +13,22 @@
 | `creases` | facets i < j that a crease joins, and its hinge, -1 where it is rigid; other shared edges are slits | |
 | `hinges` | x, y of start and of end, 1 for the top face or 0, 1 where it closes or 0, both panels | `unit` |
 | `order` | panels in the order in which they are placed | |
-| `parents`, `via`, `signs` | of each panel: the one it hangs on, the hinge between, its sense; -1, -1, 0 for a root | |
+| `parents`, `via`, `signs` | of each panel: its parent, the hinge between, its sense; -1, -1, 0 for a root | |
 | `labels` | names of `panels` and of `hinges` | |
 | `axis` | `time`, in s, or `path`, in shares of its length | |
 | `at` | place of each key state on the axis, rising | s or 1 |
 | `scale` | one step of `angles` | rad |
-| `angles` | fold angles, a key state after the other: base64 of little-endian int16 | `scale` |
+| `angles` | fold angles, one key state after another: base64 of little-endian int16 | `scale` |
 | `certified` | intervals of `at` in which panels are certified clear with `margin` of play | s or 1 |
 | `margin` | play on every face | mm |
 | `collision` | place of the first collision, and its two panels; null without | s or 1 |
-| `error` | what interpolation between key states, with rounding, misses a hinge by at most | rad |
-| `nearest` | two panels at each key state: the deepest overlap, else the least gap but 0; -1, -1 without | |
-| `gaps` | of these pairs, below 0 where they overlap | `unit` / 10 |
+| `error` | greatest error of fold angles by interpolation between key states and rounding | rad |
+| `nearest` | panel pair at each key state: deepest overlap, else smallest nonzero gap; -1, -1 without | |
+| `gaps` | gaps of these pairs, below 0 where they overlap | `unit` / 10 |
 | `touching` | number of pairs of panels that touch at each key state | |
 
-Panels are placed as `Linkage.poses` does it: a panel's pose is that of the panel it hangs on times the turn about the
-hinge, by its sign times the fold angle; the line points from start to end for a hinge on the bottom face, else back.
+Poses follow `Linkage.poses`: the pose of a panel is that of its parent times the rotation about the hinge between, by
+sign times fold angle; the axis points from start to end for a hinge on the bottom face, from end to start otherwise.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ Payload = dict[str, Any]
 
 PAYLOAD_VERSION = 1
 LENGTH_STEP_MM = 0.01
-"""Step of lengths, mm, for panels of `MIN_STEP_PANEL_MM` and more."""
+"""Step of lengths, mm, for panels of size `MIN_STEP_PANEL_MM` and more."""
 MIN_STEP_PANEL_MM = 10.0
-"""Size of panels (mm) below which lengths have finer steps."""
+"""Size of panels, mm, below which lengths have finer steps."""
 ANGLE_STEP = 1e-4
-"""Step of fold angles, rad, but for those beyond what an int16 holds of it."""
+"""Step of fold angles, rad; larger if an angle would exceed the range of int16."""
 
 
 def payload_of(replay: Replay) -> Payload:
-    """A replay as plain data for JSON; the module's table names its keys."""
+    """Return a replay as plain data for JSON, with the keys in the module's table."""
     linkage, pattern = replay.linkage, replay.linkage.pattern
     unit = _unit(1e3 * pattern.size)
     step = 1e-3 * unit
@@ -104,7 +104,7 @@ def payload_of(replay: Replay) -> Payload:
 
 
 def replay_in(payload: Payload) -> Replay:
-    """The replay that plain data stand for, with lengths and angles as they were rounded."""
+    """Return the replay from its plain data, with rounded lengths and angles."""
     if payload.get("version") != PAYLOAD_VERSION:
         raise HcsearchError(f"a motion of version {payload.get('version')!r} cannot be read: write it anew")
     step = 1e-3 * payload["unit"]
@@ -134,14 +134,14 @@ def replay_in(payload: Payload) -> Replay:
 
 
 def angles_in(payload: Payload) -> Reals:
-    """Fold angles of the key states, shape (k, n_hinges), rad."""
+    """Return the fold angles of the key states, shape (k, n_hinges), rad."""
     steps = np.frombuffer(base64.b64decode(payload["angles"]), "<i2")
     angles: Reals = payload["scale"] * steps.reshape(len(payload["at"]), len(payload["hinges"])).astype(float)
     return angles
 
 
 def _unit(size: float) -> float:
-    """The step of lengths for panels of a size, mm: a power of ten."""
+    """Return the step of lengths for panels of a size, mm: a power of ten."""
     return (
         LENGTH_STEP_MM
         if size >= MIN_STEP_PANEL_MM
@@ -150,7 +150,11 @@ def _unit(size: float) -> float:
 
 
 def _places(at: Reals) -> list[float]:
-    """Places in as few digits as keep them a ten-thousandth of a step apart."""
-    least = float(np.diff(at).min(initial=math.inf))
-    digits = max(4, 4 - math.floor(math.log10(least))) if math.isfinite(least) and least > 0.0 else 15
+    """Round places to the fewest digits with an error below a ten-thousandth of the smallest step."""
+    smallest_step = float(np.diff(at).min(initial=math.inf))
+    digits = (
+        max(4, 4 - math.floor(math.log10(smallest_step)))
+        if math.isfinite(smallest_step) and smallest_step > 0.0
+        else 15
+    )
     return [round(float(place), digits) for place in at]

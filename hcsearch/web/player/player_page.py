@@ -1,4 +1,4 @@
-"""Pages on which a motion plays: one file that asks for nothing, and a frame for notebooks."""
+"""Pages that play a motion: a self-contained file, and a frame for notebooks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hcsearch.web.player.player_data import payload_of
 
 
 def as_script(value: object) -> str:
-    """JSON that may stand in a script element: no `<`, `>` or `&`, so that nothing in it ends the element."""
+    """Return JSON for a script element, with `<`, `>` and `&` escaped so that no text ends the element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     for mark in "<>&":
         text = text.replace(mark, f"\\u{ord(mark):04x}")
@@ -23,7 +23,7 @@ def as_script(value: object) -> str:
 
 
 def digest_of(text: str) -> str:
-    """The hash by which a policy of a page admits a script or a style."""
+    """Return the base64 SHA-256 by which a content security policy admits a script or a style."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
@@ -41,7 +41,7 @@ PAGE_COLOURS = """
   }
 }
 """
-"""Of a page, light and dark; the player takes them over."""
+"""Style sheet with the colours of pages, light and dark; the player inherits them."""
 
 _STYLE = (
     PAGE_COLOURS
@@ -84,7 +84,7 @@ hcsearchPlayer.mount(
 
 
 def player_html(replay: Replay) -> str:
-    """A page that shows a motion, whole in itself: it makes no request, and its policy admits its one script alone."""
+    """Return a self-contained page that plays a motion; it makes no request, its policy admits only its own script."""
     script = player_script() + _START
     return _PAGE.substitute(
         title=escape(replay.title),
@@ -98,7 +98,7 @@ def player_html(replay: Replay) -> str:
 
 
 def notebook_html(replay: Replay) -> str:
-    """The page of a motion in a frame of its own, for notebooks: nothing in it reaches the notebook's page."""
+    """Return the page of a motion in a sandboxed frame for notebooks, isolated from the notebook's page."""
     return (
         f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts" width="100%" height="{NOTEBOOK_FRAME_HEIGHT}" '
         f'frameborder="0" srcdoc="{escape(player_html(replay))}"></iframe>'
@@ -106,11 +106,11 @@ def notebook_html(replay: Replay) -> str:
 
 
 def motion_json(replay: Replay) -> str:
-    """The plain data of a motion as JSON that may stand in a script element."""
+    """Return the plain data of a motion as JSON for a script element."""
     return as_script(payload_of(replay))
 
 
 @cache
 def player_script() -> str:
-    """The player: a script that defines `hcsearchPlayer`, made of `js` by `npm run build`."""
+    """Return the player script, which defines `hcsearchPlayer`; `npm run build` makes it from `js`."""
     return (files("hcsearch.web.player") / "player.js").read_text(encoding="ascii")

@@ -1,1 +1,1 @@
-"""Self-contained HTML pages: of the designs that a query selects, and of one design. The home of Jinja2."""
+"""Self-contained HTML pages on the designs of a query and on single designs. This package uses Jinja2."""

@@ -1,4 +1,4 @@
-"""The data of a report, fetched from the database: counts over all that a query selects, and its first designs."""
+"""The data of a report, read from the database: counts over all designs of a query, and the first designs."""
 
 from __future__ import annotations
 
@@ -36,34 +36,34 @@ FoldingKey = tuple[int, int]
 
 @dataclass(frozen=True)
 class FunnelStage:
-    """One number of the funnel.
+    """A stage of the funnel with its count.
 
-    count : None where the stage has not run.
-    of : the number that this one is a share of; None for a number that stands alone (it has another unit).
+    count : None if the stage has not run.
+    previous_count : count of which this one is a share; None without one, as for a count in another unit.
     """
 
     label: str
     count: int | None
-    of: int | None = None
+    previous_count: int | None = None
 
 
 @dataclass(frozen=True)
 class ReportData:
-    """Everything on the page, in the order it is read.
+    """The content of the page, in reading order.
 
-    meta : what was searched, with what and when, as (name, value).
-    funnel : counts over all the selected designs, also those beyond the limit.
-    census : (foldings, smallest twist, designs) over all the selected designs; None where not known.
-    designs, foldings : rows as the SQL views of those names give them, foldings by the id of their design.
-    best : crease of the folding that gave a design its status, by the id; without one `drawn_crease` chooses.
-    motions : the sentence behind each motion that was planned. tried : rows of `deployments`, best first.
-    players : what the 3D player takes of each folding with a path, or the address where a server has it.
-    total : number of selected designs; `designs` holds the first of them.
-    notes : sentences on what the numbers leave out.
-    size : length and width of a panel on the square grids, None for the usual ones.
+    meta : subject, versions and dates of the search, as (name, value).
+    funnel : counts over all selected designs, including those beyond the limit.
+    census : (foldings, smallest twist, designs) over all selected designs; None where unknown.
+    designs, foldings : rows of the SQL views of these names, foldings by the id of their design.
+    best : by design id, crease of the folding behind the status; without one `drawn_crease` chooses.
+    motions : the sentence on each planned motion. deployments : rows of `deployments`, best first.
+    players : data of the 3D player for each folding with a path, or their address on a server.
+    total : number of selected designs; `designs` contains the first of them.
+    notes : sentences on designs that the counts omit.
+    size : length and width of a panel on the square grids, None for the default ones.
     columns : the quantities of a design, with their meaning.
-    where : the option of commands that names the database, empty for the usual one.
-    pages : address of the page of a design, with `{id}` in it; empty where there is none.
+    database_option : the command option that names the database, empty for the default one.
+    page_address : address of the page of a design, with `{id}` as placeholder; empty without pages.
     """
 
     title: str
@@ -74,30 +74,30 @@ class ReportData:
     foldings: Mapping[int, Sequence[ViewRow]] = field(default_factory=dict)
     best: Mapping[int, int] = field(default_factory=dict)
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
-    tried: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
+    deployments: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
     players: Mapping[FoldingKey, Mapping[str, Any] | str] = field(default_factory=dict)
     total: int = 0
     notes: Sequence[str] = ()
     size: tuple[float, float] | None = None
     columns: Sequence[Quantity] = DESIGN_QUANTITIES
     scene: str = DEFAULT_SCENE_NAME
-    where: str = ""
-    pages: str = ""
+    database_option: str = ""
+    page_address: str = ""
 
 
 MAX_PLAYED_DESIGNS = 2000
-"""Designs of a page whose motions it holds, the first of them: each takes some 5 kB a folding."""
+"""Number of the first designs whose motions a page contains; a motion takes about 5 kB per folding."""
 BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,-deployable,deploy_time"
-"""Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
+"""Default order of the designs, best first, so that a limit cuts off the worst; ties by id."""
 
 
 def fetch_report_data(
     database: Database, query: str, limit: int | None, sort: str = BEST_FIRST_ORDER, scene: str = DEFAULT_SCENE_NAME
 ) -> ReportData:
-    """Read what a report on a query shows; the database must come from `open_readonly`.
+    """Read the data of a report on a query; the database must come from `open_readonly`.
 
-    limit : designs on the page, None for all; counts are of all the selected designs in any case. scene : whose
-    verdicts are shown.
+    limit : designs on the page, None for all; counts always cover all selected designs. scene : whose verdicts are
+    shown.
     """
     selected = select(database, query, sort=sort, limit=limit, scene=scene).records()
     counts = summarize(database, query, scene)
@@ -121,33 +121,35 @@ def fetch_report_data(
         foldings=foldings_of(database, ids, scene),
         best=best_creases(database, ids, scene),
         motions=motions_of(database, ids, scene),
-        tried=deployments_of(database, ids, scene),
+        deployments=deployments_of(database, ids, scene),
         players=_players_of(database, selected, scene),
         total=counts.circuits,
         notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
         size=_size(database, runs, scene),
         scene=scene,
-        where=database_option_text(database),
+        database_option=database_option_text(database),
     )
 
 
 def _elsewhere(database: Database, scene: str) -> list[str]:
-    """Say where results are, when none are of this scene."""
-    others = [name for name in scene_names(database) if name != scene]
-    if not others:
+    """Return notes on scenes with results if this scene has none."""
+    other_scenes = [name for name in scene_names(database) if name != scene]
+    if not other_scenes:
         return []
-    return [f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(others)})."]
+    return [
+        f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(other_scenes)})."
+    ]
 
 
 def _funnel(counts: Summary) -> list[FunnelStage]:
-    """List the numbers of the funnel; None for a stage that ran on none of the designs."""
+    """Return the stages of the funnel; counts are None for a stage that ran on none of the designs."""
     total = counts.circuits
 
     def known(count: int | None) -> int | None:
         return count if total else 0
 
     untwisted, movable, deploys = known(counts.untwisted), known(counts.movable), known(counts.deploys)
-    # Twisted and locked designs are known not to move before any motion was looked for.
+    # Twisted and locked designs are known not to move before any motion is planned.
     if untwisted is None or untwisted > (counts.locked or 0):
         movable = movable if movable or counts.planned else None
         deploys = deploys if deploys or counts.tried else None
@@ -163,7 +165,7 @@ def _funnel(counts: Summary) -> list[FunnelStage]:
 
 
 def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[ViewRow]]:
-    """Rows of `foldings` in a scene, by the id of their design."""
+    """Return the rows of `foldings` in a scene, by the id of their design."""
     by_design: dict[int, list[ViewRow]] = defaultdict(list)
     for row in rows_of_designs(database, "foldings", ids, scene):
         by_design[row["design_id"]].append(row)
@@ -171,14 +173,14 @@ def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int,
 
 
 def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, str]:
-    """The sentence behind each motion that was planned in a scene."""
+    """Return the sentence on each motion planned in a scene, by folding."""
     return {
         (row["design_id"], row["crease"]): row["reason"] for row in rows_of_designs(database, "motions", ids, scene)
     }
 
 
 def deployments_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[ViewRow]]:
-    """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
+    """Return the deployments of each folding for a scene: first in the scene itself, then with other springs."""
     by_folding: dict[FoldingKey, list[ViewRow]] = defaultdict(list)
     for row in rows_of_designs(database, "deployments", ids, scene):
         by_folding[row["design_id"], row["crease"]].append(row)
@@ -196,36 +198,36 @@ def _title(counts: Summary) -> str:
 
 
 def _listed(values: Iterable[object]) -> str:
-    """Write the different values, in the order they come."""
+    """Join the distinct values in order of occurrence."""
     return ", ".join(dict.fromkeys(map(str, values))) or "-"
 
 
 def _notes(runs: Sequence[ViewRow]) -> list[str]:
-    """Say what the numbers do not count: designs that were not kept, searches that were not finished."""
+    """Return notes on designs that the counts omit: those not kept, and unfinished searches."""
     notes = []
-    whole = {(run["grid"], run["n"]) for run in runs if run["keep"] == "all" and run["target"] == ""}
-    partial = [run for run in runs if run["keep"] != "all" and (run["grid"], run["n"]) not in whole]
+    complete = {(run["grid"], run["n"]) for run in runs if run["keep"] == "all" and run["target"] == ""}
+    partial = [run for run in runs if run["keep"] != "all" and (run["grid"], run["n"]) not in complete]
     if partial:
         keeps = _listed(run["keep"] for run in partial)
         notes.append(
             f"Some runs kept only {keeps} designs: the circuits and arrays counted here are those that were kept."
         )
-    last = {(run["grid"], run["n"], run["target"], run["keep"]): run for run in runs}
-    open_runs = [str(run["id"]) for run in last.values() if run["finished"] is None]
+    latest = {(run["grid"], run["n"], run["target"], run["keep"]): run for run in runs}
+    open_runs = [str(run["id"]) for run in latest.values() if run["finished"] is None]
     if open_runs:
         notes.append(f"The search is not finished (run {', '.join(open_runs)}): there may be more designs.")
     return notes
 
 
 def panel_size_in(database: Database, scene: str) -> tuple[float, float] | None:
-    """Length and width of the panels in a scene, where all runs agree on them."""
+    """Return length and width of the panels in a scene; None unless all runs agree on them."""
     return _size(database, select(database, view="runs").records(), scene)
 
 
 def _size(database: Database, runs: Sequence[ViewRow], scene: str) -> tuple[float, float] | None:
-    own = [run for run in runs if _scene_of(database, run) == scene]
-    # where nothing depends on the scene yet, panels are those of any run
-    runs = own or ([] if scene_names(database) else runs)
+    runs_in_scene = [run for run in runs if _scene_of(database, run) == scene]
+    # before any result depends on the scene, panels of all runs count
+    runs = runs_in_scene or ([] if scene_names(database) else runs)
     sizes = {str(run["panel"]) for run in runs if run["panel"]}
     if len(sizes) != 1:
         return None
@@ -234,7 +236,7 @@ def _size(database: Database, runs: Sequence[ViewRow], scene: str) -> tuple[floa
 
 
 def _scene_of(database: Database, run: ViewRow) -> str:
-    """The scene of a run, as its arguments name it."""
+    """Return the scene of a run by its arguments."""
     try:
         arguments = json.loads(str(run["arguments"]))
     except (ValueError, RecursionError):
@@ -248,13 +250,13 @@ def _scene_of(database: Database, run: ViewRow) -> str:
 
 
 def _players_of(database: Database, designs: Sequence[ViewRow], scene: str) -> dict[FoldingKey, Payload]:
-    """What the player takes of the foldings whose path a database holds in a scene, proved or not."""
+    """Return the player data of the foldings with a stored path in a scene, proved or not."""
     circuits: dict[int, Circuit] = {}
     for design in designs:
         if len(circuits) == MAX_PLAYED_DESIGNS:
             break
         if design.get("untwisted"):
-            with suppress(NotationError):  # what cannot be read has no picture either
+            with suppress(NotationError):  # an unreadable path has no picture either
                 circuits[int(str(design["id"]))] = Circuit.from_notation(str(design["circuit"]))
     if not circuits:
         return {}

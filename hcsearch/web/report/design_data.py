@@ -1,4 +1,4 @@
-"""The data of a design's page: what a database holds of it, what is computed anew, and the room it takes."""
+"""The data of a design's page: stored results, recomputed motions, and the required space."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from hcsearch.web.report.templating import database_option_text, scene_option_te
 
 @dataclass(frozen=True)
 class Envelope:
-    """The smallest box that stands upright around all panels, m: longer and shorter side of its base, height."""
+    """The smallest upright box around all panels, m: longer and shorter side of its base, and height."""
 
     length: float
     width: float
@@ -51,18 +51,18 @@ class Envelope:
 
     @property
     def volume(self) -> float:
-        """Of the box, m^3."""
+        """The volume of the box, m^3."""
         return self.length * self.width * self.height
 
     @property
     def text(self) -> str:
-        """Sides in millimetres."""
+        """The sides in millimetres."""
         return " x ".join(f"{1e3 * side:.4g}" for side in (self.length, self.width, self.height)) + " mm"
 
 
 @dataclass(frozen=True)
 class FoldingRoom:
-    """A folding packed and flat; mass in kg, of the panels alone; area of the flat panels in m^2."""
+    """The envelopes of a folding, packed and flat; mass of the panels in kg; area of the flat panels in m^2."""
 
     packed: Envelope
     flat: Envelope
@@ -71,7 +71,7 @@ class FoldingRoom:
 
 
 def folding_room_of(folding: Folding, scene: Scene) -> FoldingRoom:
-    """The room that a folding takes with the panels of a scene, flat pairs rigid."""
+    """Return the space that a folding takes with the panels of a scene and rigid flat pairs."""
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = folding.linkage(panel)
     area = linkage.pattern.area
@@ -80,7 +80,7 @@ def folding_room_of(folding: Folding, scene: Scene) -> FoldingRoom:
 
 
 def envelope_at(linkage: Linkage, angles: Reals) -> Envelope:
-    """The box around a linkage at a state, upright on the base panel's face, its base turned to be smallest."""
+    """Return the box around a linkage at a state, upright on the base panel, with its base of minimal area."""
     points = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2])))
     sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist(), reverse=True)
@@ -91,7 +91,7 @@ def envelope_at(linkage: Linkage, angles: Reals) -> Envelope:
 class ShownMotion:
     """A motion that the page plays and plots; `command` reproduces it.
 
-    shows : the status that it gives its folding: `movable`, `deploys`, or empty for none.
+    shows : the status of the folding that the motion proves: `movable`, `deploys`, or empty for none.
     """
 
     title: str
@@ -104,19 +104,20 @@ class ShownMotion:
 
 @dataclass(frozen=True)
 class ShownFolding:
-    """A folding with everything known of it.
+    """A folding with all results on it.
 
-    row : of the view `foldings`, empty where no database holds it. status : a word, or `twisted`.
-    why : the sentence behind it. tried : rows of `deployments`. locks : sentences on each end, more exact ones after.
+    row : of the view `foldings`, empty if not stored. status : a word, or `twisted`.
+    reason : the reason for the status. deployments : rows of `deployments`. locks : sentences on each end state,
+    followed by more precise ones.
     """
 
     folding: Folding
     row: ViewRow
     twist: int
     status: str
-    why: str
+    reason: str
     room: FoldingRoom
-    tried: Sequence[ViewRow] = ()
+    deployments: Sequence[ViewRow] = ()
     freedoms: Sequence[Freedoms] = ()
     locks: Sequence[Sequence[str]] = ()
     motions: Sequence[ShownMotion] = ()
@@ -124,10 +125,9 @@ class ShownFolding:
 
 @dataclass(frozen=True)
 class DesignData:
-    """Everything on the page; row : of the view `designs`, empty where no database holds it. meta : what it depends on.
+    """The content of the page; row : of the view `designs`, empty if not stored. meta : what the results depend on.
 
-    links : (words, address) of what is around the page. exports : of files of a folding, by its crease, where a server
-    has them.
+    links : (words, address) of neighbouring pages. exports : addresses of files by crease of a folding, on a server.
     """
 
     title: str
@@ -153,10 +153,10 @@ def fetch_design_data(
     number: int,
     scene: str = DEFAULT_SCENE_NAME,
 ) -> DesignData:
-    """Everything known of a design, whose circuit is in canonical order, and of some of its foldings in a scene.
+    """Return the data of a design, with its circuit in canonical order, and of some of its foldings in a scene.
 
-    database : from `open_readonly`, or None, and then motions are planned and simulated anew. number : its id there.
-    db : names the database, for what is looked up by name.
+    database : from `open_readonly`; if None, motions are planned and simulated. number : id of the design in it.
+    db : name of the database, for lookups by name.
     """
     values = SCENES[DEFAULT_SCENE_NAME] if database is None else stored_scene(database, scene)
     panel = panel_of(values, circuit.grid.name)
@@ -185,23 +185,23 @@ def fetch_design_data(
 
 @dataclass(frozen=True)
 class _Known:
-    """What a database holds of a design in a scene; the defaults stand for a design that no database holds.
+    """The stored results on a design in a scene; the defaults stand for a design that is not stored.
 
-    where : the option of commands that names the database.
+    database_option : the command option that names the database.
     """
 
     number: int = 0
     scene: str = DEFAULT_SCENE_NAME
-    where: str = ""
+    database_option: str = ""
     design: ViewRow = field(default_factory=dict)
     rows: Mapping[int, ViewRow] = field(default_factory=dict)
     best: int | None = None
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
-    tried: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
+    deployments: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
     paths: Mapping[int, Replay] | None = None
 
     def path(self, folding: Folding, db: str) -> Replay | None:
-        """The path of a folding: as stored, proved or not; planned where no database holds the design."""
+        """Return the path of a folding: the stored one, proved or not; a planned one if the design is not stored."""
         if self.paths is not None:
             return self.paths.get(folding.crease)
         try:
@@ -220,7 +220,7 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
         motions=motions_of(database, [number], scene),
-        tried=deployments_of(database, [number], scene),
+        deployments=deployments_of(database, [number], scene),
         paths={path.crease: replay for path, replay in stored_replays(database, {number: circuit}, scene)},
     )
 
@@ -228,18 +228,18 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
 def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
     row, turns = stored.rows.get(folding.crease, {}), twist(folding)
     key = (stored.number, folding.crease)
-    tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
-    motions = [] if turns else _motions(folding, stored, row, tried, db)
-    reason = status_reason({**row, "twist": turns}, stored.motions.get(key), tried)
+    deployments, panel = stored.deployments.get(key, ()), panel_of(scene, folding.circuit.grid.name)
+    motions = [] if turns else _motions(folding, stored, row, deployments, db)
+    reason = status_reason({**row, "twist": turns}, stored.motions.get(key), deployments)
     status = "twisted" if turns else str(row.get("status") or "not_judged")
     return ShownFolding(
         folding=folding,
         row=row,
         twist=turns,
         status=_shown(motions) if stored.paths is None and not turns else status,
-        why=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
+        reason=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
         room=folding_room_of(folding, scene),
-        tried=tried,
+        deployments=deployments,
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),
         motions=motions,
@@ -247,20 +247,26 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
 
 
 def _shown(motions: Sequence[ShownMotion]) -> str:
-    """The status of a folding that no database holds: the best that its motions show."""
+    """Return the status of a folding that is not stored: the best one that its motions prove."""
     shown = {motion.shows for motion in motions}
     return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
 
 
-def _motions(folding: Folding, stored: _Known, row: ViewRow, tried: Sequence[ViewRow], db: str) -> list[ShownMotion]:
-    """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
-    motions, best, verdict = [], best_deployment(tried), verdict_of_row(row, tried)
+def _motions(
+    folding: Folding, stored: _Known, row: ViewRow, deployments: Sequence[ViewRow], db: str
+) -> list[ShownMotion]:
+    """Return the path of a folding and the motion of its best deployment, or in `default` if it is not stored."""
+    motions, best, verdict = [], best_deployment(deployments), verdict_of_row(row, deployments)
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
-        own = None if verdict is None or verdict.deployed is None else verdict.deployed.pairs
-        way = way_option_text(verdict.path) if verdict is not None and own not in (None, verdict.path) else ""
-        command = f"hcsearch drive {folding.notation}{scene_option_text(stored.scene, stored.where)}{way}"
+        deployed_pairs = None if verdict is None or verdict.deployed_variant is None else verdict.deployed_variant.pairs
+        option = (
+            way_option_text(verdict.path_flat_pairs)
+            if verdict is not None and deployed_pairs not in (None, verdict.path_flat_pairs)
+            else ""
+        )
+        command = f"hcsearch drive {folding.notation}{scene_option_text(stored.scene, stored.database_option)}{option}"
         shows = "movable" if path.certified else ""
         play = play_sentence(1e3 * path.margin) if path.certified else None
         source = "; ".join(filter(None, (path.source, play)))
@@ -274,14 +280,14 @@ def _motions(folding: Folding, stored: _Known, row: ViewRow, tried: Sequence[Vie
     except HcsearchError:
         return motions
     agreement = confirm_deployment(deployment) if stored.paths is None else None
-    said = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
-    replay = replay_of_deployment(deployment, folding.notation, design=True, reason=said)
+    reason = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
+    replay = replay_of_deployment(deployment, folding.notation, design=True, reason=reason)
     payload = payload_of(replay)
-    command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.where)}"
+    command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.database_option)}"
     needed = None if agreement is None else millimetres(agreement.needed_margin)
     play = play_sentence(needed) if best is None else play_of_row(best)
     source = "; ".join(
-        filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.bad), play))
+        filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.is_collision), play))
     )
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
     plots = plots_of(replay, payload, deployment)

@@ -1,4 +1,4 @@
-"""Pages of a query and of a design: templates filled with data. Nothing in them comes from outside the file."""
+"""Self-contained pages on a query and on a design, written from templates and data."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from hcsearch.web.report.script_data import page_data
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
-"""Quantities that stand elsewhere on the page."""
+"""Quantities that appear elsewhere on the page."""
 
 
 def render_design(data: DesignData) -> str:
-    """Write the HTML page of a design; all text is escaped, and its policy admits its scripts alone."""
+    """Return the HTML page of a design; all text is escaped, and its policy admits only its own scripts."""
     payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
     scripts = [*([player_script()] if payloads else []), joined_script(("copy", "design"))]
     return (
@@ -42,7 +42,7 @@ def render_design(data: DesignData) -> str:
             folding_facts=folding_facts,
             picture=lambda folding: _picture(folding.circuit, data.size, folding.notation, folding.assignment),
             circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
-            # Trusted: what the plots wrote escapes its texts itself.
+            # Trusted: plots escape their texts.
             drawn=Markup,
             swatch=lambda k: Markup(curve_swatch(k)),
             payload=Markup(as_script(payloads)),
@@ -62,11 +62,11 @@ def _picture(
 
 
 def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:
-    """Name, value and note of each number that is known of a folding."""
+    """Return name, value and note of each known quantity of a folding."""
     room, folding = shown.room, shown.folding
     n = folding.circuit.n
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
-    made = [
+    computed = [
         ("stowed", room.packed.text, "the smallest upright box around all panels, packed, flat pairs rigid"),
         ("flat", room.flat.text, "the smallest upright box around all panels, flat"),
         ("box, packed over flat", f"{room.packed.volume / room.flat.volume:.4g}", "volumes of these boxes"),
@@ -82,7 +82,7 @@ def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:
         ("mountain creases", _creases(folding, "mountain"), "hinges on the bottom face"),
         ("flat creases", flats, "with the face of a hinge, if there is one"),
     ]
-    return _facts(FOLDING_QUANTITIES, shown.row) + made
+    return _facts(FOLDING_QUANTITIES, shown.row) + computed
 
 
 def _creases(folding: Folding, kind: str) -> str:
@@ -102,17 +102,17 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
 
 
 CensusTable = tuple[list[str], list[tuple[int | None, list[int]]]]
-"""Names of columns, and rows: a number of foldings, and the designs in each column."""
+"""Column names, and rows of a number of foldings with the count of designs in each column."""
 
 SCRIPT_MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
-"""Files of the script, each after those that it uses."""
+"""Modules of the script, each after those that it uses."""
 
 
 def render_report(data: ReportData) -> str:
-    """Write the HTML page of a report: no external resource, all text escaped.
+    """Return the HTML page of a report, without external resources and with all text escaped.
 
-    The page's own policy admits its scripts by their hashes, so that no text in the data could ever run. One is the
-    player, where the data hold motions.
+    The page's policy admits its scripts by their hashes, so that no text in the data can run. The player is one of
+    them if the data contain motions.
     """
     scripts = [*([player_script()] if data.players else []), joined_script(SCRIPT_MODULES)]
     return (
@@ -124,7 +124,7 @@ def render_report(data: ReportData) -> str:
             only=[
                 quantity for quantity in data.columns if quantity.kind == "boolean" and _has_box(data, quantity.name)
             ],
-            # Trusted: JSON without a mark of HTML in it, and files of this package.
+            # Trusted: JSON with HTML marks escaped, and files of this package.
             payload=Markup(as_script(page_data(data))),
             style=Markup(page_style("style.css")),
             scripts=[Markup(script) for script in scripts],
@@ -134,12 +134,12 @@ def render_report(data: ReportData) -> str:
 
 
 def _has_box(data: ReportData, name: str) -> bool:
-    """Whether a yes/no quantity has a box to tick: the two that are always known, and others that some design has."""
+    """Return whether a yes/no quantity has a check box: the two that are always known, and any that a design has."""
     return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
 
 
 def census_table(data: ReportData) -> CensusTable | None:
-    """Count designs by number of foldings (rows) and smallest twist (columns); None before foldings are known."""
+    """Return a table of designs by number of foldings (rows) and smallest twist (columns); None without foldings."""
     cells = [(foldings, twist, count) for foldings, twist, count in data.census if foldings is not None]
     if not cells:
         return None
@@ -155,14 +155,14 @@ def census_table(data: ReportData) -> CensusTable | None:
 
 
 def _census_column(foldings: int, twist: int | None) -> str:
-    """The column of the census that designs are counted in."""
+    """Return the census column that counts designs with this number of foldings and twist."""
     if twist is not None:
         return f"least twist {twist}"
     return "twist not known" if foldings else "no folding"
 
 
 MAX_PAGE_DESIGNS = 20_000
-"""Designs on a page by default: so many are searched and sorted at once."""
+"""Default limit of designs on a page, which its script can still search and sort quickly."""
 
 
 def write_report(
@@ -178,7 +178,7 @@ def write_report(
     """Write the report on the designs that a query selects, and return its path.
 
     database : from `open_readonly`.
-    limit : designs on the page, None for all; the numbers on the page count all of them in any case.
+    limit : designs on the page, None for all; counts always cover all selected designs.
     scene : whose verdicts are shown.
     QueryError: no design is selected. OutputError: the file cannot be written.
     """
@@ -201,7 +201,7 @@ def write_design(
 ) -> Path:
     """Write the page of a design, and return its path.
 
-    foldings : that are shown. db : names the database, which is asked where it has a number for the design.
+    foldings : the shown foldings. db : name of the database, which is read if the design has a number in it.
     OutputError: the file cannot be written. SceneError: the database has no such scene.
     """
     if number is None:

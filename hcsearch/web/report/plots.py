@@ -1,4 +1,4 @@
-"""Line plots as inline SVG texts: curves, marks, and the plots of one motion."""
+"""Line plots as inline SVG: curves, marks, and the plots of a motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hcsearch.web.player import Payload
 PLOT_WIDTH, PLOT_HEIGHT = 480, 220
 _LEFT, _RIGHT, _TOP, _BOTTOM = 74, 12, 10, 42
 _SURE = 4
-"""How far below the axis intervals are drawn, so that they hide no curve."""
+"""Distance of certified intervals below the axis, so that they hide no curve, pixels."""
 _TICKS = 6
 
 PlottedNumber = float | None
@@ -27,7 +27,7 @@ PlottedNumber = float | None
 
 @dataclass(frozen=True)
 class PlotCurve:
-    """A line of a plot; it is broken where a value is None."""
+    """A curve of a plot, interrupted where a value is None."""
 
     name: str
     x: Sequence[float]
@@ -36,11 +36,11 @@ class PlotCurve:
 
 @dataclass(frozen=True)
 class PlotMark:
-    """A place on the horizontal axis, with what happens there; `bad` for a collision."""
+    """A labelled event on the horizontal axis; `is_collision` for a collision."""
 
-    at: float
+    x: float
     text: str
-    bad: bool = False
+    is_collision: bool = False
 
 
 def draw_plot(
@@ -53,10 +53,10 @@ def draw_plot(
     spans: Sequence[tuple[float, float]] = (),
     linear_to: float | None = None,
 ) -> str:
-    """Draw curves over a common axis; texts have the colour of the page.
+    """Return a drawing of curves over a common axis; texts have the colour of the page.
 
-    spans : intervals that are drawn under the horizontal axis. linear_to : size of values beyond which the vertical
-    scale is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
+    spans : intervals drawn below the horizontal axis. linear_to : absolute value beyond which the vertical scale is
+    logarithmic, on both sides; linear if not given. The curves need at least one number.
     """
     x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, PLOT_WIDTH - _RIGHT, tight=True)
     values = [y for curve in curves for y in curve.y if y is not None]
@@ -68,7 +68,7 @@ def draw_plot(
         body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base + _SURE}H{x_scale.at(end):.1f}"/>')
     body += [_line(curve, curve_look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
     for k, mark in enumerate(marks):
-        x, kind = x_scale.at(mark.at), "bad" if mark.bad else "mark"
+        x, kind = x_scale.at(mark.x), "bad" if mark.is_collision else "mark"
         anchor, beside = ("end", -5) if x > 0.6 * PLOT_WIDTH else ("start", 5)
         body.append(f'<path class="{kind}" d="M{x:.1f} {_TOP}V{base}"/>')
         body.append(
@@ -82,7 +82,7 @@ def draw_plot(
 
 
 def curve_swatch(k: int) -> str:
-    """A piece of curve k, for a legend."""
+    """Return a sample of curve k for a legend."""
     return (
         '<svg class="swatch" viewBox="0 0 40 8" aria-hidden="true">'
         f'<path d="M1 4H39"{_stroke(curve_look(k))} stroke-width="2.5"/></svg>'
@@ -91,7 +91,7 @@ def curve_swatch(k: int) -> str:
 
 @dataclass(frozen=True)
 class _Scale:
-    """From values to places; ticks with their texts."""
+    """A map from values to coordinates, and ticks with their labels."""
 
     low: float
     high: float
@@ -105,44 +105,44 @@ class _Scale:
         return self.begin + share * (self.end - self.begin)
 
     def _moved(self, value: float) -> float:
-        """What is drawn in proportion: the value, or beyond `linear_to` one more for each power of ten."""
+        """Return the value on the drawn scale: linear up to `linear_to`, beyond it one unit per power of ten."""
         if self.linear_to is None:
             return value
-        over = abs(value) / self.linear_to
-        return math.copysign(over if over <= 1.0 else 1.0 + math.log10(over), value)
+        ratio = abs(value) / self.linear_to
+        return math.copysign(ratio if ratio <= 1.0 else 1.0 + math.log10(ratio), value)
 
 
 def _scale(values: Sequence[float], begin: float, end: float, *, tight: bool) -> _Scale:
-    """A scale around some values: just so, or up to the next tick."""
+    """Return a linear scale over some values, tight or extended to the next ticks."""
     low, high = min(values), max(values)
     if high - low < 1e-12 * max(1.0, abs(high)):
         low, high = low - 0.5, high + 0.5
     step = _step((high - low) / _TICKS)
     if not tight:
         low, high = step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    ticks = tuple((step * k, f"{step * k:.6g}") for k in range(first, last + 1))
+    first_tick, last_tick = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    ticks = tuple((step * k, f"{step * k:.6g}") for k in range(first_tick, last_tick + 1))
     return _Scale(low, high, begin, end, ticks)
 
 
 def _log_scale(values: Sequence[float], begin: float, end: float, linear_to: float) -> _Scale:
-    """A scale around 0 and some values, with ticks at 0 and at powers of ten of `linear_to`."""
+    """Return a symmetric logarithmic scale over 0 and some values, with ticks at 0 and +-`linear_to` * 10^k."""
 
     def beyond(size: float) -> list[float]:
         powers = math.ceil(math.log10(max(size / linear_to, 1.0)) - 1e-9) if size > 0.0 else -1
         return [linear_to * 10.0**k for k in range(powers + 1)]
 
-    places = [*(-value for value in beyond(-min(values))), 0.0, *beyond(max(values))]
-    if len(places) == 1:
-        places.append(linear_to)
-    ticks = tuple((value, f"{value:.6g}") for value in sorted(places))
-    return _Scale(min(places), max(places), begin, end, ticks, linear_to)
+    tick_values = [*(-value for value in beyond(-min(values))), 0.0, *beyond(max(values))]
+    if len(tick_values) == 1:
+        tick_values.append(linear_to)
+    ticks = tuple((value, f"{value:.6g}") for value in sorted(tick_values))
+    return _Scale(min(tick_values), max(tick_values), begin, end, ticks, linear_to)
 
 
-def _step(least: float) -> float:
-    """The next of 1, 2, 5, 10, ... times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(power * k for k in (1, 2, 5, 10) if power * k >= least * (1 - 1e-9))
+def _step(minimum: float) -> float:
+    """Return the smallest of 1, 2 or 5 times a power of ten that is not below a value."""
+    power = 10.0 ** math.floor(math.log10(minimum))
+    return next(power * k for k in (1, 2, 5, 10) if power * k >= minimum * (1 - 1e-9))
 
 
 def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
@@ -180,21 +180,21 @@ def _line(curve: PlotCurve, drawn: CurveLook, x_scale: _Scale, y_scale: _Scale) 
 
 
 def _stroke(drawn: CurveLook) -> str:
-    """Attributes of a curve; dashes in pixels, as its line is two of them wide (design.css)."""
+    """Return the SVG attributes of a curve; dashes in pixels, as its line is two pixels wide (design.css)."""
     dashes = " ".join(f"{2.0 * length:g}" for length in drawn.dashes)
     return f' stroke="{drawn.colour}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")
 
 
 _FINE = 0.004
-"""Share of the largest energy that a plotted curve may miss."""
+"""Tolerance of a plotted curve, as a share of the largest energy."""
 _NEAR = 0.01
-"""Gap (mm) beyond which its scale is logarithmic: panels slide along each other, and are far apart packed and flat."""
+"""Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
 _AXES = {"time": "time, s", "path": "share of the path"}
 
 
 @dataclass(frozen=True)
 class DrawnPlot:
-    """A drawn plot; names : of its curves, in the order of their looks, for a legend; empty for one that needs none."""
+    """A drawn plot; names : of its curves in drawing order, for a legend; empty without a legend."""
 
     title: str
     svg: str
@@ -203,24 +203,26 @@ class DrawnPlot:
 
 
 def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[DrawnPlot]:
-    """The plots of a motion, energies where it is a deployment.
+    """Return the plots of a motion, with energies for a deployment.
 
-    payload : of the same replay, which names the nearest panels at each of its states.
+    payload : of the same replay, with the nearest panels at each state.
     """
     marks = marks_of_motion(replay, deployment)
     plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
     if deployment is not None:
         plots.append(_energies(deployment, marks))
-    return [one for one in plots if one is not None]
+    return [drawn for drawn in plots if drawn is not None]
 
 
 def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[PlotMark]:
-    """Where panels collide first, and where a deployment is flat."""
+    """Return marks at the first collision and where a deployment becomes flat."""
     marks = []
     if replay.collision is not None:
-        at, (one, two) = replay.collision
+        place, (first, second) = replay.collision
         names = replay.labels.panels
-        marks.append(PlotMark(at, f"panels {names[one]} and {names[two]} collide at {at:.4g} s", bad=True))
+        marks.append(
+            PlotMark(place, f"panels {names[first]} and {names[second]} collide at {place:.4g} s", is_collision=True)
+        )
     if deployment is not None and deployment.outcome == "flat":
         end = float(replay.at[-1])
         marks.append(PlotMark(end, f"flat, {end:.4g} s"))
@@ -262,13 +264,13 @@ def _energies(deployment: Deployment, marks: Sequence[PlotMark]) -> DrawnPlot | 
     if not kinds:
         return None
     columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
-    kept, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
+    indices, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
     names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
-    curves = [PlotCurve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
+    curves = [PlotCurve(name, times[indices].tolist(), columns[indices, k].tolist()) for k, name in enumerate(names)]
     title = "Energies"
     return DrawnPlot(title, draw_plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
 
 
 def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:
-    """Energies that change, and are numbers: what diverged may have overflowed."""
+    """Return the energies that vary and are finite; a diverged simulation may have overflowed."""
     return {name: values for name, values in kinds.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}

@@ -1,4 +1,4 @@
-"""Why a folding has its status: one sentence of what the stages recorded."""
+"""Reasons for the status of a folding in one sentence, from the records of the stages."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ UNTRIED_SENTENCE = "not proved locked; no path was looked for and no springs wer
 LOCKED_SENTENCE = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
 
 
-def best_deployment(tried: Sequence[ViewRow]) -> ViewRow | None:
-    """The deployment that counts: the first that deploys, else the first."""
-    return next((row for row in tried if row["status"] == "deploys"), tried[0] if tried else None)
+def best_deployment(deployments: Sequence[ViewRow]) -> ViewRow | None:
+    """Return the first deployment that deploys, else the first one."""
+    return next((row for row in deployments if row["status"] == "deploys"), deployments[0] if deployments else None)
 
 
-def status_reason(folding: ViewRow, motion: str | None, tried: Sequence[ViewRow]) -> str:
-    """The sentence behind the status of a folding; empty where no stage has decided anything.
+def status_reason(folding: ViewRow, motion: str | None, deployments: Sequence[ViewRow]) -> str:
+    """Return the reason for the status of a folding; empty if no stage has judged it.
 
-    motion : the sentence behind the planned motion. tried : its deployments.
+    motion : the sentence on the planned motion. deployments : its deployments.
     """
-    status, best = folding.get("status"), best_deployment(tried)
+    status, best = folding.get("status"), best_deployment(deployments)
     if folding.get("twist"):
         return f"twist {folding['twist']}: the closed band of panels cannot reach the two stacks"
     if status == "locked":
@@ -39,13 +39,13 @@ def status_reason(folding: ViewRow, motion: str | None, tried: Sequence[ViewRow]
 
 
 def play_of_row(row: ViewRow) -> str | None:
-    """How much to leave between faces for the motion that gives a folding its status; None where it has none."""
+    """Return the sentence on the play that the motion behind the status needs; None without one."""
     needed = row.get("needed_margin")
     return play_sentence(needed if isinstance(needed, float) else None)
 
 
 def springs_of_row(row: ViewRow) -> str:
-    """The springs and the flat pairs of a deployment."""
+    """Return springs and joining of flat pairs of a deployment in words."""
     text = (
         f"springs: {describe_spring_set(str(row['springs']))}"
         if row["springs"]
@@ -55,28 +55,28 @@ def springs_of_row(row: ViewRow) -> str:
 
 
 def deployment_scene_name(row: ViewRow, verdict: StoredVerdict | None) -> str:
-    """The name of a deployment's scene by which `hcsearch deploy` repeats it.
+    """Return the scene name with which `hcsearch deploy` repeats a deployment.
 
-    verdict : on the folding in the scene that it serves. Where another look gave it, the scene as it stands names its
-    flat pairs: they are joined otherwise unless somebody says so.
+    verdict : on the folding in the served scene. If another variant gave it, the name includes the joining of flat
+    pairs, since `hcsearch deploy` would otherwise use that of the verdict.
     """
     scene, pairs = str(row["scene"]), str(row["pairs"])
     if verdict is None or scene != row["base"]:
         return scene
-    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path is not None
-    deployed = verdict.deployed
-    other = deployed is not None and not deployed.as_written if deploys else moves and verdict.path != pairs
-    return joined_name(scene, pairs) if other else scene
+    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path_flat_pairs is not None
+    deployed = verdict.deployed_variant
+    is_other = deployed is not None and not deployed.as_written if deploys else moves and verdict.path_flat_pairs !=
+    pairs return joined_name(scene, pairs) if is_other else scene
 
 
 def way_option_text(way: str | None) -> str:
-    """The option by which `hcsearch drive` joins flat pairs in a way; nothing for none."""
+    """Return the option of `hcsearch drive` for a joining of flat pairs; empty for None."""
     return "" if way is None else f" --flat-pairs {way}"
 
 
-def verdict_of_row(folding: ViewRow, tried: Sequence[ViewRow]) -> StoredVerdict | None:
-    """The verdict of a row of `foldings`, with its deployments; None where no stage has judged it."""
-    status, best = folding.get("status"), best_deployment(tried)
+def verdict_of_row(folding: ViewRow, deployments: Sequence[ViewRow]) -> StoredVerdict | None:
+    """Return the verdict of a row of `foldings` with its deployments; None if no stage has judged it."""
+    status, best = folding.get("status"), best_deployment(deployments)
     if status not in STATUSES:
         return None
     deployed = None

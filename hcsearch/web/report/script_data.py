@@ -1,4 +1,4 @@
-"""The data of a page for its script: columns of designs and foldings, grids to draw them on, in one JSON text."""
+"""The data of a page for its script as JSON: columns of designs and foldings, and grids to draw them on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import best_deployment, deployment_scene_name, status_reason, verdict_of_row
 
 PackedColumn = list[object] | dict[str, object]
-"""A column in little text: what is the same everywhere once, words that repeat once each."""
+"""A column in compact form, with repeated values stored once."""
 
 FOLDING_COLUMNS = tuple(
     q for q in FOLDING_QUANTITIES if q.name not in ("design_id", "opposite", "untwisted", "deployable")
@@ -22,32 +22,35 @@ FOLDING_COLUMNS = tuple(
 
 
 def page_data(data: ReportData) -> dict[str, Any]:
-    """Everything that the script of a page draws, as JSON takes it.
+    """Return the data that the script of a page draws, for JSON.
 
-    Foldings are in the order of their designs; `design` is the place of the one each belongs to, `best` the crease that
-    is drawn first.
+    Foldings are in the order of their designs; `design` is the index of a folding's design, `best` the crease drawn
+    first.
     """
     rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(design_id_of(design), ())]
     keys = [(design_id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
-    tried = [data.tried.get(key, ()) for key in keys]
+    deployments = [data.deployments.get(key, ()) for key in keys]
     best = [drawn_crease(data, design) for design in data.designs]
     reasons = [
-        status_reason(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)
+        status_reason(row, data.motions.get(key), rows_of_folding)
+        for (_, row), key, rows_of_folding in zip(rows, keys, deployments, strict=True)
     ]
     foldings: dict[str, list[Any]] = {
         "design": [k for k, _ in rows],
         **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
         "scene": [
-            None if (best_ := best_deployment(own)) is None else deployment_scene_name(best_, verdict_of_row(row, own))
-            for (_, row), own in zip(rows, tried, strict=True)
+            None
+            if (best_ := best_deployment(rows_of_folding)) is None
+            else deployment_scene_name(best_, verdict_of_row(row, rows_of_folding))
+            for (_, row), rows_of_folding in zip(rows, deployments, strict=True)
         ],
         "why": [reason or None for reason in reasons],
     }
     return {
         "total": data.total,
         "scene": data.scene,
-        "where": data.where,
-        "pages": data.pages,
+        "where": data.database_option,
+        "pages": data.page_address,
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
         "statuses": list(DESIGN_STATUSES),
@@ -64,9 +67,9 @@ def page_data(data: ReportData) -> dict[str, Any]:
 
 
 def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
-    """The crease of the folding that stands for a design; None without foldings.
+    """Return the crease of the folding that represents a design; None without foldings.
 
-    It is the one that the database names. Before any stage has compared them, it is the first untwisted one.
+    It is the best one in the database; before any stage has compared them, the first untwisted one.
     """
     foldings = data.foldings.get(design_id_of(design), ())
     creases = [int(str(row["crease"])) for row in foldings]
@@ -78,7 +81,7 @@ def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
 
 
 def describe_quantity(quantity: Quantity) -> dict[str, object]:
-    """Name, unit and meaning of a quantity for a page, and the words by which its values compare."""
+    """Return name, unit, meaning and ordered words of a quantity for a page."""
     return {
         "name": quantity.name,
         "label": quantity.title,
@@ -90,26 +93,26 @@ def describe_quantity(quantity: Quantity) -> dict[str, object]:
 
 
 def pack_column(values: Sequence[object]) -> PackedColumn:
-    """A column as JSON takes it; `unpack` of table.js gives the values back.
+    """Return a column in compact form for JSON; `unpack` of table.js restores the values.
 
-    `{"all": value}` where all are alike, `{"words": [...], "at": [...]}` where few texts repeat, else the values.
+    `{"all": value}` for equal values, `{"words": [...], "at": [...]}` for few distinct texts, else the values.
     """
     kinds = list(dict.fromkeys(values))
     if len(kinds) <= 1:
         return {"all": kinds[0] if kinds else None}
     if all(value is None or isinstance(value, str) for value in kinds) and 2 * len(kinds) < len(values):
-        places = {value: place for place, value in enumerate(kinds)}
-        return {"words": kinds, "at": [places[value] for value in values]}
+        index_of = {value: index for index, value in enumerate(kinds)}
+        return {"words": kinds, "at": [index_of[value] for value in values]}
     return list(values)
 
 
 def design_id_of(design: ViewRow) -> int:
-    """The id of a design's row."""
+    """Return the id in a row of `designs`."""
     return int(str(design.get("id", 0)))
 
 
 def _grid(grid: Grid) -> dict[str, Any]:
-    """What drawing takes of a grid; corners about the centre, for each parity of triangles."""
+    """Return the drawing data of a grid; corners relative to the centre, for each parity of triangles."""
     starts: Sequence[range] = (
         [range(d, grid.directions, 2) for d in (0, 1)] if grid.is_triangle else [range(grid.directions)]
     )

@@ -1,4 +1,4 @@
-"""Templates of pages, in which everything is escaped; files beside them; options of commands in pages."""
+"""Templates of pages with escaping, their style and script files, and command options shown in pages."""
 
 from __future__ import annotations
 
@@ -14,46 +14,46 @@ from hcsearch.system.machine import default_database
 from hcsearch.web.player.player_page import PAGE_COLOURS
 
 _TINY = 1e-9
-"""What rounding leaves of a zero, in any unit that pages have."""
+"""Absolute values below this one are rounding errors of zero, in all units of pages."""
 
 
 @cache
 def template_environment() -> Environment:
-    """The templates of this folder."""
-    made = Environment(
+    """Return the template environment of this folder."""
+    templates = Environment(
         loader=PackageLoader("hcsearch.web.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["grouped"] = _grouped
-    return made
+    templates.filters["grouped"] = _grouped
+    return templates
 
 
 def template_source(name: str) -> str:
-    """The text of a file among the templates."""
+    """Return the text of a file in the template folder."""
     loader = template_environment().loader
     assert loader is not None
     return loader.get_source(template_environment(), name)[0]
 
 
 def page_style(*names: str) -> str:
-    """The style of a page: pictures, colours, and files among the templates."""
+    """Return the style of a page: pictures, colours and files of the template folder."""
     return "\n".join((stylesheet(), PAGE_COLOURS, *map(template_source, names)))
 
 
-def joined_script(modules: tuple[str, ...], last: str = "") -> str:
-    """The modules of a script, and a text after them, as one, of which nothing is seen from outside."""
+def joined_script(modules: tuple[str, ...], tail: str = "") -> str:
+    """Return script modules and a final text as one script that defines no global names."""
     return (
         '"use strict";\n(() => {\n'
-        + "\n".join([*(template_source(f"{name}.js") for name in modules), last])
+        + "\n".join([*(template_source(f"{name}.js") for name in modules), tail])
         + "})();\n"
     )
 
 
 def written_value(value: object) -> str:
-    """Write a value, numbers in four digits; `-` for NULL. `written_value` of parts.js writes the same."""
+    """Return a value as text, numbers with four digits, `-` for NULL; as `written_value` of parts.js."""
     if value is None:
         return "-"
     if isinstance(value, float):
@@ -62,17 +62,17 @@ def written_value(value: object) -> str:
 
 
 def _grouped(count: int | None) -> str:
-    """Write a count with its thousands apart; `-` when not known."""
+    """Return a count with separated thousands; `-` if unknown."""
     return "-" if count is None else f"{count:,}"
 
 
 def database_option_text(database: Database | None) -> str:
-    """The option that names a database file, where it is not the usual one; URLs of servers may hold passwords."""
+    """Return the option for a database file other than the default; empty for servers (URLs may hold passwords)."""
     if database is None or database.path is None or database.location == default_database():
         return ""
     return f" --db {shlex.quote(database.location)}"
 
 
 def scene_option_text(name: str, where: str) -> str:
-    """The option that names a scene, where it is not the usual one, and the database that may hold it."""
+    """Return the options for a scene other than the default and for the database that may contain it."""
     return "" if name == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(name)}{where}"

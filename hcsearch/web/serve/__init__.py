@@ -1,1 +1,1 @@
-"""Read-only web pages over a database, for this machine. The only home of Werkzeug and waitress."""
+"""Read-only web pages on a database, for this machine. Only this package uses Werkzeug and waitress."""

@@ -1,14 +1,14 @@
-"""The WSGI application: addresses, answers, and what is said of errors.
+"""The WSGI application: addresses, answers and error pages.
 
 | address | answer |
 |---|---|
-| `/` | to `/designs` |
+| `/` | redirect to `/designs` |
 | `/VIEW`, with `q`, `sort`, `page`, `scene`, `as` | a list: of designs as cards or a table, of other views as a table |
 | `/VIEW.csv`, `/VIEW.json`, the same with `columns`, `limit` | all rows of it, or those of a page |
 | `/designs/ID` | the page of a design |
 | `/designs/ID/export.ENDING` | an export of its array |
 | `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
-| `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as the player takes it |
+| `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as data of the player |
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ from hcsearch.web.serve.template_pages import render_page, static_files
 
 
 class MissingError(HcsearchError):
-    """What an address names is not in the database."""
+    """The object of an address is not in the database."""
 
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
 _SCENE = {"scene": MAX_PARAMETER_LENGTHS["scene"]}
-"""Parameters of a design, with the most characters of each."""
+"""Parameters of a design's address, with their maximal length."""
 _STATUSES = ((BusyError, 503), (MissingError, 404), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
 
@@ -74,8 +74,8 @@ ROUTES = Map(
 class Application:
     """A database as web pages; read-only.
 
-    database : from `open_readonly`. db : its name as it was given, for processes that open it themselves. scene : that
-    verdicts are shown of, where an address names none. host : that the server listens on.
+    database : from `open_readonly`. db : its name as given, for processes that open it themselves.
+    scene : default scene of verdicts. host : on which the server listens.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class Application:
         self._long_lists = LongLists()
 
     def close(self) -> None:
-        """End what is computed."""
+        """End all computations."""
         self.closed = True
         self.computing.close()
 
@@ -122,18 +122,18 @@ class Application:
         return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
 
     def _listed(self, request: Request, view: str) -> Response:
-        asked = read_list_request(view, _pairs(request), self.scene)
-        text, status = render_list(self.database, asked, self._counts, self._long_lists)
+        list_request = read_list_request(view, _pairs(request), self.scene)
+        text, status = render_list(self.database, list_request, self._counts, self._long_lists)
         return Response(text, status=status, mimetype="text/html")
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
-        asked = read_list_request(view, _pairs(request), self.scene)
-        check_query(asked.query)
+        list_request = read_list_request(view, _pairs(request), self.scene)
+        check_query(list_request.query)
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
-        if asks_for_few_rows(asked):
-            text = self._long_lists(lambda seconds: text_of_few_rows(self.database, asked, style, seconds))
+        if asks_for_few_rows(list_request):
+            text = self._long_lists(lambda seconds: text_of_few_rows(self.database, list_request, style, seconds))
             return Response(text, mimetype=MEDIA_TYPES[style], headers=headers)
-        pieces = self._streams.start(self.database, asked, style)
+        pieces = self._streams.start(self.database, list_request, style)
         if request.method == "HEAD":
             pieces.close()
         return Response(pieces, mimetype=MEDIA_TYPES[style], headers=headers)
@@ -142,8 +142,8 @@ class Application:
         scene = self._scene_of(request)
         circuit = self._circuit(number)
         key = ("design", number, scene, self.database.fingerprint())
-        named = "" if scene == self.scene else scene
-        text = self.computing(key, jobs.stored_design_page, self.db, circuit, number, scene, named)
+        scene_parameter = "" if scene == self.scene else scene
+        text = self.computing(key, jobs.stored_design_page, self.db, circuit, number, scene, scene_parameter)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
@@ -156,9 +156,9 @@ class Application:
         return Response(text, mimetype="application/json")
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
-        form, named, motion, settings = read_export(ending, _pairs(request))
-        scene = self._scene(named)
-        self._circuit(number)  # refused without
+        form, scene_parameter, motion, settings = read_export(ending, _pairs(request))
+        scene = self._scene(scene_parameter)
+        self._circuit(number)  # raises without a known format
         subject, stem = str(number), f"design-{number}"
         if crease is not None:
             subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
@@ -166,14 +166,14 @@ class Application:
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
             raise QueryError(f"{form.name} is of one folding: ask for {below}")
         stem += f"-{form.name}" if form.by_name else ""  # another format has this ending, too
-        said = tuple(sorted(settings.items()))
-        key = (form.name, subject, stem, scene, motion, said, self.database.fingerprint())
-        made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
-        headers = {"Content-Disposition": f"attachment; filename={made.name}"}
-        return Response(made.content, mimetype="application/octet-stream", headers=headers)
+        sorted_settings = tuple(sorted(settings.items()))
+        key = (form.name, subject, stem, scene, motion, sorted_settings, self.database.fingerprint())
+        file = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
+        headers = {"Content-Disposition": f"attachment; filename={file.name}"}
+        return Response(file.content, mimetype="application/octet-stream", headers=headers)
 
     def _circuit(self, number: int) -> str:
-        """The notation of a design's circuit; MissingError where there is none of its number."""
+        """Return the notation of a design's circuit; MissingError for an unknown id."""
         try:
             _, notation = find_circuit(self.database, str(number))
         except QueryError:
@@ -182,13 +182,13 @@ class Application:
         return stored_circuit(self.database, number, notation).notation
 
     def _scene_of(self, request: Request) -> str:
-        """The scene that an address asks for, which has no other parameter."""
+        """Return the scene in an address without other parameters."""
         return self._scene(read_parameters(_pairs(request), _SCENE).get("scene", ""))
 
     def _scene(self, name: str) -> str:
-        """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
-        name, known = name or self.scene, scene_names(self.database)
-        if name not in known and (name != DEFAULT_SCENE_NAME or known):
+        """Return a scene with verdicts in the database; other names, which may denote files, are not looked up."""
+        name, stored_names = name or self.scene, scene_names(self.database)
+        if name not in stored_names and (name != DEFAULT_SCENE_NAME or stored_names):
             raise QueryError(f"no verdicts of the scene {name!r} in {self.database.location}: see /deployments")
         return name
 
@@ -198,7 +198,7 @@ def _pairs(request: Request) -> list[tuple[str, str]]:
 
 
 def _failed(error: Exception) -> Response:
-    """The answer to a request that cannot be answered otherwise."""
+    """Return the answer to a failed request."""
     if isinstance(error, HTTPException):
         status = error.code or 500
         return _error(status, "there is nothing at this address: begin at /designs" if status == 404 else error.name)

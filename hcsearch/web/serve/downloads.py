@@ -1,4 +1,4 @@
-"""CSV and JSON of what a list selects, as it is read; exports of designs and foldings."""
+"""Streamed CSV and JSON of lists, and exports of designs and foldings."""
 
 from __future__ import annotations
 
@@ -15,46 +15,46 @@ from hcsearch.web.serve.listing import page_row_count
 from hcsearch.web.serve.requests import MAX_PARAMETER_LENGTHS, AddressError, ListRequest, read_parameters
 
 MAX_STREAMS = 3
-"""Files of all rows that are sent at once: each keeps a thread."""
+"""Largest number of simultaneous downloads of all rows; each occupies a thread."""
 
 STREAM_CHUNK_ROWS = 500
-"""Rows that are read at once, in the way of pages."""
+"""Largest number of rows read at once like a page; more are streamed."""
 
 MEDIA_TYPES = {"csv": "text/csv", "json": "application/json"}
 
 
 class ResultStreams:
-    """Texts of whole results, a few at once."""
+    """Starts streamed downloads, a limited number at a time."""
 
-    def __init__(self, most: int = MAX_STREAMS) -> None:
-        self._room = threading.BoundedSemaphore(most)
+    def __init__(self, max_streams: int = MAX_STREAMS) -> None:
+        self._room = threading.BoundedSemaphore(max_streams)
 
-    def start(self, database: Database, asked: ListRequest, style: str) -> SentText:
-        """Begin to read all rows; what is wrong with the query is raised here, and not in the midst of the answer."""
+    def start(self, database: Database, list_request: ListRequest, style: str) -> SentText:
+        """Begin to read all rows; errors of the query are raised here, not amid the answer."""
         if not self._room.acquire(blocking=False):
             raise BusyError("other files are being sent right now: try again when they have ended")
         with ExitStack() as stack:
             stack.callback(self._room.release)
-            texts = format_rows(stack.enter_context(_all(database, asked)), style)
+            texts = format_rows(stack.enter_context(_all(database, list_request)), style)
             return SentText(next(texts, ""), texts, stack.pop_all())
 
 
 class SentText(Iterator[bytes]):
-    """Pieces of a text; `close` gives back what reading it held, also of one that nobody began to read."""
+    """The pieces of a text; `close` releases the resources of reading, also before the first piece."""
 
-    def __init__(self, first: str, texts: Iterator[str], held: ExitStack) -> None:
-        self._first: str | None = first
-        self._texts, self._held = texts, held
+    def __init__(self, first_text: str, texts: Iterator[str], resources: ExitStack) -> None:
+        self._first_text: str | None = first_text
+        self._texts, self._resources = texts, resources
 
     def __next__(self) -> bytes:
-        text, self._first = self._first, None
+        text, self._first_text = self._first_text, None
         try:
             return (next(self._texts) if text is None else text).encode(errors="replace")
         except StopIteration:
             self.close()
             raise
         except BaseException:
-            with self._held:  # which says what is wrong with the database, if that is it
+            with self._resources:  # explains failures of the database
                 raise
 
     def close(self) -> None:
@@ -62,40 +62,40 @@ class SentText(Iterator[bytes]):
         close = getattr(self._texts, "close", None)
         if close is not None:
             close()
-        self._held.close()
+        self._resources.close()
 
 
-def _all(database: Database, asked: ListRequest) -> Any:
+def _all(database: Database, list_request: ListRequest) -> Any:
     return stream(
         database,
-        asked.query,
-        columns=asked.columns,
-        sort=asked.sort,
-        limit=asked.limit,
-        view=asked.view,
-        scene=asked.scene,
+        list_request.query,
+        columns=list_request.columns,
+        sort=list_request.sort,
+        limit=list_request.limit,
+        view=list_request.view,
+        scene=list_request.scene,
     )
 
 
-def asks_for_few_rows(asked: ListRequest) -> bool:
-    """Whether the rows of one page are asked for, or the first few."""
-    return asked.page is not None or (asked.limit is not None and asked.limit <= STREAM_CHUNK_ROWS)
+def asks_for_few_rows(list_request: ListRequest) -> bool:
+    """Return whether a request is for the rows of one page or for a small number of rows."""
+    return list_request.page is not None or (list_request.limit is not None and list_request.limit <= STREAM_CHUNK_ROWS)
 
 
-def text_of_few_rows(database: Database, asked: ListRequest, style: str, seconds: float) -> bytes:
-    """The text of the rows of one page, or of the first few; SlowQueryError after some seconds."""
-    size = STREAM_CHUNK_ROWS if asked.page is None else page_row_count(asked)
-    skip = (asked.number - 1) * size
-    count = size if asked.limit is None else min(size, asked.limit)
+def text_of_few_rows(database: Database, list_request: ListRequest, style: str, seconds: float) -> bytes:
+    """Return the text of the rows of a page, or of the first few; SlowQueryError after some seconds."""
+    size = STREAM_CHUNK_ROWS if list_request.page is None else page_row_count(list_request)
+    skip = (list_request.number - 1) * size
+    count = size if list_request.limit is None else min(size, list_request.limit)
     selected = select_page(
         database,
-        asked.query,
-        columns=asked.columns,
-        sort=asked.sort,
+        list_request.query,
+        columns=list_request.columns,
+        sort=list_request.sort,
         skip=skip,
         count=count,
-        view=asked.view,
-        scene=asked.scene,
+        view=list_request.view,
+        scene=list_request.scene,
         seconds=seconds,
     )
     return "".join(format_rows(selected.stream(), style)).encode(errors="replace")
@@ -124,27 +124,27 @@ _READ: dict[str, Callable[[str], Any]] = {
     "contact": lambda text: _word(text, ("0", "1")) == "1",
     "timestep_s": _number,
 }
-"""How settings of exports are read, by their names in `ExportSettings`, which has their limits."""
+"""Parsers of export settings by their names in `ExportSettings`, which checks their limits."""
 assert set(_READ) == set(SETTING_NAMES)
 
 
 def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, str, str | None, dict[str, Any]]:
-    """The format of an export's address, its scene (empty where none is named), its motion, and its settings.
+    """Return format, scene (empty if not named), motion and settings in the address of an export.
 
-    HcsearchError for values that exports do not take.
+    HcsearchError for values that exports do not accept.
     """
-    given = read_parameters(
+    values = read_parameters(
         pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": MAX_PARAMETER_LENGTHS["scene"]}
     )
-    name = given.get("format")
-    known = [form for form in EXPORT_FORMATS.values() if (not form.by_name if name is None else form.name == name)]
-    known = [form for form in known if "." + ending in form.endings]
-    if len(known) != 1:
+    name = values.get("format")
+    candidates = [form for form in EXPORT_FORMATS.values() if (not form.by_name if name is None else form.name == name)]
+    candidates = [form for form in candidates if "." + ending in form.endings]
+    if len(candidates) != 1:
         names = ", ".join(f"{form.endings[0]} ({form.name})" for form in EXPORT_FORMATS.values())
         raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")
-    motion = given.get("motion")
+    motion = values.get("motion")
     if motion is not None:
         _word(motion, ("path", "springs"))
-    settings = {name: read(given[name]) for name, read in _READ.items() if name in given}
-    ExportSettings(**settings)  # refused here, and not in a process that is started first
-    return known[0], given.get("scene", ""), motion, settings
+    settings = {name: read(values[name]) for name, read in _READ.items() if name in values}
+    ExportSettings(**settings)  # raises here rather than in a new process
+    return candidates[0], values.get("scene", ""), motion, settings

@@ -1,6 +1,6 @@
-"""What a request may have computed, in processes with a time limit, and results kept in memory.
+"""Computations for requests, in processes with a time limit, and a cache of results.
 
-Nothing is simulated or planned in the process that answers lists, so that these are answered all the time.
+The process that answers lists neither simulates nor plans, so that lists are always answered.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from hcsearch.web.serve.requests import ListRequest, design_address, list_addres
 
 @dataclass(frozen=True)
 class ExportedFile:
-    """A file: its name, and what is in it."""
+    """A file: its name and content."""
 
     name: str
     content: bytes
 
 
-def stored_design_page(db: str, notation: str, number: int, scene: str, named: str) -> str:
-    """The page of a design of a database, with its foldings and their motions; named : its scene, in addresses."""
+def stored_design_page(db: str, notation: str, number: int, scene: str, scene_parameter: str) -> str:
+    """Return the page of a stored design with its foldings and their motions; scene_parameter : scene in addresses."""
     from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.designs.folding import foldings  # noqa: PLC0415 - the engine
     from hcsearch.web.report.design_data import fetch_design_data  # noqa: PLC0415 - the engine
@@ -41,15 +41,17 @@ def stored_design_page(db: str, notation: str, number: int, scene: str, named: s
     circuit = Circuit.from_notation(notation)
     with open_readonly(db) as database:
         data = fetch_design_data(circuit, foldings(circuit), db, database, number, scene)
-    row = ListRequest("designs", query=f"id={number}", scene=named, usual="")
+    row = ListRequest("designs", query=f"id={number}", scene=scene_parameter, default_scene="")
     links = [
         ("all designs", list_address_of(replace(row, query=""))),
         ("its row as JSON", list_address_of(row, ".json")),
     ]
-    links += [(f"{form.name} of its array", _export_address(number, form, named)) for form in _formats("array")]
+    links += [
+        (f"{form.name} of its array", _export_address(number, form, scene_parameter)) for form in _formats("array")
+    ]
     exports = {
         shown.folding.crease: [
-            (form.name, _export_address(number, form, named, shown.folding.crease))
+            (form.name, _export_address(number, form, scene_parameter, shown.folding.crease))
             for form in _formats("pattern", *(() if shown.twist else ("motion",)))
         ]
         for shown in data.foldings
@@ -58,7 +60,7 @@ def stored_design_page(db: str, notation: str, number: int, scene: str, named: s
 
 
 def stored_motion_json(db: str, notation: str, number: int, crease: int, scene: str) -> str:
-    """The stored path of a folding in a scene, as the player takes it."""
+    """Return the stored path of a folding in a scene as data of the player."""
     from hcsearch.cases.replay_sources import stored_replays  # noqa: PLC0415 - the engine
     from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine
@@ -72,7 +74,7 @@ def stored_motion_json(db: str, notation: str, number: int, crease: int, scene: 
 
 
 def _formats(*of: str) -> list[ExportFormat]:
-    """The formats of some kinds that are installed."""
+    """Return the installed formats of some kinds."""
     installed = []
     for form in EXPORT_FORMATS.values():
         with suppress(HcsearchError):
@@ -82,28 +84,28 @@ def _formats(*of: str) -> list[ExportFormat]:
     return installed
 
 
-def _export_address(number: int, form: ExportFormat, named: str, crease: int | None = None) -> str:
+def _export_address(number: int, form: ExportFormat, scene_parameter: str, crease: int | None = None) -> str:
     below = "" if crease is None else f"/foldings/{crease}"
-    chosen = {"format": form.name} if form.by_name else {}
-    return design_address(number, named, f"{below}/export{form.endings[0]}", **chosen)
+    choice = {"format": form.name} if form.by_name else {}
+    return design_address(number, scene_parameter, f"{below}/export{form.endings[0]}", **choice)
 
 
 def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
 ) -> ExportedFile:
-    """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
+    """Return an export of a stored design or folding, an archive if of several files; stem : of its name."""
     from hcsearch.export.export_files import checked_export_settings, export_files  # noqa: PLC0415 - the engine
 
-    wanted = EXPORT_FORMATS[name]
-    chosen = replace(checked_export_settings(wanted, settings), stem=stem)
-    _, files = export_files(subject, wanted, chosen, motion, db, scene=scene)
-    ending = wanted.endings[0]
+    form = EXPORT_FORMATS[name]
+    export_settings = replace(checked_export_settings(form, settings), stem=stem)
+    _, files = export_files(subject, form, export_settings, motion, db, scene=scene)
+    ending = form.endings[0]
     if len(files) == 1:
         return ExportedFile(stem + ending, files[ending])
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-        for own, content in files.items():
-            packed.writestr(zipfile.ZipInfo(stem + own), content)
+        for suffix, content in files.items():
+            packed.writestr(zipfile.ZipInfo(stem + suffix), content)
     return ExportedFile(f"{stem}{ending}.zip", archive.getvalue())
 
 
@@ -111,10 +113,10 @@ Value = TypeVar("Value")
 
 
 class ResultCache(Generic[Value]):
-    """The latest results; KeyError for one that is not kept, or no longer."""
+    """A cache of the latest results; KeyError for a key that is not in it."""
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -124,23 +126,23 @@ class ResultCache(Generic[Value]):
     def __setitem__(self, key: Hashable, value: Value) -> None:
         with self._lock:
             self._values[key] = value
-            while len(self._values) > self._most:
+            while len(self._values) > self._capacity:
                 self._values.popitem(last=False)
 
 
 JOB_PROCESSES = 2
-"""Computations at once; as many more may wait."""
+"""Largest number of simultaneous computations; as many more may wait."""
 MAX_JOB_SECONDS = 120.0
 MAX_KEPT_RESULTS = 32
-"""Results that are kept in memory."""
+"""Capacity of the cache of results."""
 
 
 class BusyError(HcsearchError):
-    """Others are computed, or this one takes too long."""
+    """The server is busy with other requests, or this one takes too long."""
 
 
 class ComputingPool:
-    """Makes calls in `processes` processes, started when they are needed; results are kept by a key."""
+    """Runs calls in up to `processes` processes, started on demand; results are cached by a key."""
 
     def __init__(self, processes: int = JOB_PROCESSES, seconds: float = MAX_JOB_SECONDS) -> None:
         self._seconds = seconds
@@ -149,14 +151,14 @@ class ComputingPool:
             self._idle.put(None)
         self._room = threading.BoundedSemaphore(2 * processes)
         self._lock = threading.Lock()
-        self._kept: ResultCache[Any] = ResultCache(MAX_KEPT_RESULTS)
+        self._cache: ResultCache[Any] = ResultCache(MAX_KEPT_RESULTS)
         self._running: set[ProcessExecutor] = set()
         self._closed = False
 
     def __call__(self, key: Hashable, call: Callable[..., Any], *arguments: Any) -> Any:
-        """The result of a call, or what is kept of it; BusyError where there is no room, or no end in time."""
+        """Return the result of a call, perhaps from the cache; BusyError if too many wait or time runs out."""
         with suppress(KeyError):
-            return self._kept[key]
+            return self._cache[key]
         if not self._room.acquire(blocking=False):
             raise BusyError("other designs are computed right now: try again in a few seconds")
         try:
@@ -170,8 +172,8 @@ class ComputingPool:
         except Empty:
             raise BusyError("other designs are computed right now: try again in a minute") from None
         try:
-            with suppress(KeyError):  # made while this one waited
-                return self._kept[key]
+            with suppress(KeyError):  # computed by another thread meanwhile
+                return self._cache[key]
             worker = worker or self._started()
             result = worker.submit(call, *arguments).result(self._seconds)
         except LateError:
@@ -186,7 +188,7 @@ class ComputingPool:
             raise BusyError("the computation was ended, perhaps for want of memory: try again") from None
         finally:
             self._idle.put(worker)
-        self._kept[key] = result
+        self._cache[key] = result
         return result
 
     def _started(self) -> ProcessExecutor:
@@ -204,7 +206,7 @@ class ComputingPool:
             worker.kill()
 
     def close(self) -> None:
-        """End all processes, in the midst of what they are at."""
+        """Kill all processes; their computations are lost."""
         with self._lock:
             self._closed = True
             running, self._running = self._running, set()

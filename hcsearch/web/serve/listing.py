@@ -1,7 +1,8 @@
-"""Lists: pages of the rows of a view, designs as cards; lists that take long run a few at once.
+"""Lists: pages of the rows of a view, with designs as cards; only a few slow lists run at a time.
 
-Nobody knows beforehand which those are. Each list has a short time at first; one that takes more begins again with the
-whole time, when few enough others do. Some wait for that, and one more is refused.
+Slow lists are not known beforehand. Each list first gets a short time limit; one that exceeds it starts again with the
+full limit once fewer than `MAX_LONG_LISTS` others run. `MAX_WAITING_LISTS` lists may wait for that; further ones are
+refused.
 """
 
 from __future__ import annotations
@@ -40,28 +41,31 @@ from hcsearch.web.serve.template_pages import render_page
 T = TypeVar("T")
 
 SHORT_LIST_SECONDS = 0.3
-"""Seconds that any list may take."""
+"""Time limit of the first attempt of a list, in seconds."""
 MAX_LONG_LISTS, MAX_WAITING_LISTS = 4, 8
-"""Lists at once that take longer, and those that wait for their turn, for as long as one may take."""
+"""Largest numbers of slow lists that run and that wait; a list waits at most `STATEMENT_SECONDS`."""
 
 
 class LongLists:
-    """Asks for lists: `most` at once may take more than `short` seconds, and `waiting` more wait for that."""
+    """Runs queries of lists: at most `max_long_lists` run beyond `short` seconds, and `waiting` more wait for that."""
 
     def __init__(
         self,
-        most: int = MAX_LONG_LISTS,
+        max_long_lists: int = MAX_LONG_LISTS,
         waiting: int = MAX_WAITING_LISTS,
         short: float = SHORT_LIST_SECONDS,
         seconds: float = STATEMENT_SECONDS,
     ) -> None:
         self._short, self._seconds = short, seconds
-        self._turns, self._room = threading.BoundedSemaphore(most), threading.BoundedSemaphore(most + waiting)
+        self._turns, self._room = (
+            threading.BoundedSemaphore(max_long_lists),
+            threading.BoundedSemaphore(max_long_lists + waiting),
+        )
 
     def __call__(self, ask: Callable[[float], T]) -> T:
-        """What a question gives. ask : takes the seconds that it has, and raises SlowQueryError after them.
+        """Return the result of a query. ask : takes the time limit in seconds, and raises SlowQueryError beyond it.
 
-        BusyError where it takes long and enough others do; QueryError where it takes too long.
+        BusyError if it is slow and too many slow ones wait; QueryError if it exceeds the full time limit.
         """
         try:
             return ask(self._short)
@@ -96,37 +100,42 @@ def _busy() -> BusyError:
 
 
 CARDS_PER_PAGE, ROWS_PER_PAGE = 48, 100
-"""Rows of a page."""
+"""Rows of a page: designs as cards, and rows of tables."""
 MAX_COUNTED_ROWS = 100_000
-"""Rows that are counted; beyond, there are more than so many."""
+"""Largest count of rows; beyond it, a list only reports that there are more."""
 MAX_KEPT_COUNTS = 500
-"""Counts kept in memory."""
+"""Capacity of the cache of counts."""
 
 
 class RowCounts:
-    """How many rows queries select, kept while the database is as it was; `None` for more than `MAX_COUNTED_ROWS`."""
+    """A cache of row counts of queries, valid while the database is unchanged; None above `MAX_COUNTED_ROWS`."""
 
     def __init__(self) -> None:
-        self._kept: ResultCache[int | None] = ResultCache(MAX_KEPT_COUNTS)
+        self._cache: ResultCache[int | None] = ResultCache(MAX_KEPT_COUNTS)
 
-    def of(self, database: Database, asked: ListRequest, seconds: float) -> int | None:
-        """The number of rows of a query, counted within some seconds."""
-        key = (asked.view, asked.query, asked.scene, database.fingerprint())
+    def of(self, database: Database, list_request: ListRequest, seconds: float) -> int | None:
+        """Return the number of rows of a query, counted within a time limit."""
+        key = (list_request.view, list_request.query, list_request.scene, database.fingerprint())
         with suppress(KeyError):
-            return self._kept[key]
+            return self._cache[key]
         count = count_rows(
-            database, asked.query, most=MAX_COUNTED_ROWS + 1, view=asked.view, scene=asked.scene, seconds=seconds
+            database,
+            list_request.query,
+            most=MAX_COUNTED_ROWS + 1,
+            view=list_request.view,
+            scene=list_request.scene,
+            seconds=seconds,
         )
-        self._kept[key] = None if count > MAX_COUNTED_ROWS else count
+        self._cache[key] = None if count > MAX_COUNTED_ROWS else count
         return None if count > MAX_COUNTED_ROWS else count
 
 
 @dataclass(frozen=True)
 class ListPage:
-    """What a page shows of a list.
+    """The rows of a list on one page.
 
     first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
-    where known.
+    if known.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -135,39 +144,41 @@ class ListPage:
     last: int | None
 
 
-def list_page_of(database: Database, asked: ListRequest, counts: RowCounts, seconds: float) -> ListPage:
-    """The rows of a page, and how many there are in all; SlowQueryError where that takes more than some seconds."""
+def list_page_of(database: Database, list_request: ListRequest, counts: RowCounts, seconds: float) -> ListPage:
+    """Return the rows of a page and the total number of rows; SlowQueryError beyond a time limit."""
     end = time.monotonic() + seconds
-    size = page_row_count(asked)
-    skip = (asked.number - 1) * size
+    size = page_row_count(list_request)
+    skip = (list_request.number - 1) * size
     selected = select_page(
         database,
-        asked.query,
-        sort=asked.sort,
+        list_request.query,
+        sort=list_request.sort,
         skip=skip,
         count=size,
-        view=asked.view,
-        scene=asked.scene,
+        view=list_request.view,
+        scene=list_request.scene,
         seconds=seconds,
     )
     rows = selected.records()
-    # the end of the list says how long it is, and nothing is counted
-    ended = len(rows) < size and (rows or not skip)
-    total = skip + len(rows) if ended else counts.of(database, asked, end - time.monotonic())
+    # the end of the list gives its length without counting
+    is_end = len(rows) < size and (rows or not skip)
+    total = skip + len(rows) if is_end else counts.of(database, list_request, end - time.monotonic())
     return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
 
 
-def page_row_count(asked: ListRequest) -> int:
-    """How many rows a page has."""
-    return CARDS_PER_PAGE if asked.view == "designs" and asked.shape == "cards" else ROWS_PER_PAGE
+def page_row_count(list_request: ListRequest) -> int:
+    """Return the number of rows per page."""
+    return CARDS_PER_PAGE if list_request.view == "designs" and list_request.shape == "cards" else ROWS_PER_PAGE
 
 
-def render_list(database: Database, asked: ListRequest, counts: RowCounts, long_lists: LongLists) -> tuple[str, int]:
-    """The page of a list, and its status: with what is wrong with the query, where something is."""
+def render_list(
+    database: Database, list_request: ListRequest, counts: RowCounts, long_lists: LongLists
+) -> tuple[str, int]:
+    """Return the HTML page of a list and its HTTP status; a faulty query gives an error message in the page."""
     wrong, status, page = "", 200, ListPage([], 1, 0, 1)
     try:
-        check_query(asked.query)
-        page = long_lists(lambda seconds: list_page_of(database, asked, counts, seconds))
+        check_query(list_request.query)
+        page = long_lists(lambda seconds: list_page_of(database, list_request, counts, seconds))
     except (DatabaseError, BusyError):
         raise
     except HcsearchError as error:
@@ -175,55 +186,60 @@ def render_list(database: Database, asked: ListRequest, counts: RowCounts, long_
     scenes = list(dict.fromkeys((DEFAULT_SCENE_NAME, *scene_names(database))))
     text = render_page(
         "list.html",
-        asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),
+        list_request=list_request
+        if list_request.scene in scenes
+        else replace(list_request, scene=list_request.default_scene),
         page=page,
         wrong=wrong,
         most=MAX_COUNTED_ROWS,
         scenes=scenes,
-        scenic=asked.view in SCENIC,
-        quantities=VIEWS[asked.view],
-        orders=_orders(asked),
-        payload=_payload(database, asked, page) if asked.view == "designs" and asked.shape == "cards" else "",
+        scenic=list_request.view in SCENIC,
+        quantities=VIEWS[list_request.view],
+        orders=_orders(list_request),
+        payload=_payload(database, list_request, page)
+        if list_request.view == "designs" and list_request.shape == "cards"
+        else "",
         location=database.location,
     )
     return text, status
 
 
-def _orders(asked: ListRequest) -> list[tuple[str, str]]:
-    """Orders to choose from, as (specification, words); the one that is asked for among them."""
-    numbers = [quantity for quantity in VIEWS[asked.view] if quantity.kind != "text"]
+def _orders(list_request: ListRequest) -> list[tuple[str, str]]:
+    """Return the selectable orders as (specification, words), including the requested one."""
+    numbers = [quantity for quantity in VIEWS[list_request.view] if quantity.kind != "text"]
     orders = [("", "as stored")]
     for quantity in numbers:
         orders += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
         orders += [(quantity.name, f"{quantity.title}, smallest first")]
-    if asked.sort not in dict(orders):
-        orders.append((asked.sort, asked.sort))
+    if list_request.sort not in dict(orders):
+        orders.append((list_request.sort, list_request.sort))
     return orders
 
 
-def _payload(database: Database, asked: ListRequest, page: ListPage) -> Markup:
-    """The data of the designs of a page, for the script that draws them."""
+def _payload(database: Database, list_request: ListRequest, page: ListPage) -> Markup:
+    """Return the data of the designs on a page for the script that draws them."""
     ids = [row["id"] for row in page.rows]
-    known: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     if ids:
-        known = {
-            "foldings": foldings_of(database, ids, asked.scene),
-            "best": best_creases(database, ids, asked.scene),
-            "motions": motions_of(database, ids, asked.scene),
-            "tried": deployments_of(database, ids, asked.scene),
+        results = {
+            "foldings": foldings_of(database, ids, list_request.scene),
+            "best": best_creases(database, ids, list_request.scene),
+            "motions": motions_of(database, ids, list_request.scene),
+            "deployments": deployments_of(database, ids, list_request.scene),
             "players": {
-                key: motion_address(*key, asked.named) for key in foldings_with_paths(database, ids, asked.scene)
+                key: motion_address(*key, list_request.scene_parameter)
+                for key in foldings_with_paths(database, ids, list_request.scene)
             },
         }
     data = ReportData(
         title="",
         designs=page.rows,
         total=len(ids),
-        scene=asked.scene,
-        where=database_option_text(database),
-        size=panel_size_in(database, asked.scene),
-        pages=design_address("{id}", asked.named),
-        **known,
+        scene=list_request.scene,
+        database_option=database_option_text(database),
+        size=panel_size_in(database, list_request.scene),
+        page_address=design_address("{id}", list_request.scene_parameter),
+        **results,
     )
-    # Trusted: JSON without a mark of HTML in it.
+    # Trusted: JSON with HTML marks escaped.
     return Markup(as_script(page_data(data)))

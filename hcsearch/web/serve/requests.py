@@ -1,7 +1,7 @@
-"""Requests: what is refused before it is answered, and what an address asks for, read with limits.
+"""Requests: refusal of foreign requests, and parsing of addresses with limits.
 
-A page of another site must neither read this one (by a name that is made to lead here, DNS rebinding) nor make it
-compute; nothing in a value may run as a script.
+A page of another site must neither read this one (by DNS rebinding) nor trigger computations; no value may run as a
+script.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, No
 ListShape = Literal["cards", "table"]
 
 MAX_PARAMETER_LENGTHS = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
-"""Characters of each parameter of a list."""
+"""Maximal length of each parameter of a list."""
 MAX_QUERY_STRING_LENGTH = 8000
 _NUMBER = re.compile(r"(?<![^\s(])#([0-9]+)(?![^\s)])")
 MAX_QUERY_SHAPES, MAX_QUERY_CELLS = 10, 2500
-"""Arrays and circuits in a query, and cells of such an array: each is brought to its canonical form first."""
+"""Largest number of arrays and circuits in a query, and of cells of each, since canonical forms are computed."""
 
 
 class AddressError(HcsearchError):
-    """An address that cannot be read."""
+    """An address that cannot be parsed."""
 
 
 @dataclass(frozen=True)
 class ListRequest:
-    """What a list shows: rows of a view that satisfy a query, in an order, from a page on; `shape` is of designs.
+    """A request for a list: the rows of a view that satisfy a query, sorted, on a page; `shape` is for designs.
 
-    usual : the scene that is shown where an address names none.
-    columns, limit : of CSV and JSON alone; all where not given. page : from 1; None for all rows, in CSV and JSON.
+    default_scene : the one scene, for addresses that name none.
+    columns, limit : only for CSV and JSON; all by default. page : from 1; None for all rows, in CSV and JSON.
     """
 
     view: str
@@ -45,77 +45,77 @@ class ListRequest:
     sort: str = ""
     page: int | None = None
     scene: str = DEFAULT_SCENE_NAME
-    usual: str = DEFAULT_SCENE_NAME
+    default_scene: str = DEFAULT_SCENE_NAME
     shape: ListShape = "cards"
     columns: str = ""
     limit: int | None = None
 
     @property
-    def named(self) -> str:
-        """The scene as addresses name it: not at all where it is the usual one."""
-        return "" if self.scene == self.usual else self.scene
+    def scene_parameter(self) -> str:
+        """The scene as a parameter of addresses; empty for the default one."""
+        return "" if self.scene == self.default_scene else self.scene
 
     @property
     def number(self) -> int:
-        """The number of the page."""
+        """The page number, from 1."""
         return self.page or 1
 
 
-def read_parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> dict[str, str]:
-    """Parameters by name; AddressError for unknown, repeated, long and undecodable ones.
+def read_parameters(pairs: Sequence[tuple[str, str]], max_lengths: Mapping[str, int]) -> dict[str, str]:
+    """Return parameters by name; AddressError for unknown, repeated, too long and undecodable ones.
 
-    known : the longest that each may be, in characters.
+    max_lengths : maximal length of each parameter in characters.
     """
-    given: dict[str, str] = {}
+    values: dict[str, str] = {}
     for name, value in pairs:
-        if name not in known:
-            raise AddressError(f"addresses here have no parameter {name!r}: they have {', '.join(known)}")
-        if name in given:
+        if name not in max_lengths:
+            raise AddressError(f"addresses here have no parameter {name!r}: they have {', '.join(max_lengths)}")
+        if name in values:
             raise AddressError(f"the parameter {name} is given twice: give it once")
-        if len(value) > known[name]:
-            raise AddressError(f"the parameter {name} has {len(value)} characters: give {known[name]} at most")
+        if len(value) > max_lengths[name]:
+            raise AddressError(f"the parameter {name} has {len(value)} characters: give {max_lengths[name]} at most")
         if not value.isprintable() or "\ufffd" in value:
             raise AddressError(f"the parameter {name} holds what is no text in UTF-8: write it anew")
-        given[name] = value
-    return given
+        values[name] = value
+    return values
 
 
 def read_list_request(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> ListRequest:
-    """What the parameters of a list ask for; its query is not yet read. scene : where they name none.
+    """Return the request in the parameters of a list, with its query unparsed; scene : the default one.
 
-    `#24` in a query of designs is read as `id=24`, as cards name them.
+    `#24` in a query of designs means `id=24`, as on cards.
     """
-    given = read_parameters(pairs, MAX_PARAMETER_LENGTHS)
+    values = read_parameters(pairs, MAX_PARAMETER_LENGTHS)
     shapes: dict[str, ListShape] = {"": "cards", "cards": "cards", "table": "table"}
-    shape = given.get("as", "")
+    shape = values.get("as", "")
     if shape not in shapes:
         raise AddressError(f"there is no list as {shape!r}: write as=cards or as=table")
-    query = given.get("q", "").strip()
+    query = values.get("q", "").strip()
     if view == "designs":
         query = _NUMBER.sub(r"id=\1", query)
     return ListRequest(
         view=view,
         query=query,
-        sort=given.get("sort", ""),
-        page=_whole("page", given["page"], 1) if given.get("page") else None,
-        scene=given.get("scene") or scene,
-        usual=scene,
+        sort=values.get("sort", ""),
+        page=_whole("page", values["page"], 1) if values.get("page") else None,
+        scene=values.get("scene") or scene,
+        default_scene=scene,
         shape=shapes[shape],
-        columns=given.get("columns", ""),
-        limit=_whole("limit", given["limit"], 0) if given.get("limit") else None,
+        columns=values.get("columns", ""),
+        limit=_whole("limit", values["limit"], 0) if values.get("limit") else None,
     )
 
 
-def _whole(name: str, text: str, least: int) -> int:
-    if not (text.isascii() and text.isdigit()) or int(text) < least:
-        raise AddressError(f"{name} is a whole number from {least} on, not {text!r}: write {name}={max(1, least)}")
+def _whole(name: str, text: str, minimum: int) -> int:
+    if not (text.isascii() and text.isdigit()) or int(text) < minimum:
+        raise AddressError(f"{name} is a whole number from {minimum} on, not {text!r}: write {name}={max(1, minimum)}")
     return int(text)
 
 
 def check_query(query: str) -> None:
-    """AddressError for a query that would read a file of this machine, or take long before anything is asked.
+    """Raise AddressError for a query that would read a local file, or is slow to translate to SQL.
 
-    QueryError for one that cannot be read.
+    QueryError for one that cannot be parsed.
     """
     shapes = [value for name, value in _conditions(parse_conditions(query)) if name in ("array", "circuit")]
     if len(shapes) > MAX_QUERY_SHAPES:
@@ -129,40 +129,43 @@ def check_query(query: str) -> None:
 
 
 def _conditions(tree: ConditionTree) -> Iterator[tuple[str, str]]:
-    """Names and values of all conditions."""
+    """Yield names and values of all conditions."""
     match tree:
         case AllOf(parts) | AnyOf(parts):
             for part in parts:
                 yield from _conditions(part)
-        case Not(of):
-            yield from _conditions(of)
+        case Not(part):
+            yield from _conditions(part)
         case Condition(name=name, value=value):
             yield name, value or ""
 
 
-def list_address_of(asked: ListRequest, ending: str = "", **changes: Any) -> str:
-    """The address of a list, with what is as usual left out. ending : as `.csv`, where all rows are asked for."""
-    wanted = replace(asked, **changes)
-    said = {"q": wanted.query, "sort": wanted.sort, "scene": wanted.named}
+def list_address_of(list_request: ListRequest, ending: str = "", **changes: Any) -> str:
+    """Return the address of a list without default parameters; ending : such as `.csv`, for all rows."""
+    changed = replace(list_request, **changes)
+    values = {"q": changed.query, "sort": changed.sort, "scene": changed.scene_parameter}
     if not ending:
-        said |= {"page": "" if wanted.number == 1 else str(wanted.number)}
-        said |= {"as": "" if wanted.shape == "cards" else wanted.shape}
-    return _joined(f"/{wanted.view}{ending}", said)
+        values |= {"page": "" if changed.number == 1 else str(changed.number)}
+        values |= {"as": "" if changed.shape == "cards" else changed.shape}
+    return _joined(f"/{changed.view}{ending}", values)
 
 
-def design_address(number: object, named: str = "", after: str = "", **more: str) -> str:
-    """The address of a design's page, or of what lies below it; named : its scene, empty for the usual one."""
-    return _joined(f"/designs/{number}{after}", {"scene": named} | more)
+def design_address(number: object, scene_parameter: str = "", subpath: str = "", **more: str) -> str:
+    """Return the address of a design's page or of a resource below it.
+
+    scene_parameter : name of the scene, empty for the default one.
+    """
+    return _joined(f"/designs/{number}{subpath}", {"scene": scene_parameter} | more)
 
 
-def motion_address(number: int, crease: int, named: str = "") -> str:
-    """The address of the stored path of a folding, as the player takes it."""
-    return design_address(number, named, f"/foldings/{crease}/motion.json")
+def motion_address(number: int, crease: int, scene_parameter: str = "") -> str:
+    """Return the address of the stored path of a folding as data of the player."""
+    return design_address(number, scene_parameter, f"/foldings/{crease}/motion.json")
 
 
-def _joined(path: str, said: Mapping[str, str]) -> str:
-    # `=`, `<` and commas may stand in a query string, and are read more easily there
-    text = urlencode({name: value for name, value in said.items() if value}, quote_via=quote, safe="=,:/<>!()-")
+def _joined(path: str, values: Mapping[str, str]) -> str:
+    # `=`, `<` and commas may stand in a query string, where they are easier to read
+    text = urlencode({name: value for name, value in values.items() if value}, quote_via=quote, safe="=,:/<>!()-")
     return f"{path}?{text}" if text else path
 
 
@@ -176,7 +179,7 @@ CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
     "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
 )
-"""Of pages whose scripts and styles are files here. The design page admits its own by their hashes, in itself."""
+"""Content security policy of pages with scripts and styles in files; a design's page has its own, with hashes."""
 FRAME_POLICY = "frame-ancestors 'none'; base-uri 'none'; form-action 'none'; connect-src 'none'; object-src 'none'"
 
 SECURITY_HEADERS = {
@@ -189,7 +192,7 @@ SECURITY_HEADERS = {
 
 
 def refusal_response(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
-    """Status and reason where a request is refused; host : the one that the server listens on."""
+    """Return status and reason of a refused request, else None; host : on which the server listens."""
     if environ["REQUEST_METHOD"] not in ("GET", "HEAD"):
         return 405, "this page is read only: send GET or HEAD"
     if not is_known_host(environ.get("HTTP_HOST", ""), host):
@@ -203,9 +206,9 @@ def refusal_response(environ: Mapping[str, Any], host: str) -> tuple[int, str] |
 
 
 def _uninvited(environ: Mapping[str, Any]) -> str | None:
-    """Why a page of another site may not have this, by what its browser says of the request; None where it may.
+    """Return the reason to refuse a request of another site's page, by the fetch metadata of the browser, else None.
 
-    A link there may lead here. A frame would show nothing, as the headers of pages here forbid it, on any site.
+    Links from other sites are allowed. Frames are not: the headers of pages here forbid them on any site.
     """
     if environ.get("HTTP_SEC_FETCH_DEST", "") in _FRAMES:
         return "pages here are shown in no frame of another page: open the address itself"
@@ -217,7 +220,7 @@ def _uninvited(environ: Mapping[str, Any]) -> str | None:
 
 
 def is_known_host(header: str, host: str) -> bool:
-    """Whether a Host header names this machine as it may be named; of all addresses listened on, any number does."""
+    """Return whether a Host header is an allowed name of this machine; any IP address if the server listens on all."""
     match = _HOST.fullmatch(header)
     if match is None:
         return False
@@ -230,7 +233,7 @@ def is_known_host(header: str, host: str) -> bool:
 
 
 def is_local(host: str) -> bool:
-    """Whether only this machine reaches a host."""
+    """Return whether a host can be reached only from this machine."""
     if host == "localhost":
         return True
     return _is_number(host) and ipaddress.ip_address(host).is_loopback

@@ -1,8 +1,8 @@
-"""The server: a socket, threads that answer, time limits of connections, and an end in good order.
+"""The server: a socket, threads that answer, time limits of connections, and a clean shutdown.
 
-waitress closes a connection on which nothing has moved for a while. A byte every few seconds is enough to stay, so a
-hundred such connections would keep everybody else out. Here the time that counts begins with the first byte of a
-request, and a new connection always finds a place: whoever has kept the server waiting for the longest time goes.
+waitress closes idle connections only. A byte every few seconds keeps a connection open, so a hundred such connections
+would shut out all others. Here the time limit of a request begins with its first byte, and a new connection is always
+accepted: the connection for which the server has waited longest is closed.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from hcsearch.store import Database
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """What is expected of those who connect.
+    """The limits for clients.
 
-    connections : open at once, beyond which one that the server waits for is closed for each new one.
-    request : seconds from the first byte of a request to its last. idle : seconds between two requests.
-    pace, pace_seconds : an answer of which fewer bytes are taken in so many seconds is ended.
+    max_connections : largest number of open connections; beyond it, a new one closes one for which the server waits.
+    request_seconds : from the first byte of a request to its last. idle_seconds : between two requests.
+    min_bytes_per_pace, pace_seconds : an answer is ended if the client takes fewer bytes in this time.
     """
 
-    connections: int = 128
-    request: float = 10.0
-    idle: int = 60
-    pace: int = 64 * 1024
+    max_connections: int = 128
+    request_seconds: float = 10.0
+    idle_seconds: int = 60
+    min_bytes_per_pace: int = 64 * 1024
     pace_seconds: float = 30.0
 
 
 class Parser(HTTPRequestParser):  # type: ignore[misc]
-    """Requests of which addresses that cannot be split are refused, as all else that is malformed."""
+    """A parser of requests that treats addresses that cannot be split as malformed."""
 
     def parse_header(self, header_plus: bytes) -> None:
-        """Read the lines before the body; ParsingError for malformed ones."""
+        """Parse the header; ParsingError if it is malformed."""
         try:
             super().parse_header(header_plus)
         except ValueError as error:
@@ -55,7 +55,7 @@ class Parser(HTTPRequestParser):  # type: ignore[misc]
 
 
 class Channel(HTTPChannel):  # type: ignore[misc]
-    """A connection that knows since when the server waits for its other end."""
+    """A connection that records since when the server waits for the client."""
 
     parser_class = Parser
 
@@ -66,15 +66,15 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         super().__init__(*arguments, **options)
 
     def received(self, data: bytes) -> bool:
-        """Take what has come; the time of a request begins with its first byte."""
-        before = self.request
-        taken: bool = super().received(data)
-        if self.request is not None and self.request is not before:
+        """Process received data; the time limit of a request begins with its first byte."""
+        earlier_request = self.request
+        accepted: bool = super().received(data)
+        if self.request is not None and self.request is not earlier_request:
             self._waiting_since = time.monotonic()
-        return taken
+        return accepted
 
     def service(self) -> None:
-        """Answer a request; from then on the server waits: for the answer to be taken, and for the next request."""
+        """Answer a request; afterwards the server waits for the client to take the answer and to send a request."""
         self._answering = True
         try:
             super().service()
@@ -83,40 +83,40 @@ class Channel(HTTPChannel):  # type: ignore[misc]
             self._answering = False
 
     def send(self, data: bytes, do_close: bool = True) -> int:
-        """Send what the other end takes, and count it."""
+        """Send data and count the bytes that the client takes."""
         sent: int = super().send(data, do_close=do_close)
         self._sent += sent
         return sent
 
     @property
     def waiting_since(self) -> float | None:
-        """Since when the server waits for the other end; None while it is the server's turn, or all is over."""
+        """The time since which the server waits for the client; None while it answers, or if the connection closes."""
         return None if self.requests or self._answering or self.will_close else self._waiting_since
 
     def is_late(self, patience: ConnectionLimits) -> bool:
-        """Whether a request is not complete in time, or an answer is taken too slowly; asked about once a second."""
+        """Return whether a request is overdue or its answer is taken too slowly; called about once a second."""
         now, since = time.monotonic(), self.waiting_since
-        if self.request is not None and since is not None and now - since > patience.request:
+        if self.request is not None and since is not None and now - since > patience.request_seconds:
             return True
         if not self.total_outbufs_len:
             self._paced_at, self._sent_then = now, self._sent
         elif now - self._paced_at > patience.pace_seconds:
-            taken, self._paced_at, self._sent_then = self._sent - self._sent_then, now, self._sent
-            return taken < patience.pace
+            taken_bytes, self._paced_at, self._sent_then = self._sent - self._sent_then, now, self._sent
+            return taken_bytes < patience.min_bytes_per_pace
         return False
 
     def cut(self) -> None:
-        """Let the loop close the connection, also one that takes nothing more; any thread may ask, at any time."""
+        """Make the loop close the connection, even if the client takes no more data; thread-safe."""
         self.will_close = True
-        connection = self.socket  # None as soon as the loop has closed it
+        connection = self.socket  # None after the loop has closed it
         if connection is not None:
-            # else the loop, which closes what can be written to, would never come to it
+            # otherwise the loop, which closes only writable connections, would never reach it
             with suppress(OSError):
                 connection.shutdown(socket.SHUT_RDWR)
 
 
 class Server(TcpWSGIServer):  # type: ignore[misc]
-    """A server of waitress with this patience; `application` is a WSGI application, `listening` a socket."""
+    """A waitress server with limits for clients; `application` is a WSGI application, `listening` a socket."""
 
     channel_class = Channel
 
@@ -128,8 +128,8 @@ class Server(TcpWSGIServer):  # type: ignore[misc]
         adjustments: dict[str, Any],
     ) -> None:
         self._patience = patience
-        # its own limit, at which it takes no more connections, is met where all of them wait for their answers
-        limits = {"connection_limit": patience.connections + 50, "channel_timeout": patience.idle}
+        # waitress accepts no connections at its own limit, which is reached only if all await answers
+        limits = {"connection_limit": patience.max_connections + 50, "channel_timeout": patience.idle_seconds}
         super().__init__(
             application,
             _sock=listening,
@@ -139,16 +139,16 @@ class Server(TcpWSGIServer):  # type: ignore[misc]
         )
 
     def handle_accept(self) -> None:
-        """Take a connection; where there are more than may be, the one that the server waits for the longest goes."""
+        """Accept a connection; above the limit, close the one for which the server has waited longest."""
         super().handle_accept()
-        if len(self.active_channels) <= self._patience.connections:
+        if len(self.active_channels) <= self._patience.max_connections:
             return
         waiting = [(since, key) for key, channel in self.active_channels.items() if (since := channel.waiting_since)]
-        if len(waiting) > 1:  # else it would be the new one itself
+        if len(waiting) > 1:  # otherwise it would be the new one itself
             self.active_channels[min(waiting)[1]].cut()
 
     def maintenance(self, now: float) -> None:
-        """Close connections on which nothing moves, as waitress does, and those that are late."""
+        """Close idle connections, as waitress does, and late ones."""
         super().maintenance(now)
         for channel in list(self.active_channels.values()):
             if channel.is_late(self._patience):
@@ -162,15 +162,15 @@ WAITRESS_SETTINGS = {
     "max_request_body_size": 1024,
     "clear_untrusted_proxy_headers": True,
 }
-"""Of waitress. Of the threads, computations take four at most, long lists twelve, files of all rows three: the others
-answer what is quick all the time."""
+"""Settings of waitress. Computations occupy at most four threads, slow lists twelve, downloads of all rows three; the
+others stay free for quick answers."""
 
 
 def open_socket(host: str, port: int) -> socket.socket:
-    """Listen on a port, any free one for 0; HcsearchError with the remedy where that cannot be."""
+    """Open a listening socket on a port, 0 for any free one; HcsearchError with the remedy on failure."""
     try:
-        family, _, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        return socket.create_server(place[:2], family=family, backlog=128)
+        family, _, _, _, socket_address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        return socket.create_server(socket_address[:2], family=family, backlog=128)
     except (OSError, UnicodeError) as error:
         raise HcsearchError(_remedy(host, port, error)) from error
 
@@ -187,13 +187,13 @@ def _remedy(host: str, port: int, error: Exception) -> str:
 
 
 def socket_address(listening: socket.socket, host: str) -> str:
-    """The address to open in a browser."""
+    """Return the address to open in a browser."""
     port = listening.getsockname()[1]
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
 def shorten_log_record(record: logging.LogRecord) -> bool:
-    """Let one line say why an answer was cut off in its midst, as by a damaged row; faults keep their traceback."""
+    """Reduce the log record of an answer cut off by an HcsearchError to one line; faults keep tracebacks."""
     error = record.exc_info[1] if record.exc_info else None
     if isinstance(error, HcsearchError):
         record.msg, record.args, record.exc_info = f"hcsearch: {record.getMessage()}: {error}", (), None
@@ -209,15 +209,15 @@ def run_server(
     scene: str = DEFAULT_SCENE_NAME,
     started: Callable[[], None] = lambda: None,
 ) -> None:
-    """Answer requests until KeyboardInterrupt, which is raised again when everything has ended.
+    """Answer requests until KeyboardInterrupt, which is raised again after shutdown.
 
-    listening : from `open_socket`. started : called when requests may come; the pages themselves load after that.
+    listening : from `open_socket`. started : called when requests are accepted, before the pages are loaded.
     """
     logger = logging.getLogger("waitress")
     logger.setLevel(logging.ERROR)
     logger.addFilter(shorten_log_record)
     started()
-    from hcsearch.web.serve.application import Application  # noqa: PLC0415 - takes long, and requests can wait
+    from hcsearch.web.serve.application import Application  # noqa: PLC0415 - slow to import, and requests can wait
 
     application = Application(database, db, scene=scene, host=host)
     server = Server(application, listening, ConnectionLimits(), WAITRESS_SETTINGS)
@@ -227,17 +227,17 @@ def run_server(
         try:
             server.run()
         except (OSError, ValueError):
-            if not application.closed:  # else its socket was closed while it waited there
+            if not application.closed:  # otherwise its socket was closed while it waited
                 raise
         finally:
             ended.set()
 
     try:
-        # in a thread, as it would swallow an interrupt and wait for those who answer
+        # in a thread, since the server would swallow an interrupt and wait for answers
         threading.Thread(target=run, daemon=True).start()
         ended.wait()
     finally:
         logger.removeFilter(shorten_log_record)
-        logger.setLevel(logging.CRITICAL + 1)  # who is cut off complains
+        logger.setLevel(logging.CRITICAL + 1)  # connections that are cut off log errors
         application.close()
         server.close()

@@ -1,4 +1,4 @@
-"""Pages from templates, here and in `report`, and the files that they load: styles and scripts of the report."""
+"""Pages from templates of the server and the report, and their static files: styles and scripts."""
 
 from __future__ import annotations
 
@@ -18,30 +18,32 @@ CARD_SCRIPT_MODULES = ("geometry", "table", "parts", "card", "dialog", "copy")
 
 
 def render_page(name: str, **values: Any) -> str:
-    """A page from a template, with everything in it escaped."""
+    """Return a page from a template, with all values escaped."""
     return _environment().get_template(name).render(**values)
 
 
 @cache
 def _environment() -> Environment:
-    theirs = template_environment()
-    assert theirs.loader is not None
-    made = theirs.overlay(loader=ChoiceLoader([PackageLoader("hcsearch.web.serve"), theirs.loader]))
-    made.globals.update(
+    report_templates = template_environment()
+    assert report_templates.loader is not None
+    templates = report_templates.overlay(
+        loader=ChoiceLoader([PackageLoader("hcsearch.web.serve"), report_templates.loader])
+    )
+    templates.globals.update(
         address=list_address_of, design_address=design_address, views=tuple(VIEWS), static=static_address
     )
-    made.filters["cell"] = _cell
-    return made
+    templates.filters["cell"] = _cell
+    return templates
 
 
 @cache
 def static_files() -> dict[str, tuple[str, str]]:
-    """Content and type of the files that pages load, by name."""
-    own = _environment().loader
-    assert own is not None
+    """Return content and type of the static files by name."""
+    loader = _environment().loader
+    assert loader is not None
 
     def text(name: str) -> str:
-        return own.get_source(_environment(), name)[0]
+        return loader.get_source(_environment(), name)[0]
 
     return {
         "style.css": ("\n".join((page_style("style.css"), text("serve.css"))), "text/css"),
@@ -53,10 +55,10 @@ def static_files() -> dict[str, tuple[str, str]]:
 
 @cache
 def static_address(name: str) -> str:
-    """The address of a file, which is another one when the file is: browsers may keep it."""
+    """Return the address of a static file, which changes with its content, so that browsers may cache it."""
     return f"/static/{hashlib.sha256(static_files()[name][0].encode()).hexdigest()[:16]}/{name}"
 
 
 def _cell(value: object, name: str) -> str:
-    """A value in a table. Errors may be tiny; of anything else, rounding leaves so little of a zero."""
+    """Return a value as text in a table; errors may be tiny, other tiny values are rounding errors of zero."""
     return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written_value(value)
