@@ -88,8 +88,8 @@ def chunks_of(cursor: CursorResult[Any], *, trusted: bool = True) -> Iterator[Se
 def checked_rows(
     connection: Connection, location: str, statement: Select[Any], kinds: Sequence[ColumnKind | None]
 ) -> list[ResultRow]:
-    """Run a SELECT of this program and return its rows, with the errors of `raising_query_errors` and
-    `check_values`.""" with raising_query_errors():
+    """Return the rows of a SELECT of this program; errors as of `raising_query_errors` and `check_values`."""
+    with raising_query_errors():
         cursor = connection.execute(statement)
     names = tuple(cursor.keys())
     rows = [row for chunk in chunks_of(cursor) for row in chunk]

@@ -65,8 +65,11 @@ def deployment_scene_name(row: ViewRow, verdict: StoredVerdict | None) -> str:
         return scene
     deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path_flat_pairs is not None
     deployed = verdict.deployed_variant
-    is_other = deployed is not None and not deployed.as_written if deploys else moves and verdict.path_flat_pairs !=
-    pairs return joined_name(scene, pairs) if is_other else scene
+    if deploys:
+        is_other = deployed is not None and not deployed.as_written
+    else:
+        is_other = moves and verdict.path_flat_pairs != pairs
+    return joined_name(scene, pairs) if is_other else scene
 
 
 def way_option_text(way: str | None) -> str:
