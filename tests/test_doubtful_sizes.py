@@ -143,7 +143,11 @@ def test_sizes_of_assemblies_are_in_doubt_too(run, words, likely):
 
 def test_sizes_of_the_thesis_are_in_no_doubt(recwarn):
     for assembly in ASSEMBLIES.values():
-        given = {name: 1e3 * getattr(assembly.defaults, name) for name in LENGTH_PARAMETERS if name in assembly.uses}
+        given = {
+            name: 1e3 * getattr(assembly.defaults, name)
+            for name in LENGTH_PARAMETERS
+            if name in assembly.parameter_names
+        }
         parameters_of(assembly, given)
     parameters_of(ASSEMBLIES["unit-ii"], {"alpha": 70, "base": 30, "thickness": 10})
     assert not recwarn.list

@@ -38,21 +38,21 @@ def die(item):
 def test_results_come_in_order_whoever_works():
     inputs = [str(i) for i in range(200)]
     expected = [(item, int(item)) for item in inputs]
-    assert list(WorkerPool().work(int, inputs)) == expected
-    assert list(WorkerPool(2).work(int, inputs)) == expected
-    assert list(WorkerPool().work(int, inputs, threads=3)) == expected
+    assert list(WorkerPool().map_ordered(int, inputs)) == expected
+    assert list(WorkerPool(2).map_ordered(int, inputs)) == expected
+    assert list(WorkerPool().map_ordered(int, inputs, threads=3)) == expected
 
 
 def test_threads_of_one_process_work_beside_each_other():
     meet = threading.Barrier(3)
-    assert [answer for _, answer in WorkerPool().work(lambda _: meet.wait(30) >= 0, ["item"] * 6, threads=3)] == [
-        True
-    ] * 6
+    assert [
+        answer for _, answer in WorkerPool().map_ordered(lambda _: meet.wait(30) >= 0, ["item"] * 6, threads=3)
+    ] == [True] * 6
 
 
 def test_one_thread_begins_no_task_before_the_last_result_is_taken():
     begun = []
-    answers = WorkerPool().work(begun.append, list("abc"))
+    answers = WorkerPool().map_ordered(begun.append, list("abc"))
     for taken in range(1, 4):
         next(answers)
         assert len(begun) == taken
@@ -60,12 +60,12 @@ def test_one_thread_begins_no_task_before_the_last_result_is_taken():
 
 def test_a_worker_that_dies_is_one_line():
     with pytest.raises(ClusterError, match="fewer --jobs"):
-        list(WorkerPool(2).work(die, ["a", "b"]))
+        list(WorkerPool(2).map_ordered(die, ["a", "b"]))
 
 
 def test_what_a_worker_raises_comes_through():
     with pytest.raises(ValueError, match="invalid literal"):
-        list(WorkerPool(2).work(int, ["1", "two"]))
+        list(WorkerPool(2).map_ordered(int, ["1", "two"]))
 
 
 def answer_at_length(item):
@@ -75,7 +75,7 @@ def answer_at_length(item):
 
 def test_workers_in_the_midst_of_an_answer_are_ended_all_the_same():
     for taken in range(1, 9):
-        answers = WorkerPool(2).work(answer_at_length, ["x"] * 1000)
+        answers = WorkerPool(2).map_ordered(answer_at_length, ["x"] * 1000)
         assert len(list(itertools.islice(answers, taken))) == taken
         answers.close()
         assert not multiprocessing.active_children()
@@ -99,7 +99,7 @@ def test_an_interrupt_that_wakes_no_wait_ends_it_all_the_same():
     begin = time.monotonic()
     try:
         with pytest.raises(KeyboardInterrupt):
-            next(WorkerPool().work(task, ["item"]))
+            next(WorkerPool().map_ordered(task, ["item"]))
         assert time.monotonic() - begin < 10
     finally:
         ready.set()
@@ -150,7 +150,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
 def test_a_job_travels_without_its_tables():
     search = PolygonSearch(HEX, 16)
     assert len(search.prefixes) > 1
-    job = ShardJob(search, stages_until("twist"), "all", rows=True)
+    job = ShardJob(search, stages_until("twist"), "all", with_rows=True)
     assert "prefixes" not in job.__getstate__()["search"].__dict__
 
 

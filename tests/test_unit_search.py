@@ -83,9 +83,9 @@ def ten():
 
 @given(motions, motions, st.complex_numbers(max_magnitude=3))
 def test_motions_compose_and_turn_back(one, two, point):
-    assert (one @ two).plane(point) == pytest.approx(one.plane(two.plane(point)))
-    assert (one.inverse @ one).plane(point) == pytest.approx(point)
-    assert (one @ two).exchange == one.exchange * two.exchange
+    assert (one @ two).isometry(point) == pytest.approx(one.isometry(two.isometry(point)))
+    assert (one.inverse @ one).isometry(point) == pytest.approx(point)
+    assert (one @ two).face_sign == one.face_sign * two.face_sign
     assert (one @ one.inverse).key == IDENTITY_PLACEMENT.key
 
 
@@ -95,9 +95,9 @@ def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
     element = eight_r(DEGREES)
     sheet = CopySheet(element, lattice=False)
     moved = CopySheet(motion.of(element, sheet.unit), lattice=False)
-    assert moved.centres == pytest.approx(np.array([motion.plane(z) for z in sheet.centres]))
-    assert {code for *_, code in moved.creases} == {motion.exchange * code for *_, code in sheet.creases}
-    assert (moved.codes[0, 9], moved.codes[0, 2]) == (motion.exchange * sheet.codes[0, 9], sheet.codes[0, 2])
+    assert moved.centres == pytest.approx(np.array([motion.isometry(z) for z in sheet.centres]))
+    assert {code for *_, code in moved.creases} == {motion.face_sign * code for *_, code in sheet.creases}
+    assert (moved.codes[0, 9], moved.codes[0, 2]) == (motion.face_sign * sheet.codes[0, 9], sheet.codes[0, 2])
     assert same_class(moved.pattern) == same_class(element)
 
 
@@ -110,7 +110,7 @@ def test_placements_are_those_of_joining():
         scaled = placement._replace(shift=placement.shift / unit)
         joined.add(rings.key(CopyPlacement(scaled, -1 if placement.reflects else 1)))
     # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
-    assert len(rings.own) == 2
+    assert len(rings.symmetries) == 2
     assert {rings.key(motion) for motion in rings.placements} == joined
     assert len(joined) == 12
 
@@ -118,7 +118,7 @@ def test_placements_are_those_of_joining():
 def test_overlap_of_a_copy_with_itself():
     sheet = CopySheet(eight_r(DEGREES), lattice=False)
     overlap = sheet.overlap(IDENTITY_PLACEMENT)
-    assert (overlap.facets, overlap.hinges, overlap.crossed, overlap.agrees) == (10, 8, 0, True)
+    assert (overlap.facets, overlap.hinges, overlap.creases_in_slits, overlap.agrees) == (10, 8, 0, True)
     assert not sheet.overlap(CopyPlacement(Isometry.by(), -1)).agrees
     assert not sheet.overlap(CopyPlacement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
     assert sheet.overlap(CopyPlacement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
@@ -216,12 +216,12 @@ def test_there_is_no_isosceles_triangle_with_such_an_angle(alpha):
 def test_units_of_the_thesis_come_out_of_the_search_and_one_more(ten):
     assert ten.complete
     fours = [unit for unit in ten.units if len(unit.copies) == 4]
-    assert sorted(unit.known for unit in fours) == ["unit-i", "unit-ii", "unit-iii"]
+    assert sorted(unit.known_name for unit in fours) == ["unit-i", "unit-ii", "unit-iii"]
     for unit in fours:
         assert (len(unit.pattern.panels), len(unit.pattern.hinges), unit.pattern.kutzbach) == (21, 24, 0)
-        assert same_class(unit.pattern) == same_class(ASSEMBLIES[unit.known].build(DEGREES))
+        assert same_class(unit.pattern) == same_class(ASSEMBLIES[unit.known_name].build(DEGREES))
         proof = unit.proof
-        assert (proof.dof, proof.dof_folded, proof.dof_flat, proof.ways) == (1, 4, 4, 1)
+        assert (proof.dof, proof.dof_folded, proof.dof_flat, proof.path_count) == (1, 4, 4, 1)
         assert (proof.path, proof.path_dof, proof.contact) == ("flat", (1,), False)
         assert proof.deployment_ratio == pytest.approx(7)
         assert proof.closure_error < 1e-12

@@ -58,7 +58,7 @@ def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
     design = recognise_design(drawing)
-    return design.circuit, list(design.creases) if design.assigned else None, drawn_panel_size(design, drawing)
+    return design.circuit, list(design.creases) if design.has_assignments else None, drawn_panel_size(design, drawing)
 
 
 def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, list[int] | None]:

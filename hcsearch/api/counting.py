@@ -52,7 +52,7 @@ def count(
     is_single_array = isinstance(search, ArraySearch) and keep == "all"
     if scheduler is not None and is_single_array:
         raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
-    crew.check()
+    crew.check_cluster()
     seconds = None if keep == "all" else counting_seconds(search)
     if seconds is not None and announce is not None:
         announce(f"about {duration_text(seconds)} of core time to count")

@@ -131,7 +131,7 @@ def plan_enumeration(
     check_keep(keep, last)
     with database_snapshot(db) as (database, _):
         chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
-    workers.check()
+    workers.check_cluster()
     return Plan(search, last, keep, with_size(chosen, panel, search.grid.name), workers, budget)
 
 
@@ -150,7 +150,9 @@ def run_enumeration(
     """
     tell = announce or _ignore
     location = database_location(db)
-    expected = estimate_run(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
+    expected = estimate_run(
+        plan, stored=not dry, finished=() if dry or plan.is_small else finished_shards(plan, location)
+    )
     if expected is not None:
         tell(expected.sentence(plan.crew))
         if not dry:

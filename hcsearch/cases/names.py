@@ -133,7 +133,7 @@ def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
         else:
             changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
     for name in changes:
-        if name not in assembly.uses:
+        if name not in assembly.parameter_names:
             option = "SIZE" if name == "size" else f"--{name}"
             raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
     parameters = replace(assembly.defaults, **changes)
@@ -144,8 +144,8 @@ def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
 
 def _panel(assembly: Assembly, parameters: Parameters) -> PanelSize:
     """The sizes of an assembly's panels, of triangles the base on both sides."""
-    side = parameters.base if "base" in assembly.uses else parameters.side
-    return (side, parameters.width if "width" in assembly.uses else side, parameters.thickness)
+    side = parameters.base if "base" in assembly.parameter_names else parameters.side
+    return (side, parameters.width if "width" in assembly.parameter_names else side, parameters.thickness)
 
 
 def _size(text: str) -> tuple[int, int]:

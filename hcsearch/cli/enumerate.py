@@ -67,7 +67,7 @@ def enumerate_(
 
 def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
     """Compile beside a run what the quick check of deployments needs, where the run comes to that."""
-    if not plan.scenic:
+    if not plan.scene_stages:
         return nullcontext()
     from hcsearch.api.compiling import compiling_ahead
 
@@ -105,7 +105,7 @@ def _print_summary(done: Enumeration) -> None:
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
     click.echo(f"stages: {times}, summed over cores" if times else "stages: nothing to do")
-    if plan.scenic:
+    if plan.scene_stages:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
     if summary.undecided:

@@ -72,8 +72,8 @@ def rank(
         ranked = rank_in_database(database, condition, all_weights, scene, panel, save=save)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
-    if ranked.left_out:
-        click.echo(f"left out: {len(ranked.left_out):,} designs that are known not to deploy", err=True)
+    if ranked.unranked_ids:
+        click.echo(f"left out: {len(ranked.unranked_ids):,} designs that are known not to deploy", err=True)
     if save:
         click.echo(f"scores saved: {len(ranked.result.rows):,} designs in {database.location}", err=True)
 

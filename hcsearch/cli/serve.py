@@ -33,4 +33,4 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None) -
         serving.serve(db, host=host, port=port, scene=scene, panel=panel, started=click.echo)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        exit_interrupted(said="hcsearch: the server has ended")
+        exit_interrupted(message="hcsearch: the server has ended")

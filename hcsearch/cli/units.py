@@ -99,7 +99,8 @@ def _print(result: ElementSearchResult) -> None:
     suffix += "" if result.complete else ", not all within the limits"
     click.echo(
         f"{element.name}  dof {element.dof}, {result.placements} placements, {result.unions} unions, "
-        f"{result.folding} that fold, {result.single} with one degree of freedom, {len(result.units)} units{suffix}"
+        f"{result.foldable} that fold, {result.single_dof} with one degree of freedom, "
+        f"{len(result.units)} units{suffix}"
     )
     for unit in result.units:
         row = unit.row()

@@ -1,4 +1,4 @@
-"""Files that other programs read: crease patterns, sheets, pictures, tables, solids and models of simulators.
+"""Export to file formats of other programs: crease patterns, sheets, pictures, tables, solids, simulation models.
 
-`formats.FORMATS` lists the formats, a module each.
+`formats.FORMATS` lists the formats.
 """

@@ -1,8 +1,8 @@
-"""An animated SVG picture: thick panels that move from packed to flat and back, painted from behind, frame by frame.
+"""An animated SVG picture of a motion: thick panels moving from packed to flat and back.
 
-The frames stand beside each other, and the picture shows one at a time: a CSS animation moves the strip by steps.
-Panels are seen from far away, those behind drawn first. A viewer without animations, or a reader who prefers reduced
-motion, sees one frame from the middle of the motion.
+The frames lie side by side in a strip, which a CSS animation shifts by one frame at a time. Panels are drawn in
+parallel projection by the painter's algorithm, from back to front. Viewers without animations, and those that ask for
+reduced motion, show a single frame from the middle of the motion.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from hcsearch.cases.replay import Replay, accumulated_turn, stacks_of
 from hcsearch.shape.drawing import svg_path
 
 COPLANAR_COSINE = 1e-9
-"""Directions are along a face of a solid where their dot product with its unit normal is below this."""
+"""A direction is parallel to a face where the magnitude of its dot product with the unit normal is below this."""
 
 
 def painters_order(prisms: Sequence[Reals], towards: Reals) -> list[int]:
-    """Numbers of prisms, each (2, n_corners, 3), such that none hides one that comes after it.
+    """Return the order in which to draw prisms, each (2, n_corners, 3), from back to front.
 
-    towards : unit vector to the viewer, who is far away. Of two prisms that do not overlap, the one on the viewer's
-    side of a plane between them is in front. Where some hide each other in a ring, the farthest one is drawn first.
+    towards : unit vector to the viewer at infinity. Of two disjoint prisms, the one on the viewer's side of a
+    separating plane is in front. Cycles of prisms that hide each other are broken at the farthest one.
     """
     n = len(prisms)
     points = [prism.reshape(-1, 3) for prism in prisms]
@@ -48,7 +48,7 @@ def painters_order(prisms: Sequence[Reals], towards: Reals) -> list[int]:
 
 
 def _axes(prism: Reals) -> tuple[Reals, Reals]:
-    """Unit normals of a prism's faces, and unit directions of its edges."""
+    """Return the unit normals of a prism's faces and the unit directions of its edges."""
     bottom, top = prism
     up = (top - bottom)[0] / np.linalg.norm((top - bottom)[0])
     edges = np.roll(bottom, -1, axis=0) - bottom
@@ -57,16 +57,16 @@ def _axes(prism: Reals) -> tuple[Reals, Reals]:
 
 
 def _between(first: tuple[Reals, Reals], second: tuple[Reals, Reals]) -> Reals:
-    """Unit normals of the planes of which one separates two prisms, where any does (separating axis theorem)."""
+    """Return the unit normals of all candidate separating planes of two prisms (separating axis theorem)."""
     crossed = np.cross(first[1][:, None], second[1][None]).reshape(-1, 3)
     lengths = np.linalg.norm(crossed, axis=1)
     normals: Reals = np.vstack([first[0], second[0], crossed[lengths > 1e-6] / lengths[lengths > 1e-6][:, None]])
     return normals
 
 
-def _in_front(one: Reals, other: Reals, normals: Reals, towards: Reals) -> int:
-    """1 where the first of two solids may hide the second, -1 where the second may hide the first, else 0."""
-    a, b = one @ normals.T, other @ normals.T
+def _in_front(first: Reals, second: Reals, normals: Reals, towards: Reals) -> int:
+    """Return 1 where the first of two solids may hide the second, -1 for the reverse, 0 for neither."""
+    a, b = first @ normals.T, second @ normals.T
     above, below = a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)
     facing = normals @ towards
     best = int(np.maximum(above, below).argmax())
@@ -76,18 +76,18 @@ def _in_front(one: Reals, other: Reals, normals: Reals, towards: Reals) -> int:
 
 
 def _sorted(before: list[set[int]], depth: Sequence[float]) -> list[int]:
-    """An order in which each comes after those that are before it, the deepest first among those that are free."""
-    waiting = [set(own) for own in before]
-    ready = [(depth[k], k) for k, own in enumerate(waiting) if not own]
+    """Topological order of items after all their predecessors `before`; the deepest available one comes first."""
+    waiting = [set(predecessors) for predecessors in before]
+    ready = [(depth[k], k) for k, predecessors in enumerate(waiting) if not predecessors]
     heapq.heapify(ready)
-    left, order = set(range(len(depth))), []
-    while left:
-        k = heapq.heappop(ready)[1] if ready else min(left, key=lambda k: depth[k])
-        if k not in left:
+    remaining, order = set(range(len(depth))), []
+    while remaining:
+        k = heapq.heappop(ready)[1] if ready else min(remaining, key=lambda k: depth[k])
+        if k not in remaining:
             continue
-        left.discard(k)
+        remaining.discard(k)
         order.append(k)
-        for other in left:
+        for other in remaining:
             if k in waiting[other]:
                 waiting[other].discard(k)
                 if not waiting[other]:
@@ -97,33 +97,33 @@ def _sorted(before: list[set[int]], depth: Sequence[float]) -> list[int]:
 
 FRAME_COUNT = 48
 ANIMATION_SECONDS = 5.0
-"""From packed to flat, with the rests at both ends; the way back takes as long."""
+"""Duration from packed to flat, rests at both ends included, and of the way back, s."""
 REST_SHARE = 0.14
-"""Share of the time in which the picture rests, at each end."""
+"""Share of the duration for which the picture rests at each end."""
 STILL_FRAME_SHARE = 0.55
-"""The share of the motion at which a viewer without animations sees the panels."""
+"""Share of the motion that viewers without animations show."""
 FRAME_WIDTH, FRAME_PIXELS = 960, 480
-"""Width of a frame in units, and on a screen."""
+"""Width of a frame in user units and in pixels."""
 FRAME_MARGIN = 14
 VIEW_TURN, VIEW_ELEVATION = math.radians(14.0), math.radians(42.0)
-"""Where the viewer is: a turn from where the stacks are seen side by side, and the height above the flat state."""
+"""Direction of view, rad: azimuth from where the stacks lie side by side, and elevation above the flat state."""
 SHADE_COUNT = 16
 STACK_COLOURS = ((238, 214, 160), (158, 190, 222))
-"""Red, green and blue of the two stacks in full light."""
+"""RGB colours of the two stacks in full light."""
 PANEL_COLOUR = (222, 218, 206)
-"""Of the panels of linkages without two stacks."""
+"""RGB colour of panels of linkages without two stacks."""
 
 _LIGHT = np.array([0.25, -0.45, 0.86])
 _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
-"""Mountain and valley hinges, and those that stay flat, by the first letter of their fold."""
+"""Colours of mountain, valley and flat hinges, by the first letter of their fold."""
 
 
 def animation_of(replay: Replay) -> str:
-    """A replay as an animated picture, between whose frames hinges turn by equal angles in sum."""
+    """Return a replay as an animated SVG; the sum of hinge rotations is the same between all frames."""
     moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
     camera = _camera(_across(replay) + VIEW_TURN)
-    seen = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    projected = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
+    low, high = projected.min(axis=0), projected.max(axis=0)
     scale = (FRAME_WIDTH - 2 * FRAME_MARGIN) / (high[0] - low[0])
     height = round(scale * (high[1] - low[1])) + 2 * FRAME_MARGIN
     painter = _Painter(replay, camera, scale, FRAME_MARGIN - scale * low[0], FRAME_MARGIN + scale * high[1])
@@ -141,19 +141,19 @@ def animation_of(replay: Replay) -> str:
 
 
 def _even_steps(replay: Replay) -> Reals:
-    """Fold angles of the frames, (FRAMES, n_hinges): springs are fast first, and long in coming to rest."""
+    """Fold angles of the frames, (FRAMES, n_hinges), at equal steps of accumulated rotation instead of time."""
     length = accumulated_turn(replay.angles)
     return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAME_COUNT), length, replay.at))
 
 
 def _centred(solids: list[Reals]) -> list[Reals]:
-    """Solids with their common middle in the origin, so that the whole stays in the picture."""
+    """Translate solids so that the mean of their centres is the origin, which keeps them in the picture."""
     middle = np.mean([solid.mean(axis=(0, 1)) for solid in solids], axis=0)
     return [solid - middle for solid in solids]
 
 
 def _across(replay: Replay) -> float:
-    """Direction from the first stack to the second, rad from the x axis; that axis where there are no two stacks."""
+    """Direction from the first stack to the second, rad from the x axis; 0 where there are no two stacks."""
     stacks = stacks_of(replay.linkage)
     if stacks is None:
         return 0.0
@@ -164,7 +164,7 @@ def _across(replay: Replay) -> float:
 
 
 def _camera(across: float) -> Reals:
-    """Unit vectors to the right, which lies in the plane of the flat state, upwards, and towards the viewer."""
+    """Unit vectors of the view: right (in the plane of the flat state), up, and towards the viewer."""
     right = np.array([math.cos(across), math.sin(across), 0.0])
     away = np.array([-math.sin(across), math.cos(across), 0.0])
     towards = np.array([0.0, 0.0, math.sin(VIEW_ELEVATION)]) - math.cos(VIEW_ELEVATION) * away
@@ -172,7 +172,7 @@ def _camera(across: float) -> Reals:
 
 
 class _Painter:
-    """Draws one frame after the other."""
+    """Draws the frames of a replay."""
 
     def __init__(self, replay: Replay, camera: Reals, scale: float, left: float, top: float) -> None:
         self.camera, self.scale, self.left, self.top = camera, scale, left, top
@@ -180,7 +180,7 @@ class _Painter:
         stacks = stacks_of(replay.linkage)
         self.colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.faces)]
         self.hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.faces]
-        """Of each facet: edges with a hinge, the face that carries it, and the kind of line."""
+        """For each facet, its edges with a hinge: edge, face that carries the hinge (1 top, 0 bottom), kind of line."""
         for pair, crease in pattern.creases.items():
             if crease.face is not None:
                 # each facet has the edge on its left: the second one begins it at its end
@@ -189,7 +189,7 @@ class _Painter:
                     self.hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
 
     def frame(self, solids: list[Reals]) -> str:
-        """The panels that face the viewer, those behind first."""
+        """Return the visible faces of a frame, from back to front."""
         return "".join(self._facet(k, solids[k]) for k in painters_order(solids, self.camera[2]))
 
     def _facet(self, number: int, solid: Reals) -> str:
@@ -200,22 +200,22 @@ class _Painter:
         normals = [np.cross(face[1] - face[0], face[2] - face[1]) for face in faces]
         shown = [float(normal @ self.camera[2]) > 1e-9 * float(np.linalg.norm(normal)) for normal in normals]
         marks = [
-            svg_path(f"{self.colours[number]}{_shade(normal)}", [self._seen(face)], closed=True)
+            svg_path(f"{self.colours[number]}{_shade(normal)}", [self._projected(face)], closed=True)
             for face, normal, visible in zip(faces, normals, shown, strict=True)
             if visible
         ]
         for edge, side, kind in self.hinges[number]:
             if shown[side] or shown[2 + edge]:
-                marks.append(svg_path(kind, [self._seen(solid[side][[edge, (edge + 1) % n]])]))
+                marks.append(svg_path(kind, [self._projected(solid[side][[edge, (edge + 1) % n]])]))
         return "".join(marks)
 
-    def _seen(self, points: Reals) -> list[tuple[int, int]]:
+    def _projected(self, points: Reals) -> list[tuple[int, int]]:
         across = self.scale * (points @ self.camera[:2].T)
         return [(round(self.left + x), round(self.top - y)) for x, y in across.tolist()]
 
 
 def _shade(normal: Reals) -> int:
-    """How much light a face has, 0 to SHADES - 1."""
+    """Brightness level of a face, 0 to SHADES - 1, from its normal."""
     light = float(normal @ _LIGHT) / float(np.linalg.norm(normal) * np.linalg.norm(_LIGHT))
     return round((SHADE_COUNT - 1) * (0.5 + 0.5 * light))
 

@@ -1,8 +1,8 @@
-"""A scene as simulators take it: a tree of links, whose loops are cut through panels, and the welds that close them.
+"""A scene for simulators: a tree of links, with loops cut through panels, and the welds that close them.
 
-Every hinge stays a joint of the tree, with its spring, its damper and its stops; where a loop closes, a panel is cut
-into parts of equal mass that are welded to each other (`dynamics.panels`). Frames of links lie in the middle of the
-hinge that they hang on, with the axes of the flat state: all fold angles 0 is the flat state.
+Every hinge remains a joint of the tree, with its spring, damper and stops. Where a loop closes, a panel is cut into
+parts of equal mass that are welded to each other (`dynamics.panels`). The frame of a link lies at the middle of its
+parent hinge, with the axes of the flat state, so all fold angles are 0 in the flat state.
 """
 
 from __future__ import annotations
@@ -27,37 +27,37 @@ from hcsearch.springs.dynamics.system import JointDrive
 
 @dataclass(frozen=True, eq=False)
 class LinkJoint(ByValue):
-    """The joint on which a link hangs: a hinge.
+    """The hinge that joins a link to its parent.
 
-    above : number of the other link. axis : unit vector, about which the link turns by the fold angle.
+    parent : number of the parent link. axis : unit vector, about which the link turns by the fold angle.
     """
 
     name: str
     hinge: int
-    above: int
+    parent: int
     axis: Reals
     drive: JointDrive
 
 
 @dataclass(frozen=True, eq=False)
 class TreeLink(ByValue):
-    """A panel, or a part of one that is cut.
+    """A panel, or a part of a panel that is cut.
 
-    whole : whether the panel's shape goes with this link: it is its first part. frame : where its frame lies in the
-    flat state, m. body : its mass properties there. joined : None of the base.
+    has_shape : whether the link carries the panel's shape, as its first part does. frame : origin of its frame in the
+    flat state, m. body : mass properties there. joint : joint to the parent; None of the base.
     """
 
     name: str
     panel: int
-    whole: bool
+    has_shape: bool
     frame: Reals
     body: Body
-    joined: LinkJoint | None
+    joint: LinkJoint | None
 
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure(ByValue):
-    """Two parts of a panel that move as one: numbers of links, and a point of both in the flat state, m."""
+    """A weld of two parts of a panel: their links' numbers, and a common point in the flat state, m."""
 
     name: str
     first: int
@@ -67,9 +67,9 @@ class LoopClosure(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class CutTree(ByValue):
-    """The links, each after the one that it hangs on, the first of which is the base; and what closes the loops.
+    """The links, the base first and each after its parent, and the closures of the loops.
 
-    floats : whether the base is free, with the scene's floating body as part of it; else it is held.
+    has_free_base : whether the base is free, with the scene's floating body as part of it; else it is held.
     start : (n_hinges,), fold angles at which the scene starts, rad.
     """
 
@@ -77,14 +77,14 @@ class CutTree(ByValue):
     setup: Setup
     links: tuple[TreeLink, ...]
     closures: tuple[LoopClosure, ...]
-    floats: bool
+    has_free_base: bool
     start: Reals
 
 
 def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
-    """The links of a scene; HcsearchError as of `compile_scene`."""
+    """Cut the loops of a linkage in a scene open; HcsearchError as of `compile_scene`."""
     setup = setup_of_scene(scene, linkage)
-    # frames of links are those of this linkage, and not of its twin
+    # link frames are those of this linkage, not of its twin
     compiled = compile_scene(replace(linkage, twin=None), setup, keep=frozenset(OMISSIONS))
     system, held = compiled.system, setup.held
     shift = int(np.count_nonzero(~compiled.hinged))
@@ -94,12 +94,12 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
     parts = {held: 1}
     for i in range(shift, system.n_joints):
         joint, hinge = system.joints[i], hinge_of[i]
-        above = max(0, joint.parent - shift + 1)
+        parent = max(0, joint.parent - shift + 1)
         ends = linkage.pattern.hinges[hinge]
-        panel = ends.second if ends.first == links[above].panel else ends.first
+        panel = ends.second if ends.first == links[parent].panel else ends.first
         parts[panel] = parts.get(panel, 0) + 1
         name = _panel(labels, panel) + ("" if parts[panel] == 1 else f"_part{parts[panel]}")
-        joined = LinkJoint(f"hinge_{labels.hinges[hinge]}", hinge, above, joint.axis, system.drives[i])
+        joined = LinkJoint(f"hinge_{labels.hinges[hinge]}", hinge, parent, joint.axis, system.drives[i])
         links.append(TreeLink(name, panel, parts[panel] == 1, joint.point, system.bodies[i], joined))
     closures = tuple(
         LoopClosure(f"closure_{k}", max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point)
@@ -110,7 +110,10 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
 
 
 def linear_law_of(law: Law, name: str) -> tuple[float, float]:
-    """Stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for others, naming the hinge."""
+    """Return stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for other laws.
+
+    name : of the hinge, for messages.
+    """
     pieces = law.straight.cubics
     if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):
         raise HcsearchError(
@@ -122,7 +125,7 @@ def linear_law_of(law: Law, name: str) -> tuple[float, float]:
 
 
 def numbers_text(values: Any) -> str:
-    """Numbers in full digits, as attributes of XML have them."""
+    """Format numbers for XML attributes, in full precision."""
     return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0
 
 

@@ -1,7 +1,7 @@
-"""Sheets to cut and crease: outlines, slits, fold lines, marks and numbers in strokes, in millimetres.
+"""Sheets to cut and crease: outlines, slits, fold lines, marks and numbers, in millimetres.
 
-The sheet in one piece has its outline, slits and fold lines; panels apart have outlines of their own, and marks beside
-the edges that carry hinges. Numbers are drawn in strokes, as cutters have no fonts.
+A sheet in one piece has its outline, slits and fold lines. Separate panels have their own outlines, and marks along the
+edges that carry hinges. Numbers are drawn as strokes, since cutters have no fonts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
 DIGIT_WIDTH_RATIO, DIGIT_SPACE_RATIO, LINE_SPACE_RATIO = 0.5, 0.3, 0.25
-"""Width of a digit, the space after it, and that above a line below, over its height."""
+"""Width of a digit, space between digits, and space above an underline, over the digit's height."""
 
 # corners of the seven segments, left and right, at heights 1, 1/2 and 0; X, Y of a plus; G, H, I of a 1
 _PATHS: dict[str, tuple[str, ...]] = {
@@ -56,7 +56,7 @@ _CORNERS: dict[str, PlanePoint] = {
 
 
 def digit_strokes(text: str, middle: PlanePoint, height: float, *, underlined: bool = False) -> list[list[PlanePoint]]:
-    """Polylines of a text of digits and pluses, of a height, about a point."""
+    """Return the polylines of a text of digits and pluses of given height, centred on a point."""
     step = DIGIT_WIDTH_RATIO + DIGIT_SPACE_RATIO
     wide = step * len(text) - DIGIT_SPACE_RATIO
     left, low = middle[0] - 0.5 * height * wide, middle[1] - 0.5 * height
@@ -70,13 +70,14 @@ def digit_strokes(text: str, middle: PlanePoint, height: float, *, underlined: b
 
 
 SHEET_MARGIN, PANEL_SPACE = 5.0, 5.0
-"""Around a sheet, and between panels that lie apart, mm."""
+"""Margin of a sheet, and space between separate panels, mm."""
 _INSET, _NUMBER_INSET, _PANEL_DIGIT, _HINGE_DIGIT = 0.1, 0.28, 0.32, 0.16
-"""Of marks and numbers of hinges from their edge, and heights of numbers, over the radius of a circle in the panel."""
+"""Distances of hinge marks and hinge numbers from the edge, and heights of panel and hinge numbers, over the facet's
+radius."""
 _MARK = 0.5
-"""Length of a mark over that of the edge."""
+"""Length of a mark over the length of the edge."""
 _GRID = 1e-7
-"""Outlines are joined in coordinates rounded to this, mm."""
+"""Grid to which coordinates are rounded when outlines are joined, mm."""
 
 SHEET_LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE")
 
@@ -99,13 +100,13 @@ LAYER_COLOURS: dict[SheetProfile, dict[str, tuple[str, int]]] = {
         "HINGE_BOTTOM": ("#ff00ff", 6),
     },
 }
-"""Colours of layers, and their numbers in AutoCAD's list. Origami Simulator has boundaries black, cuts green, mountains
-red, valleys blue, and creases that it does not drive magenta."""
+"""Colours of layers, and their AutoCAD colour numbers. Origami Simulator expects boundaries black, cuts green,
+mountains red, valleys blue, and creases that it does not drive magenta."""
 
 
 @dataclass(frozen=True)
 class SheetLine:
-    """A polyline, mm; of a panel or hinge by its label, or of the whole sheet."""
+    """A polyline, mm; label : of its panel or hinge, empty for the whole sheet."""
 
     points: tuple[PlanePoint, ...]
     closed: bool = False
@@ -114,7 +115,7 @@ class SheetLine:
 
 @dataclass
 class CuttingSheet:
-    """Lines on layers, from the lower left corner at (0, 0) to width and height, mm."""
+    """Lines by layer, between the lower left corner (0, 0) and (width, height), mm."""
 
     width: float = 0.0
     height: float = 0.0
@@ -125,7 +126,7 @@ class CuttingSheet:
         self.lines[layer].append(SheetLine(tuple((float(x), float(y)) for x, y in points), closed, label))
 
     def write(self, text: str, middle: PlanePoint, height: float) -> None:
-        """Add a number, engraved about a point; with a line below where it may be read upside down."""
+        """Engrave a number centred on a point; underlined where it could be misread upside down."""
         for stroke in digit_strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
             self.add("ENGRAVE", stroke, text)
 
@@ -133,21 +134,21 @@ class CuttingSheet:
 def cutting_sheet_of(
     pattern: Pattern, labels: Labels, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: SheetProfile
 ) -> CuttingSheet:
-    """The sheet that settings of an export ask for; HcsearchError where they contradict each other."""
+    """Draw the sheet for given settings; HcsearchError where they contradict each other."""
     apart = sheet == "panels"
     if profile == "simulator" and (apart or kerf_mm):
         raise HcsearchError("Origami Simulator takes the sheet in one piece, as it is: leave out --sheet and --kerf")
     if hinge_gap_mm and not apart:
         raise HcsearchError("a sheet in one piece has no gaps at hinges: leave out --hinge-gap, or add --sheet panels")
     drawn = _Drawn(pattern, labels, kerf_mm, hinge_gap_mm)
-    lines = drawn.apart() if apart else drawn.whole()
+    lines = drawn.draw_panels() if apart else drawn.draw_assembled()
     if profile == "simulator":
         lines.lines["ENGRAVE"] = []
     return lines
 
 
 class _Drawn:
-    """A pattern in millimetres."""
+    """A pattern to be drawn, in millimetres."""
 
     def __init__(self, pattern: Pattern, labels: Labels, kerf_mm: float, hinge_gap_mm: float) -> None:
         self.pattern, self.labels = pattern, labels
@@ -157,12 +158,12 @@ class _Drawn:
         self.radii = [_radius(facet) for facet in self._polygons()]
 
     def edge(self, pair: FacetPair) -> tuple[PlanePoint, PlanePoint]:
-        """The shared edge of two facets, the first on the left."""
+        """Return the shared edge of two facets, with the first on its left."""
         start, end = self.pattern.edges[pair]
         return self.vertices[start], self.vertices[end]
 
-    def whole(self) -> CuttingSheet:
-        """The sheet in one piece."""
+    def draw_assembled(self) -> CuttingSheet:
+        """Draw the sheet in one piece."""
         import shapely  # noqa: PLC0415 - takes longer to load than the sheet to draw
 
         sheet = CuttingSheet()
@@ -184,8 +185,8 @@ class _Drawn:
             self._number_panel(sheet, panel, polygon)
         return _moved_in(sheet)
 
-    def apart(self) -> CuttingSheet:
-        """The panels in rows, in their order."""
+    def draw_panels(self) -> CuttingSheet:
+        """Draw separate panels, arranged in rows in their order."""
         import shapely  # noqa: PLC0415 - as above
 
         facets = self._trimmed()
@@ -204,7 +205,7 @@ class _Drawn:
         return _in_rows(parts, 1.2 * math.sqrt(area))
 
     def panels(self, facets: Sequence[Polygon]) -> list[Polygon]:
-        """The panels, joined of their facets."""
+        """Return the panels' polygons, joined from those of their facets."""
         import shapely  # noqa: PLC0415 - as above
 
         polygons = [
@@ -217,13 +218,13 @@ class _Drawn:
         return polygons
 
     def _polygons(self) -> list[Polygon]:
-        """The facets as they are."""
+        """Return the facets' polygons."""
         import shapely  # noqa: PLC0415 - as above
 
         return [shapely.Polygon([self.vertices[v] for v in face]) for face in self.pattern.faces]
 
     def _trimmed(self) -> list[Polygon]:
-        """The facets with half of the hinge gap taken off along hinges."""
+        """Return the facets' polygons, reduced by half of the hinge gap along hinges."""
         facets, gap = self._polygons(), 0.5 * self.hinge_gap_mm
         if gap:
             for pair, crease in self.pattern.creases.items():
@@ -233,7 +234,7 @@ class _Drawn:
         return facets
 
     def _grown(self, polygon: Polygon) -> Polygon:
-        """A polygon moved outwards by half of the kerf; HcsearchError where that closes a hole or a notch."""
+        """Offset a polygon outwards by half of the kerf; HcsearchError where that closes a hole or a notch."""
         kerf = 0.5 * self.kerf_mm
         if not kerf:
             return polygon
@@ -245,7 +246,7 @@ class _Drawn:
     def _marks(
         self, facets: Sequence[Polygon]
     ) -> dict[int, list[tuple[str, int, tuple[PlanePoint, PlanePoint], float]]]:
-        """Of each panel the layer, the hinge, the side of a facet along it (facet on the left), the facet's radius."""
+        """Return each panel's hinge marks: layer, hinge, the facet's side along it (facet on the left), its radius."""
         marks: dict[int, list[tuple[str, int, tuple[PlanePoint, PlanePoint], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:
@@ -258,12 +259,12 @@ class _Drawn:
     def _number_hinge(
         self, sheet: CuttingSheet, hinge: int, edge: tuple[PlanePoint, PlanePoint], radius: float
     ) -> None:
-        """The number of a hinge on the left of its edge, in a facet of a radius."""
+        """Engrave a hinge's number on the left of its edge, scaled to the facet's radius."""
         (x, y), (to_x, to_y) = _beside(edge, _NUMBER_INSET * radius, 1.0)
         sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
 
     def _number_panel(self, sheet: CuttingSheet, panel: int, polygon: Polygon) -> None:
-        """The number of a panel in its middle, as large as its facets let it be and its outline."""
+        """Engrave a panel's number in its middle, as large as its facets and its outline allow."""
         import shapely  # noqa: PLC0415 - as above
 
         label, middle = self.labels.panels[panel], _middle(polygon)
@@ -274,32 +275,32 @@ class _Drawn:
 
 
 def chained_edges(edges: Sequence[tuple[PlanePoint, PlanePoint]]) -> list[list[PlanePoint]]:
-    """Edges joined to polylines as long as they go without a branch; closed ones end where they begin."""
-    near: dict[PlanePoint, list[PlanePoint]] = defaultdict(list)
+    """Join edges into polylines between branch points; closed polylines repeat their first point at the end."""
+    adjacent: dict[PlanePoint, list[PlanePoint]] = defaultdict(list)
     for a, b in edges:
-        near[a].append(b)
-        near[b].append(a)
-    left = {frozenset(edge) for edge in edges}
+        adjacent[a].append(b)
+        adjacent[b].append(a)
+    unused = {frozenset(edge) for edge in edges}
     polylines = []
-    starts = [point for point, others in near.items() if len(others) != 2]
-    for start in [*starts, *near]:
-        for first in near[start]:
-            if frozenset((start, first)) not in left:
+    starts = [point for point, neighbours in adjacent.items() if len(neighbours) != 2]
+    for start in [*starts, *adjacent]:
+        for first in adjacent[start]:
+            if frozenset((start, first)) not in unused:
                 continue
             chain = [start, first]
-            left.remove(frozenset((start, first)))
-            while len(near[chain[-1]]) == 2:
-                onward = [point for point in near[chain[-1]] if frozenset((chain[-1], point)) in left]
+            unused.remove(frozenset((start, first)))
+            while len(adjacent[chain[-1]]) == 2:
+                onward = [point for point in adjacent[chain[-1]] if frozenset((chain[-1], point)) in unused]
                 if not onward:
                     break
-                left.remove(frozenset((chain[-1], onward[0])))
+                unused.remove(frozenset((chain[-1], onward[0])))
                 chain.append(onward[0])
             polylines.append(chain)
     return polylines
 
 
 def _layer(crease: Crease) -> str:
-    """The layer of a fold line; hinges that stay flat when folded are neither mountain nor valley."""
+    """Return the layer of a fold line; flat hinges, neither mountain nor valley, are on the layer of their face."""
     return _hinge_layer(crease) if crease.fold == "flat" else crease.fold.upper()
 
 
@@ -308,7 +309,7 @@ def _hinge_layer(crease: Crease) -> str:
 
 
 def _strip(start: PlanePoint, end: PlanePoint, width: float, far: float) -> Polygon:
-    """What lies left of the line from start to end by no more than a width, and all on its right that is near."""
+    """Return the strip along a directed line, up to `width` on its left and `far` on its right and beyond both ends."""
     import shapely  # noqa: PLC0415 - as above
 
     a, b = complex(*start), complex(*end)
@@ -319,7 +320,7 @@ def _strip(start: PlanePoint, end: PlanePoint, width: float, far: float) -> Poly
 
 
 def _side_along(facet: Polygon, edge: tuple[PlanePoint, PlanePoint]) -> tuple[PlanePoint, PlanePoint]:
-    """The side of a convex facet that is parallel to an edge on its right, and nearest to it."""
+    """Return the side of a convex facet that is nearest and parallel to an edge on the facet's right."""
     a, b = complex(*edge[0]), complex(*edge[1])
     along = (b - a) / abs(b - a)
     places = [(complex(*point) - a) / along for point in facet.exterior.coords]
@@ -330,7 +331,7 @@ def _side_along(facet: Polygon, edge: tuple[PlanePoint, PlanePoint]) -> tuple[Pl
 
 
 def _beside(edge: tuple[PlanePoint, PlanePoint], inset: float, share: float) -> tuple[PlanePoint, PlanePoint]:
-    """A line on the left of an edge, over a share of its length about the middle."""
+    """Return the middle `share` of an edge, moved to its left by `inset`."""
     a, b = complex(*edge[0]), complex(*edge[1])
     along = (b - a) / abs(b - a)
     middle, half = 0.5 * (a + b) + 1j * along * inset, 0.5 * share * (b - a)
@@ -338,7 +339,7 @@ def _beside(edge: tuple[PlanePoint, PlanePoint], inset: float, share: float) -> 
 
 
 def _radius(facet: Polygon) -> float:
-    """The radius of the circle within a facet that touches its sides; about that, where none touches all of them."""
+    """Return the inradius of a facet: twice area over perimeter, approximate where no circle touches all sides."""
     return 2.0 * float(facet.area) / float(facet.length)
 
 
@@ -348,7 +349,7 @@ def _middle(polygon: Polygon) -> PlanePoint:
 
 
 def _rings(polygons: Polygon) -> list[list[PlanePoint]]:
-    """The outer rings and holes of one or more polygons, without straight corners, the first point not repeated."""
+    """Return outer rings and holes of polygons, without straight corners, the first point not repeated."""
     import shapely  # noqa: PLC0415 - as above
 
     parts = shapely.get_parts(polygons.simplify(1e-6))
@@ -362,12 +363,12 @@ def _bounds(sheet: CuttingSheet) -> tuple[float, float, float, float]:
 
 
 def _moved_in(sheet: CuttingSheet) -> CuttingSheet:
-    """The sheet with its lower left corner, less the margin, at the origin."""
+    """Translate a sheet to the margin from the origin, and set its size."""
     return _in_rows([sheet], math.inf)
 
 
 def _in_rows(parts: Sequence[CuttingSheet], width: float) -> CuttingSheet:
-    """Parts beside each other in rows from the top, as wide as given at most but for one that is wider."""
+    """Arrange parts in rows from the top, no wider than `width` unless a single part is wider."""
     sheet = CuttingSheet()
     rows: list[list[tuple[CuttingSheet, float, float, float]]] = []
     row: list[tuple[CuttingSheet, float, float, float]] = []

@@ -1,4 +1,4 @@
-"""Exports: what a format takes of what is named, and the contents of its files."""
+"""Exports: from a named design, folding or case to the contents of the files of a format."""
 
 from __future__ import annotations
 
@@ -17,39 +17,41 @@ from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
 
 
-def checked_export_settings(wanted: ExportFormat, given: Mapping[str, Any]) -> ExportSettings:
-    """Check the settings of an export; HcsearchError for those that the format does not heed."""
-    for name in given:
+def checked_export_settings(export_format: ExportFormat, values: Mapping[str, Any]) -> ExportSettings:
+    """Check the settings of an export; HcsearchError for settings that the format does not support."""
+    for name in values:
         if name not in SETTING_NAMES:
             raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(SETTING_NAMES))}")
-        if name not in wanted.takes:
+        if name not in export_format.setting_names:
             option = "--" + name.removesuffix("_mm").removesuffix("_s").replace("_", "-")
-            others = ", ".join(other.name for other in EXPORT_FORMATS.values() if name in other.takes)
+            supporting = ", ".join(other.name for other in EXPORT_FORMATS.values() if name in other.setting_names)
             raise HcsearchError(
-                f"{wanted.name} takes no {option}: leave it out, or choose {others or 'another format'}"
+                f"{export_format.name} takes no {option}: leave it out, or choose {supporting or 'another format'}"
             )
-    return ExportSettings(**given)
+    return ExportSettings(**values)
 
 
-def check_export_motion(wanted: ExportFormat, by: ReplaySource | None, state: ExportState) -> None:
-    """Refuse a motion that does not exist, or that a format has no place for."""
+def check_export_motion(export_format: ExportFormat, by: ReplaySource | None, state: ExportState) -> None:
+    """Refuse an unknown motion, and a motion for a format that holds none; HcsearchError."""
     if by is not None and by not in get_args(ReplaySource):
         raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(ReplaySource))}")
-    if by is not None and not (wanted.of == "motion" or wanted.frames or _is_share(wanted, state)):
-        remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
-        raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
+    if by is not None and not (
+        export_format.subject == "motion" or export_format.frames or _is_share(export_format, state)
+    ):
+        remedy = ", or give --state SHARE" if "state" in export_format.setting_names else ""
+        raise HcsearchError(f"{export_format.name} holds no motion: leave out --motion{remedy}")
 
 
 def exported_case(
-    case: Case, wanted: ExportFormat, by: ReplaySource | None = None, state: ExportState = "flat"
+    case: Case, export_format: ExportFormat, by: ReplaySource | None = None, state: ExportState = "flat"
 ) -> Exported:
-    """Give a case as a format takes it, with its motion where the format or the state asks for one.
+    """Prepare a case for export, with its motion where the format or the state needs one.
 
-    by : where the motion comes from (`replay_case`). HcsearchError where there is no such motion, and for a share of a
+    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for a share of a
     motion that does not end flat.
     """
-    replay, sentence, share = None, case.sentence, _is_share(wanted, state)
-    if wanted.of == "motion" or by is not None or share:
+    replay, sentence, share = None, case.sentence, _is_share(export_format, state)
+    if export_format.subject == "motion" or by is not None or share:
         replay, sentence = replay_case(case, by)
     if share and replay is not None and not replay.ends_flat:
         raise HcsearchError(
@@ -61,43 +63,43 @@ def exported_case(
     return Exported(case.title, circuit, case, replay, sentence)
 
 
-def _is_share(wanted: ExportFormat, state: ExportState) -> bool:
-    """Whether a state is a share of the motion, which solids alone take."""
-    return isinstance(state, float) and "state" in wanted.takes
+def _is_share(export_format: ExportFormat, state: ExportState) -> bool:
+    """Whether a state is a share of the motion, in a format that supports states (solids)."""
+    return isinstance(state, float) and "state" in export_format.setting_names
 
 
-def export_contents(exported: Exported, wanted: ExportFormat, settings: ExportSettings) -> dict[str, bytes]:
-    """Make the contents of all files of an export, by what follows the stem of their names; the file itself first."""
-    made = wanted.write(exported, settings)
-    files: Mapping[str, FileContent] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
+def export_contents(exported: Exported, export_format: ExportFormat, settings: ExportSettings) -> dict[str, bytes]:
+    """Return the contents of all files of an export, by what follows the stem of their names; the main file first."""
+    written = export_format.write(exported, settings)
+    files: Mapping[str, FileContent] = written if isinstance(written, Mapping) else {export_format.endings[0]: written}
     return {ending: text.encode() if isinstance(text, str) else text for ending, text in files.items()}
 
 
 def export_files(
     what: str | Folding | Circuit | Case,
-    wanted: ExportFormat,
+    export_format: ExportFormat,
     settings: ExportSettings,
     motion: ReplaySource | None = None,
     db: Place | None = None,
     **named: Any,
 ) -> tuple[Exported, dict[str, bytes]]:
-    """Make the files of an export, all of them or none, by what follows the stem of their names.
+    """Return the contents of all files of an export, by what follows the stem of their names.
 
     named : scene, panel, flat_pairs and values, as of `resolve`.
     """
-    wanted.check_installed()
-    check_export_motion(wanted, motion, settings.state)
-    circuit = _design(what, db) if wanted.of == "array" and motion is None else None
+    export_format.check_installed()
+    check_export_motion(export_format, motion, settings.state)
+    circuit = _design(what, db) if export_format.subject == "array" and motion is None else None
     if circuit is not None:
         exported = Exported(circuit.notation, circuit)
     else:
         case = resolve(what, db, path=motion == "path", **named)
-        exported = exported_case(case, wanted, motion, settings.state)
-    return exported, export_contents(exported, wanted, settings)
+        exported = exported_case(case, export_format, motion, settings.state)
+    return exported, export_contents(exported, export_format, settings)
 
 
 def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:
-    """The circuit of a design without a crease, whose array is exported whatever its foldings; None for all else."""
+    """Return the circuit where a design is named without a crease, so that its array is exported; else None."""
     if isinstance(what, Circuit):
         return what.canonical()
     if not isinstance(what, str) or what.endswith(".toml") or not (":" in what or what[:1].isdigit()):

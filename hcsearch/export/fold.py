@@ -1,9 +1,9 @@
 """FOLD 1.2 files: the crease pattern as a mesh cut along its slits, the folded states, and a motion.
 
-The key frame is the pattern, cut along its slits: these are pairs of boundary edges, not `C` edges, which some programs
-do not read. Frame 1 is the sheet folded flat without thickness, with the order of its layers. Frame 2 has the panels
-packed as they are, by their middle surfaces: thick panels share no points, so that each face has vertices of its own.
-The states of a motion follow, in the same way.
+The key frame is the pattern, cut along its slits, which are pairs of boundary edges and not `C` edges, since some
+programs do not read those. Frame 1 is the sheet folded flat without thickness, with the order of its layers. Frame 2
+has the thick panels packed, by their middle surfaces; these share no points, so each face has its own vertices. The
+states of a motion follow, represented like frame 2.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from hcsearch.shape.mesh import Edge, PlanePoint, components
 from hcsearch.shape.pattern import FacetPair, Fold, Pattern
 
 FacetCorner = tuple[int, int]
-"""A facet, and the place of a corner in it; also the side that begins there."""
+"""A facet and the index of one of its corners; also denotes the side that begins there."""
 
 
 @dataclass(frozen=True)
 class CutMesh:
-    """A cut pattern.
+    """A pattern cut along its slits.
 
-    points : of the vertices (m), in the flat state; those on slits stand there once for each side.
+    points : of the vertices (m), in the flat state; a vertex on a slit is listed once for each side.
     faces : vertices of each facet, counterclockwise.
     edges : first the creases, in the pattern's order, with their first facet on the left; then the borders, with their
-        facet on the left. The ends of an edge are those of no other one.
+        facet on the left. No two edges have the same two ends.
     creases : the pair of facets of each crease.
     """
 
@@ -47,10 +47,10 @@ class CutMesh:
 
 
 def cut_mesh_of(pattern: Pattern) -> CutMesh:
-    """The mesh of a pattern.
+    """Return the mesh of a pattern cut along its slits.
 
-    Corners of facets are one vertex where a chain of creases joins them. A slit whose ends both lie inside gets a
-    vertex in its middle on each side: its sides would have the same two ends.
+    Corners of facets are one vertex where a chain of creases connects them. A slit with both ends inside the sheet gets
+    a middle vertex on each side, since its two sides would otherwise have the same two ends.
     """
     creased = [_sides(pattern, pair) for pair in pattern.creases]
     sides = {side for both in creased for side in both}
@@ -60,54 +60,54 @@ def cut_mesh_of(pattern: Pattern) -> CutMesh:
     corners = [[(f, k) for k in range(len(face))] for f, face in enumerate(pattern.faces)]
     parts = components(chain.from_iterable(corners), joined)
     number = {corner: k for k, part in enumerate(parts) for corner in part}
-    faces = [[number[corner] for corner in own] for own in corners]
+    faces = [[number[corner] for corner in facet_corners] for facet_corners in corners]
     points = [pattern.facets[f][k] for f, k in map(min, parts)]
     edges = [(faces[i][a], faces[i][(a + 1) % len(faces[i])]) for (i, a), _ in creased]
-    twice = _twice(faces, sides)
+    shared_ends = _twice(faces, sides)
     outlines: list[tuple[int, ...]] = []
     for f, face in enumerate(faces):
-        whole: list[int] = []
+        outline: list[int] = []
         for k, start in enumerate(face):
             end = face[(k + 1) % len(face)]
-            whole.append(start)
+            outline.append(start)
             if (f, k) in sides:
                 continue
-            if (min(start, end), max(start, end)) in twice:
+            if (min(start, end), max(start, end)) in shared_ends:
                 (x, y), (to_x, to_y) = points[start], points[end]
-                whole.append(len(points))
+                outline.append(len(points))
                 points.append((0.5 * (x + to_x), 0.5 * (y + to_y)))
-                edges.append((start, whole[-1]))
-                start = whole[-1]  # noqa: PLW2901 - the second half begins there
+                edges.append((start, outline[-1]))
+                start = outline[-1]  # noqa: PLW2901 - the second half begins there
             edges.append((start, end))
-        outlines.append(tuple(whole))
+        outlines.append(tuple(outline))
     return CutMesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
 def _sides(pattern: Pattern, pair: FacetPair) -> tuple[FacetCorner, FacetCorner]:
-    """The sides of two facets along their shared edge."""
+    """Return the sides of two facets along their shared edge."""
     (first, second), (start, end) = pair, pattern.edges[pair]
     return (first, pattern.faces[first].index(start)), (second, pattern.faces[second].index(end))
 
 
 def _twice(faces: Sequence[Sequence[int]], sides: Collection[FacetCorner]) -> set[Edge]:
-    """Ends that two sides along borders have in common."""
-    seen: set[Edge] = set()
+    """Return the pairs of ends that two border sides have in common."""
+    known: set[Edge] = set()
     twice: set[Edge] = set()
     for f, face in enumerate(faces):
         for k, start in enumerate(face):
             end = face[(k + 1) % len(face)]
             ends = (min(start, end), max(start, end))
             if (f, k) not in sides:
-                (twice if ends in seen else seen).add(ends)
+                (twice if ends in known else known).add(ends)
     return twice
 
 
 FoldFrame = dict[str, Any]
 
 _PACKED = 2
-"""The frame that has the panels packed, whose faces the frames of a motion take over."""
+"""Number of the packed frame, from which frames of a motion inherit their faces."""
 _DIGITS = 9
-"""Decimals of millimetres."""
+"""Decimals of lengths in millimetres and of angles in degrees."""
 _ASSIGNMENTS: dict[Fold, str] = {"flat": "F", "valley": "V", "mountain": "M"}
 _ANGLES: dict[Fold, int] = {"flat": 0, "valley": 180, "mountain": -180}
 _ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
@@ -116,7 +116,7 @@ _ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
 def fold_of(
     name: str, linkage: Linkage, labels: Labels, circuit: Circuit | None = None, replay: Replay | None = None
 ) -> str:
-    """Return the text of a file with a property a line; circuit : None of an assembly."""
+    """Return the text of a FOLD file, one property per line; circuit : None of an assembly."""
     mesh = cut_mesh_of(linkage.pattern)
     frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
     if replay is not None:
@@ -133,7 +133,7 @@ def fold_of(
 def write_pattern_frame(
     mesh: CutMesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None
 ) -> FoldFrame:
-    """The key frame: the flat pattern, with its assignments, and what only thick panels have."""
+    """Return the key frame: the flat pattern with its assignments, and the properties of thick panels."""
     creases = [pattern.creases[pair] for pair in mesh.creases]
     borders = len(mesh.edges) - len(creases)
     hinges = [
@@ -164,7 +164,7 @@ def write_pattern_frame(
 
 
 def folded_frame(mesh: CutMesh, linkage: Linkage) -> FoldFrame:
-    """The sheet folded flat, as if it had no thickness, with the order of its layers.
+    """Return the frame of the sheet folded flat without thickness, with the order of its layers.
 
     It inherits from the key frame: in plane, panels fold as the sheet does, and points on hinges stay together.
     """
@@ -186,9 +186,9 @@ def folded_frame(mesh: CutMesh, linkage: Linkage) -> FoldFrame:
 
 
 def face_orders(linkage: Linkage) -> list[list[int]]:
-    """Which of two facets that lie over each other in the folded state is above: [f, g, s], f < g.
+    """Return the layer order of facets that overlap in the folded state: [f, g, s] with f < g.
 
-    s : +1 where f lies on the side of g's normal, the top of the flat sheet; else -1.
+    s : +1 where f lies on the side of g's normal (the top of the flat sheet), else -1.
     """
     import shapely  # noqa: PLC0415 - only this format needs it
 
@@ -198,7 +198,7 @@ def face_orders(linkage: Linkage) -> list[list[int]]:
     normals = linkage.poses(linkage.folded)[list(pattern.panel_of), 2, 2]
     first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
     first, second = first[first < second], second[first < second]
-    # with a grid, as GEOS may take panels side by side, with ends that differ in the last bit, for one on the other
+    # with a grid: otherwise GEOS may find an overlap of adjacent panels whose corners differ in the last bit
     common = shapely.intersection(outlines[first], outlines[second], grid_size=1e-6 * pattern.size)
     overlap = shapely.area(common) > 1e-6 * pattern.size**2
     pairs = sorted(zip(first[overlap].tolist(), second[overlap].tolist(), strict=True))
@@ -206,13 +206,13 @@ def face_orders(linkage: Linkage) -> list[list[int]]:
 
 
 def packed_frame(linkage: Linkage) -> FoldFrame:
-    """The thick panels packed, by their middle surfaces, each face with vertices and borders of its own."""
+    """Return the frame of the packed thick panels, by their middle surfaces; faces share no vertices."""
     faces, edges = [], []
     count = 0
     for facet in linkage.pattern.facets:
-        own = list(range(count, count + len(facet)))
-        faces.append(own)
-        edges += [[a, b] for a, b in zip(own, [*own[1:], own[0]], strict=True)]
+        corners = list(range(count, count + len(facet)))
+        faces.append(corners)
+        edges += [[a, b] for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
         count += len(facet)
     return {
         "frame_title": "packed, middle surfaces of the panels",
@@ -227,7 +227,7 @@ def packed_frame(linkage: Linkage) -> FoldFrame:
 
 
 def motion_frames(replay: Replay) -> list[FoldFrame]:
-    """The states of a motion, as the packed frame, with the fold angles of the hinges in their order (degrees)."""
+    """Return a frame like the packed one for each state of a motion, with the fold angles of the hinges (degrees)."""
     name, unit = ("hcsearch:time", "s") if replay.axis == "time" else ("hcsearch:pathShare", "of the path")
     return [
         {
@@ -244,7 +244,7 @@ def motion_frames(replay: Replay) -> list[FoldFrame]:
 
 
 def _middles(linkage: Linkage, angles: Reals) -> Any:
-    """Corners of the facets' middle surfaces, facet after facet, in mm."""
+    """Return the corners of the facets' middle surfaces, facet after facet, in mm."""
     return _millimetres(np.concatenate([solid.mean(axis=0) for solid in linkage.solids(angles)]))
 
 
@@ -254,7 +254,7 @@ def _millimetres(lengths: Any) -> Any:
 
 
 def _text(data: Mapping[str, Any]) -> str:
-    """JSON with a property of a frame on each line."""
+    """Format JSON with one property of a frame per line."""
 
     def lines(frame: Mapping[str, Any], indent: str) -> str:
         inner = (f"{indent} {json.dumps(key)}: {shown(value, indent + ' ')}" for key, value in frame.items())

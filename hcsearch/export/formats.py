@@ -1,7 +1,8 @@
-"""The formats of exports, each with its writer.
+"""The table of export formats, each with its writer.
 
-A writer's keywords are the settings that its format takes (`ExportSettings`). Modules of formats are imported when they
-write: the command line names the formats in its help, and some need what an extra installs.
+A writer's keyword parameters are the settings that its format supports (fields of `ExportSettings`). Modules of formats
+are imported only by the writers: the command line lists the formats in its help and must start fast, and some formats
+need packages of an extra.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def write_fold(exported: Exported) -> str:
-    """Write the crease pattern, the folded states, and the motion where there is one."""
+    """Write the crease pattern, the folded states, and the motion if there is one."""
     from hcsearch.export.fold import fold_of
 
     return fold_of(exported.name, exported.linkage, exported.labels, exported.circuit, exported.replay)
@@ -59,7 +60,7 @@ def _sheet_of(
 
 
 def write_animation(exported: Exported) -> str:
-    """Write the motion as a moving picture."""
+    """Write the motion as an animated picture."""
     from hcsearch.export.animation import animation_of
 
     return animation_of(exported.motion)
@@ -108,7 +109,7 @@ def write_glb(exported: Exported) -> bytes:
 
 
 def write_stl(exported: Exported, *, state: ExportState, part: str | None) -> bytes:
-    """Write triangles of all panels in a state, or of one of them."""
+    """Write triangles of all panels, or of one panel, in a state."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.print_formats import stl_of
 
@@ -117,7 +118,7 @@ def write_stl(exported: Exported, *, state: ExportState, part: str | None) -> by
 
 
 def write_3mf(exported: Exported, *, state: ExportState, part: str | None) -> bytes:
-    """Write objects of all panels in a state, or of one of them."""
+    """Write objects of all panels, or of one panel, in a state."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.print_formats import threemf_of
 
@@ -126,7 +127,7 @@ def write_3mf(exported: Exported, *, state: ExportState, part: str | None) -> by
 
 
 def write_step(exported: Exported, *, state: ExportState, part: str | None) -> str:
-    """Write exact solids of all panels in a state, or of one of them."""
+    """Write exact solids of all panels, or of one panel, in a state."""
     from hcsearch.export.panel_solids import wanted_panels
     from hcsearch.export.step import step_of
 
@@ -135,7 +136,7 @@ def write_step(exported: Exported, *, state: ExportState, part: str | None) -> s
 
 
 def write_mjcf(exported: Exported, *, contact: bool, timestep_s: float | None) -> str:
-    """Write the scene as a model of MuJoCo; HcsearchError where drives move it."""
+    """Write the scene as a model of MuJoCo; HcsearchError for a scene with drives."""
     from hcsearch.export.mjcf import mjcf_of
 
     case = exported.case
@@ -145,7 +146,7 @@ def write_mjcf(exported: Exported, *, contact: bool, timestep_s: float | None) -
 
 
 def write_urdf(exported: Exported, *, stem: str) -> Mapping[str, str | bytes]:
-    """Write the scene as a tree of links, its closure, and a mesh of each panel."""
+    """Write the scene as a tree of links, its loop closures, and a mesh of each panel."""
     from hcsearch.export.urdf import urdf_of
 
     case = exported.case
@@ -155,48 +156,45 @@ def write_urdf(exported: Exported, *, stem: str) -> Mapping[str, str | bytes]:
 FormatSubject = Literal["array", "pattern", "motion"]
 FileContent = str | bytes
 WrittenFiles = FileContent | Mapping[str, FileContent]
-"""What a writer returns: the file, or files by what follows the stem of its name, as `.urdf` and `.closure.json`.
-
-Of several, the first is the file that was asked for.
-"""
+"""The result of a writer: the content of one file, or of several by what follows the stem of their names, such as
+`.urdf` and `.closure.json`, the main file first."""
 
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """One format.
+    """An export format.
 
-    name : the word of `--format`. endings : of its files, the usual one first. what : what a file holds, in a phrase.
-    writer : a function of an `Exported`, and of the settings that the format heeds by keywords, beside the subject's
-        own.
-    of : what it is made from: the array alone, which needs no folding; the pattern, in one state; or a motion.
-    frames : whether a format of the pattern also holds a motion where one is asked for by `--motion`.
-    needs : modules that an extra of that name installs.
-    by_name : whether only `--format` chooses it, as another format has its ending.
+    name : its name for `--format`. endings : of its files, the usual one first. description : of the content, for help.
+    writer : a function of an `Exported`, with the supported settings as keywords.
+    subject : the array alone, which needs no folding; the pattern, in one state; or a motion.
+    frames : whether a format of the pattern can also hold a motion, chosen by `--motion`.
+    extra, needs : name of the extra, and the modules from it that the format needs.
+    only_by_name : whether the format must be chosen by `--format`, since another one has its ending.
     """
 
     name: str
     endings: tuple[str, ...]
-    what: str
+    description: str
     writer: Callable[..., WrittenFiles]
-    of: FormatSubject = "pattern"
+    subject: FormatSubject = "pattern"
     frames: bool = False
     extra: str = "export"
     needs: tuple[str, ...] = ()
-    by_name: bool = False
+    only_by_name: bool = False
 
     @property
-    def takes(self) -> frozenset[str]:
-        """The names of the settings that the writer asks for."""
+    def setting_names(self) -> frozenset[str]:
+        """The names of the settings that the format supports."""
         parameters = signature(self.writer).parameters.values()
         return frozenset(parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY)
 
     def write(self, exported: Exported, settings: ExportSettings) -> WrittenFiles:
-        """Contents of the file, and of any beside it; HcsearchError where what it needs is not installed."""
+        """Return the contents of the files; HcsearchError where a needed module is not installed."""
         self.check_installed()
-        return self.writer(exported, **{name: getattr(settings, name) for name in self.takes})
+        return self.writer(exported, **{name: getattr(settings, name) for name in self.setting_names})
 
     def check_installed(self) -> None:
-        """HcsearchError that names the extra, where what the format needs is not installed."""
+        """Raise HcsearchError, with the name of the extra, where a needed module is not installed."""
         missing = [name for name in self.needs if find_spec(name) is None]
         if missing:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
@@ -218,17 +216,17 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             (".svg",),
             "with --format animation: a moving picture",
             write_animation,
-            of="motion",
-            by_name=True,
+            subject="motion",
+            only_by_name=True,
         ),
         ExportFormat("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
-        ExportFormat("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, of="motion"),
+        ExportFormat("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, subject="motion"),
         ExportFormat(
             "parquet",
             (".parquet",),
             "the same table",
             write_parquet,
-            of="motion",
+            subject="motion",
             extra="parquet",
             needs=("pyarrow",),
         ),
@@ -237,10 +235,10 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             (".json",),
             "the graph of panels, creases and slits, as node-link JSON",
             write_networkx,
-            of="array",
+            subject="array",
         ),
-        ExportFormat("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, of="array"),
-        ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, of="motion"),
+        ExportFormat("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array"),
+        ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, subject="motion"),
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
         ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
         ExportFormat("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", write_step),
@@ -251,7 +249,7 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
 
 
 def export_format_of(path: str, name: str | None = None) -> ExportFormat:
-    """The format of a name, or of a file's ending; OutputError where neither says which, or they differ."""
+    """Return the format of a given name, or else of a file's ending; OutputError where it is unknown or ambiguous."""
     if name is not None:
         if name not in EXPORT_FORMATS:
             raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
@@ -259,9 +257,11 @@ def export_format_of(path: str, name: str | None = None) -> ExportFormat:
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen
-    known = [form for form in EXPORT_FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
+    known = [
+        form for form in EXPORT_FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.only_by_name
+    ]
     if not known:
-        endings = ", ".join(form.endings[0] for form in EXPORT_FORMATS.values() if not form.by_name)
+        endings = ", ".join(form.endings[0] for form in EXPORT_FORMATS.values() if not form.only_by_name)
         raise OutputError(f"{path or 'an empty name'} has no known ending: write {endings}")
     if len(known) > 1:
         raise OutputError(f"{path} may be {' or '.join(form.name for form in known)}: name one with --format")

@@ -1,8 +1,9 @@
-"""Binary glTF 2.0: a motion as nested hinge nodes whose rotations are animated, one mesh a panel.
+"""Binary glTF 2.0: a motion as nested hinge nodes with animated rotations, and one mesh per panel.
 
-Each hinge is a node on its line, below the hinge by which its panel hangs on; its rotation runs linearly (slerp)
-between the states of the replay, as the fold angles do, so that a hinge turns about its line between them, too. Nodes,
-meshes and extras bear the names of `Labels`. Metres; glTF has y upwards, so that the root turns the sheet's z there.
+Each hinge is a node on its line, a child of the hinge by which the parent panel is attached. Rotations are interpolated
+linearly (slerp) between the states of the replay, as fold angles are, so hinges turn about their lines in between, too.
+Nodes, meshes and extras have the names of `Labels`. Lengths are in metres; glTF has y upwards, so the root node turns
+the sheet's z axis to y.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from hcsearch.cases.replay import Replay
 from hcsearch.export.panel_solids import FaceKind, PanelSolid, fan_triangles, panel_solid_of
 
 GLB_ANIMATION_SECONDS = 4.0
-"""How long the animation takes: paths have no time of their own, and deployments are over too soon to be seen."""
+"""Duration of the animation, s: paths have no time of their own, and deployments are too fast to watch."""
 
 FACE_COLOURS: dict[FaceKind, tuple[float, float, float]] = {
     "top": (0.86, 0.83, 0.73),
@@ -30,10 +31,10 @@ FACE_COLOURS: dict[FaceKind, tuple[float, float, float]] = {
     "valley": (0.01, 0.11, 0.66),
     "mountain": (0.64, 0.01, 0.03),
 }
-"""Linear red, green and blue of each kind of face; walls with a hinge have the colours of creases in drawings."""
+"""Linear RGB colours of the kinds of faces; walls with a hinge have the colours of creases in drawings."""
 
 MAX_KEY_TURN = 0.25 * math.pi
-"""The furthest that a hinge turns between two keys, rad."""
+"""Greatest rotation of a hinge between two keyframes, rad."""
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _TRIANGLES = 34962, 34963
 _KINDS = tuple(FACE_COLOURS)
@@ -42,7 +43,7 @@ _UPWARDS = [-0.5 * 2**0.5, 0.0, 0.0, 0.5 * 2**0.5]
 
 
 def glb_of(replay: Replay) -> bytes:
-    """A replay as an animation."""
+    """Return a replay as a binary glTF file with an animation."""
     linkage, labels = replay.linkage, replay.labels
     chain = linkage.chain
     buffer = _Buffer()
@@ -57,28 +58,28 @@ def glb_of(replay: Replay) -> bytes:
     node_of: dict[int, int] = {}
     for panel in chain.order.tolist():
         parent, hinge = int(chain.parents[panel]), int(chain.hinges[panel])
-        origin, above = np.zeros(3), 0
+        origin, parent_node = np.zeros(3), 0
         if parent >= 0:
-            origin, above = linkage.points[hinge], node_of[parent]
-            before = int(chain.hinges[parent])
-            shift = origin - (linkage.points[before] if before >= 0 else np.zeros(3))
-            turn = int(chain.signs[panel]) * linkage.directions[hinge]
-            turns = _quaternions(turn, replay.angles[:, hinge])
+            origin, parent_node = linkage.points[hinge], node_of[parent]
+            parent_hinge = int(chain.hinges[parent])
+            shift = origin - (linkage.points[parent_hinge] if parent_hinge >= 0 else np.zeros(3))
+            axis = int(chain.signs[panel]) * linkage.directions[hinge]
+            rotations = _quaternions(axis, replay.angles[:, hinge])
             name = f"hinge {labels.hinges[hinge]}"
             fold = linkage.pattern.hinges[hinge].crease.fold
-            facts = {"hinge": labels.hinges[hinge], "axis": _listed(turn), "crease": fold}
+            facts = {"hinge": labels.hinges[hinge], "axis": _listed(axis), "crease": fold}
             nodes.append(
-                {"name": name, "translation": _listed(shift), "rotation": _listed(turns[0]), "children": []}
+                {"name": name, "translation": _listed(shift), "rotation": _listed(rotations[0]), "children": []}
                 | {"extras": facts}
             )
             channels.append({"sampler": len(samplers), "target": {"node": len(nodes) - 1, "path": "rotation"}})
-            samplers.append({"input": clock, "output": buffer.add(turns, "VEC4"), "interpolation": "LINEAR"})
-            nodes[above]["children"].append(len(nodes) - 1)
-            above = len(nodes) - 1
-        node_of[panel] = above
+            samplers.append({"input": clock, "output": buffer.add(rotations, "VEC4"), "interpolation": "LINEAR"})
+            nodes[parent_node]["children"].append(len(nodes) - 1)
+            parent_node = len(nodes) - 1
+        node_of[panel] = parent_node
         name = f"panel {labels.panels[panel]}"
         nodes.append({"name": name, "mesh": len(meshes), "extras": {"panel": labels.panels[panel]}})
-        nodes[above]["children"].append(len(nodes) - 1)
+        nodes[parent_node]["children"].append(len(nodes) - 1)
         meshes.append({"name": name, "primitives": _primitives(panel_solid_of(linkage.pattern, panel), origin, buffer)})
     for node in nodes:
         if not node.get("children", True):
@@ -101,7 +102,7 @@ def glb_of(replay: Replay) -> bytes:
 
 
 class _Buffer:
-    """The binary part, as it grows."""
+    """The binary chunk under construction, with its views and accessors."""
 
     def __init__(self) -> None:
         self.content = bytearray()
@@ -109,7 +110,7 @@ class _Buffer:
         self.accessors: list[dict[str, Any]] = []
 
     def add(self, values: Reals, kind: str, *, bounds: bool = False, target: int | None = None) -> int:
-        """Add rows as single precision, or numbers of vertices, and return the number of their accessor."""
+        """Append an array, floats in single precision or indices of vertices; return the index of its accessor."""
         whole = values.dtype.kind in "iu"
         table = np.ascontiguousarray(values, "<u4" if whole else "<f4")
         view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": table.nbytes}
@@ -128,7 +129,7 @@ class _Buffer:
 
 
 def _primitives(solid: PanelSolid, origin: Reals, buffer: _Buffer) -> list[dict[str, Any]]:
-    """A primitive for each kind of face; corners are not shared between faces, so that edges are sharp."""
+    """Return a primitive for each kind of face; faces share no vertices, which keeps edges sharp."""
     vertices = solid.vertices - origin
     primitives = []
     for number, side in enumerate(_KINDS):
@@ -160,24 +161,25 @@ def _normal(corners: Reals) -> Reals:
 
 
 def _material(side: FaceKind) -> dict[str, Any]:
-    look = {"baseColorFactor": [*FACE_COLOURS[side], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
-    return {"name": side, "pbrMetallicRoughness": look}
+    properties = {"baseColorFactor": [*FACE_COLOURS[side], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
+    return {"name": side, "pbrMetallicRoughness": properties}
 
 
 def _quaternions(axis: Reals, angles: Reals) -> Reals:
-    """Rotations about an axis as unit quaternions x, y, z, w, (k, 4).
+    """Return rotations about an axis as unit quaternions x, y, z, w, (k, 4).
 
-    Angles of hinges, 0 to pi, give halves of 0 to pi/2, which slerp connects on the way that the hinge turns. SciPy's
-    `Rotation` gives the same, but takes a tenth of a second to import, and nothing else of an export does so.
+    Hinge angles of 0 to pi give half-angles of 0 to pi/2, between which slerp turns in the same sense as the hinge.
+    SciPy's `Rotation` gives the same but takes a tenth of a second to import.
     """
     halves = 0.5 * angles[:, None]
     return np.hstack([np.sin(halves) * axis, np.cos(halves)])
 
 
 def _in_short_turns(replay: Replay) -> Replay:
-    """Add states to a replay wherever a hinge turns further than `MAX_KEY_TURN`, as fold angles run linearly.
+    """Insert states, linear in fold angles, where a hinge turns by more than `MAX_KEY_TURN` from one state to the next.
 
-    At half a turn the sense of a rotation would hang on rounding, and viewers that do not follow the sphere lag behind.
+    Over half a turn the sense of rotation would depend on rounding, and viewers that interpolate quaternions linearly
+    would deviate.
     """
     turns = np.abs(np.diff(replay.angles, axis=0)).max(axis=1, initial=0.0)
     parts = np.maximum(np.ceil(turns / MAX_KEY_TURN - 1e-9).astype(int), 1)
@@ -188,7 +190,7 @@ def _in_short_turns(replay: Replay) -> Replay:
 
 
 def _rising(times: Reals) -> Reals:
-    """Times that rise in single precision, too."""
+    """Make times strictly increasing in single precision."""
     single = times.astype(np.float32)
     for k in range(1, len(single)):
         if single[k] <= single[k - 1]:
@@ -201,7 +203,7 @@ def _name(replay: Replay) -> str:
 
 
 def _collision(replay: Replay) -> dict[str, Any] | None:
-    """Where panels collide first, on the axis of the replay, and which."""
+    """Return where panels first collide on the axis of the replay, and which panels; None without a collision."""
     if replay.collision is None:
         return None
     at, panels = replay.collision
@@ -222,7 +224,7 @@ def _facts(replay: Replay) -> dict[str, Any]:
         "collision": _collision(replay),
         "thickness_m": replay.linkage.pattern.thickness,
         "interpolation_error_rad": replay.error,
-        # they have no node: both of their panels hang on other ones
+        # they have no node: both of their panels are attached by other hinges
         "hinges_that_close_loops": [name for k, name in enumerate(replay.labels.hinges) if k not in in_tree],
     }
 
@@ -232,7 +234,7 @@ def _listed(values: Reals | Sequence[float]) -> list[float]:
 
 
 def _container(document: dict[str, Any], content: bytes) -> bytes:
-    """Header and two chunks, each filled up to a multiple of four bytes."""
+    """Return header and two chunks, each padded to a multiple of four bytes."""
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     content += b"\0" * (-len(content) % 4)

@@ -1,4 +1,4 @@
-"""The graph of an array: which panels are neighbours, and what joins them."""
+"""The adjacency graph of an array, with the joint of each pair of neighbouring panels, as JSON or graph6."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from hcsearch.designs.folding import Folding
 from hcsearch.shape.pattern import FacetPair, Pattern
 
 GraphSubject = Folding | Circuit | Pattern
-"""What graphs are of: a folding, a circuit without a choice of creases, or the pattern of an assembly."""
+"""The subject of a graph: a folding, a circuit without assigned creases, or the pattern of an assembly."""
 GraphItems = list[dict[str, Any]]
 
 
 def node_link_json(name: str, array: GraphSubject) -> str:
-    """Return the graph in networkx's node-link form (`networkx.node_link_graph(data, edges="edges")`), an item a line.
+    """Return the graph in networkx's node-link form (`networkx.node_link_graph(data, edges="edges")`), one item a line.
 
-    Nodes are the panels of a design, by their numbers in the circuit, with their cells; or the facets of an assembly,
-    with their panels. Edges say what joins two neighbours: `crease` or `slit`, the number of a crease, its fold.
+    Nodes are the panels of a design, numbered as in the circuit, with their cells; or the facets of an assembly, with
+    their panels. Edges have a kind (`crease`, `rigid`, `slit`), and those of creases a number and a fold.
     """
     graph = {"name": name}
     if isinstance(array, Pattern):
@@ -36,7 +36,7 @@ def node_link_json(name: str, array: GraphSubject) -> str:
 
 
 def graph6_of(array: GraphSubject) -> bytes:
-    """Return one line of nauty's graph6, without a header; vertices are the panels in the order of the circuit."""
+    """Return the graph in nauty's graph6 format, without a header; vertices are in the order of the circuit."""
     import networkx as nx  # noqa: PLC0415 - only this format needs it
 
     count, pairs = neighbouring_panels(array)

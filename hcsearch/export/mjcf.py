@@ -1,7 +1,8 @@
-"""MJCF, the format of MuJoCo: a scene with its springs, dampers, stops, gravity and start, loops closed by welds.
+"""MJCF, the format of MuJoCo: a scene with its springs, dampers, stops, gravity and start.
 
-Loops are cut through panels whose parts are welded to each other, so that every hinge is a joint. SI units; joints are
-fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside us is in docs/howto/export_solids.md.
+Loops are cut through panels, whose parts are welded to each other, so that every hinge is a joint. SI units; joint
+coordinates are fold angles, 0 flat. MuJoCo's constraints are soft: docs/howto/export_solids.md compares its motion with
+ours.
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
 STEPS_PER_NATURAL_TIME = 50_000
-"""In the natural time of a scene; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""
+"""Steps in the natural time of a scene; 0.02 ms each for panels of 50 mm, as required by the stiff welds."""
 MAX_DAMPED_RATE_SHARE = 1.0
-"""Share of a panel's rate that its damper may take in a step of the Runge-Kutta method, which is unstable above 2.8."""
+"""Limit of damping times step over inertia for the Runge-Kutta method, which is unstable above 2.8."""
 MIN_INERTIA = 1e-14
-"""The least principal moment of inertia that MuJoCo reads, kg m^2."""
+"""The least principal moment of inertia that MuJoCo accepts, kg m^2."""
 MAX_ACCELERATION = 1e10
-"""The greatest acceleration that MuJoCo goes on with, rad/s^2."""
+"""The acceleration above which MuJoCo stops, rad/s^2."""
 MAX_IMPEDANCE = 0.9999
-"""The greatest impedance that MuJoCo has: constraints then give way least."""
+"""The greatest impedance of MuJoCo, which makes constraints as stiff as possible."""
 SOLVER_ITERATIONS, SOLVER_TOLERANCE = 50, 1e-12
-"""Of its solver, which needs few steps as nothing but welds and stops are constraints."""
+"""Iterations and tolerance of its solver, which converges fast since only welds and stops are constraints."""
 _COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
 
 
@@ -43,10 +44,10 @@ def mjcf_of(
     contact: bool = False,
     timestep: float | None = None,
 ) -> str:
-    """A linkage in a scene as a model of MuJoCo, whose keyframes are the start and the flat state.
+    """Return a linkage in a scene as a model of MuJoCo, with the start and the flat state as keyframes.
 
     contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
-    as its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law is
+    since its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law is
     not linear, and for panels that are too small for MuJoCo.
     """
     setup = setup_of_scene(scene, linkage)
@@ -77,39 +78,39 @@ def mjcf_of(
 
 
 def _check_size(tree: CutTree) -> None:
-    """Refuse panels too small for MuJoCo: by their own moments of inertia, and by what springs do with them alone."""
+    """Refuse panels too small for MuJoCo, by their moments of inertia and the accelerations that springs give them."""
     for link in tree.links:
-        least = float(np.linalg.eigvalsh(link.body.inertia)[0])
-        if least < MIN_INERTIA:
+        smallest_moment = float(np.linalg.eigvalsh(link.body.inertia)[0])
+        if smallest_moment < MIN_INERTIA:
             raise HcsearchError(
-                f"{link.name} has a moment of inertia of {least:.2g} kg m^2, and MuJoCo reads none below "
+                f"{link.name} has a moment of inertia of {smallest_moment:.2g} kg m^2, and MuJoCo reads none below "
                 f"{MIN_INERTIA:g}: give larger panels with --panel"
             )
-        if link.joined is None:
+        if link.joint is None:
             continue
-        stiffness, moment = linear_law_of(link.joined.drive.law, link.joined.name)
-        most = abs(stiffness * tree.start[link.joined.hinge] + moment) / _inertia_at_hinge(link)
-        if most > MAX_ACCELERATION:
+        stiffness, moment = linear_law_of(link.joint.drive.law, link.joint.name)
+        acceleration = abs(stiffness * tree.start[link.joint.hinge] + moment) / _inertia_at_hinge(link)
+        if acceleration > MAX_ACCELERATION:
             raise HcsearchError(
-                f"the spring of {link.joined.name} turns {link.name} alone at {most:.2g} rad/s^2, and MuJoCo stops "
-                f"above {MAX_ACCELERATION:g}: give larger panels with --panel, or a scene with softer springs"
+                f"the spring of {link.joint.name} turns {link.name} alone at {acceleration:.2g} rad/s^2, and MuJoCo "
+                f"stops above {MAX_ACCELERATION:g}: give larger panels with --panel, or a scene with softer springs"
             )
 
 
 def _inertia_at_hinge(link: TreeLink) -> float:
-    """The moment of inertia of a link about its hinge, kg m^2."""
-    assert link.joined is not None
-    return float(link.joined.axis @ link.body.about(link.frame) @ link.joined.axis)
+    """Return the moment of inertia of a link about its hinge, kg m^2."""
+    assert link.joint is not None
+    return float(link.joint.axis @ link.body.about(link.frame) @ link.joint.axis)
 
 
 def _integrator(tree: CutTree, timestep: float) -> str:
-    """The most accurate integrator that is stable: dampers stop light panels within a step."""
-    rates = [link.joined.drive.damping / _inertia_at_hinge(link) for link in tree.links if link.joined is not None]
+    """Return the most accurate stable integrator: implicit where a damper stops a light panel within a step."""
+    rates = [link.joint.drive.damping / _inertia_at_hinge(link) for link in tree.links if link.joint is not None]
     return "RK4" if max(rates, default=0.0) * timestep <= MAX_DAMPED_RATE_SHARE else "implicitfast"
 
 
 def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
-    """Constraints settle within two steps, the fastest that is stable."""
+    """Add defaults, with constraints that settle within two steps, the fastest stable rate."""
     default = Xml.SubElement(root, "default")
     soft = {
         "solref": numbers_text((2.0 * timestep, 1.0)),
@@ -123,12 +124,12 @@ def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
 
 
 def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
-    """A convex mesh for each facet, less the margin by which our own check shrinks panels."""
+    """Add a convex mesh for each facet, shrunk by the margin as in our own collision check."""
     asset = Xml.SubElement(root, "asset")
     check_margin(tree.linkage, tree.setup.margin)
     prisms = prisms_of(tree.linkage, tree.setup.margin)
     for link in tree.links:
-        for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
+        for facet in tree.linkage.pattern.panels[link.panel] if link.has_shape else ():
             corners = prisms.vertices[facet, : prisms.counts[facet, 0]] - link.frame
             Xml.SubElement(asset, "mesh", name=_mesh(link, facet), vertex=numbers_text(corners.ravel()))
 
@@ -136,15 +137,18 @@ def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
 def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> None:
     elements: list[Xml.Element] = []
     for link in tree.links:
-        joined = link.joined
-        above = tree.links[joined.above].frame if joined else np.zeros(3)
+        joint = link.joint
+        parent_frame = tree.links[joint.parent].frame if joint else np.zeros(3)
         element = Xml.SubElement(
-            elements[joined.above] if joined else world, "body", name=link.name, pos=numbers_text(link.frame - above)
+            elements[joint.parent] if joint else world,
+            "body",
+            name=link.name,
+            pos=numbers_text(link.frame - parent_frame),
         )
         elements.append(element)
-        if joined:
+        if joint:
             _add_joint(element, link, actuators)
-        elif tree.floats:
+        elif tree.has_free_base:
             Xml.SubElement(element, "freejoint", name="base")
         inertia = link.body.inertia
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
@@ -156,30 +160,30 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
             mass=numbers_text(link.body.mass),
             fullinertia=numbers_text(parts),
         )
-        for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
+        for facet in tree.linkage.pattern.panels[link.panel] if link.has_shape else ():
             Xml.SubElement(element, "geom", mesh=_mesh(link, facet), rgba=_COLOURS[link.panel % 2])
 
 
 def _add_joint(element: Xml.Element, link: TreeLink, actuators: Xml.Element) -> None:
-    """A hinge: moment = stiffness (angle - springref) + damping rate; a moment without stiffness by an actuator."""
-    joined = link.joined
-    assert joined is not None
-    stiffness, moment = linear_law_of(joined.drive.law, joined.name)
-    values = {"name": joined.name, "type": "hinge", "axis": numbers_text(joined.axis)}
-    values |= {"stiffness": numbers_text(stiffness), "damping": numbers_text(joined.drive.damping)}
+    """Add a hinge: moment = stiffness (angle - springref) + damping rate; a constant moment is an actuator."""
+    joint = link.joint
+    assert joint is not None
+    stiffness, moment = linear_law_of(joint.drive.law, joint.name)
+    values = {"name": joint.name, "type": "hinge", "axis": numbers_text(joint.axis)}
+    values |= {"stiffness": numbers_text(stiffness), "damping": numbers_text(joint.drive.damping)}
     if moment and stiffness:
         values["springref"] = numbers_text(-moment / stiffness)
     elif moment:
         bias = {"biastype": "affine", "gainprm": "0", "biasprm": numbers_text((-moment, 0.0, 0.0))}
-        Xml.SubElement(actuators, "general", bias, name=f"{joined.name}_moment", joint=joined.name)
+        Xml.SubElement(actuators, "general", bias, name=f"{joint.name}_moment", joint=joint.name)
     Xml.SubElement(element, "joint", values)
 
 
 def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
     contact, equality = Xml.SubElement(root, "contact"), Xml.SubElement(root, "equality")
-    names = {link.panel: link.name for link in tree.links if link.whole}
-    for one, two in sorted({(hinge.first, hinge.second) for hinge in tree.linkage.pattern.hinges}):
-        Xml.SubElement(contact, "exclude", body1=names[one], body2=names[two])
+    names = {link.panel: link.name for link in tree.links if link.has_shape}
+    for first_panel, second_panel in sorted({(hinge.first, hinge.second) for hinge in tree.linkage.pattern.hinges}):
+        Xml.SubElement(contact, "exclude", body1=names[first_panel], body2=names[second_panel])
     for closure in tree.closures:
         first, second = tree.links[closure.first], tree.links[closure.second]
         Xml.SubElement(
@@ -188,14 +192,14 @@ def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
             name=closure.name,
             body1=first.name,
             body2=second.name,
-            # in the frame of the second body; unless a pose is given, they are welded as they are in the flat state
+            # in the frame of the second body; without a pose, they are welded as they lie in the flat state
             anchor=numbers_text(closure.point - second.frame),
         )
 
 
 def _add_keys(root: Xml.Element, tree: CutTree) -> None:
-    """The states at which the scene starts and ends; MuJoCo numbers its joints by going down the tree."""
-    base = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) if tree.floats else ()
+    """Add the start and the flat state as keyframes, in MuJoCo's depth-first order of joints."""
+    base = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) if tree.has_free_base else ()
     hinges = _downwards(tree)
     keyframe = Xml.SubElement(root, "keyframe")
     for name, angles in (("start", tree.start), ("flat", tree.linkage.flat)):
@@ -203,16 +207,16 @@ def _add_keys(root: Xml.Element, tree: CutTree) -> None:
 
 
 def _downwards(tree: CutTree) -> list[int]:
-    """Hinges in the order of a walk down the tree: those below a link come right after its own."""
-    below: list[list[tuple[int, int]]] = [[] for _ in tree.links]
+    """Return the hinges in depth-first order of the tree: those below a link directly follow its own."""
+    children: list[list[tuple[int, int]]] = [[] for _ in tree.links]
     for k, link in enumerate(tree.links):
-        if link.joined is not None:
-            below[link.joined.above].append((k, link.joined.hinge))
-    hinges, waiting = [], below[0][::-1]
+        if link.joint is not None:
+            children[link.joint.parent].append((k, link.joint.hinge))
+    hinges, waiting = [], children[0][::-1]
     while waiting:
         k, hinge = waiting.pop()
         hinges.append(hinge)
-        waiting += below[k][::-1]
+        waiting += children[k][::-1]
     return hinges
 
 

@@ -1,4 +1,4 @@
-"""Panels as solids: closed meshes of the prisms over their facets, in the flat state."""
+"""Panels as solids: closed surface meshes of the prisms over their facets, in the flat state."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from hcsearch.shape.mesh import sides_of
 from hcsearch.shape.pattern import Pattern
 
 FaceKind = Literal["top", "bottom", "side", "valley", "mountain"]
-"""What a face is: top or bottom of the panel, a wall without a hinge, or one with a hinge on its top or bottom edge."""
+"""The kind of a face: top or bottom of the panel, a side wall without a hinge, or a wall with a hinge at its top edge
+(valley) or bottom edge (mountain)."""
 
 MILLIMETRES_PER_METRE = 1e3
 
 
 @dataclass(frozen=True)
 class SolidFace:
-    """A plane face: its corners in order, counterclockwise as seen from outside; numbers of vertices."""
+    """A plane face; corners : indices of its vertices, counterclockwise as seen from outside."""
 
     side: FaceKind
     corners: tuple[int, ...]
@@ -31,11 +32,11 @@ class SolidFace:
 
 @dataclass(frozen=True, eq=False)
 class PanelSolid(ByValue):
-    """A panel: a prism over a polygon that is made of its facets; rigid creases and slits inside it are closed.
+    """A panel: a prism over the union of its facets; rigid creases and slits inside it are closed.
 
-    points : (n, 2), corners of its facets, m. facets : its facets as numbers of points. outlines : closed walks of
-    points, the outer one counterclockwise and first, then those of holes, clockwise. wall : (m, 2), their edges with
-    the panel on the left, sorted. sides : what each of these is.
+    points : (n, 2), corners of its facets, m. facets : its facets as indices of points. outlines : closed walks
+    along points, the outer one first and counterclockwise, then those of holes, clockwise. wall : (m, 2), their edges
+    with the panel on the left, sorted. sides : the kind of each of these.
     """
 
     points: Reals
@@ -47,7 +48,7 @@ class PanelSolid(ByValue):
 
     @property
     def vertices(self) -> Reals:
-        """Points of the bottom face, then of the top face, (2 n, 3), m."""
+        """Vertices of the bottom face, then of the top face, (2 n, 3), m."""
         n = len(self.points)
         heights = np.repeat([0.0, self.thickness], n)
         return np.column_stack([np.vstack([self.points, self.points]), heights])
@@ -63,17 +64,17 @@ class PanelSolid(ByValue):
 
     @property
     def triangles(self) -> WholeNumbers:
-        """The faces as triangles, (n, 3), numbers of vertices."""
+        """The faces divided into triangles, (n, 3), indices of vertices."""
         return np.array([t for face in self.faces for t in fan_triangles(face.corners)], np.int64)
 
 
 def fan_triangles(corners: tuple[int, ...]) -> list[tuple[int, int, int]]:
-    """Triangles of a convex polygon."""
+    """Divide a convex polygon into a fan of triangles."""
     return [(corners[0], b, c) for b, c in pairwise(corners[1:])]
 
 
 def panel_solid_of(pattern: Pattern, panel: int) -> PanelSolid:
-    """The solid of a panel; its corners are those of the flat state."""
+    """Return the solid of a panel in the flat state; HcsearchError where the panel touches itself in a corner."""
     faces = [pattern.faces[facet] for facet in pattern.panels[panel]]
     vertices = list(dict.fromkeys(chain.from_iterable(faces)))
     number = {vertex: k for k, vertex in enumerate(vertices)}
@@ -98,7 +99,7 @@ def panel_solid_of(pattern: Pattern, panel: int) -> PanelSolid:
 
 
 def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
-    """The panel of a name, None for all where no name is given; HcsearchError where there is none of that name."""
+    """Return the panel of a name, or None (all panels) without a name; HcsearchError for an unknown name."""
     if name is None:
         return None
     if not is_label(name):
@@ -107,11 +108,11 @@ def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
 
 
 def placed_vertices(pose: Reals, vertices: Reals) -> Reals:
-    """Vertices, (n, 3), where a pose (3, 4) takes them."""
+    """Transform vertices (n, 3) by a pose (3, 4)."""
     moved: Reals = vertices @ pose[:, :3].T + pose[:, 3]
     return moved
 
 
 def all_panel_solids(linkage: Linkage) -> list[PanelSolid]:
-    """The solids of all panels."""
+    """Return the solids of all panels, in the flat state."""
     return [panel_solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]

@@ -1,4 +1,4 @@
-"""Panels in one state for printers: binary STL, triangles alone, and 3MF, one object a panel; in millimetres."""
+"""Formats for 3D printers, in millimetres: binary STL (triangles only) and 3MF (an object per panel)."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def stl_of(
     *,
     scale: float = MILLIMETRES_PER_METRE,
 ) -> bytes:
-    """Panels (all unless given) at fold angles (n_hinges,), rad.
+    """Return panels (all unless given) at fold angles (n_hinges,), rad, as binary STL.
 
-    scale : units to a metre. Numbers are of single precision, as STL has them.
+    scale : units per metre. Coordinates are in single precision, as in all STL files.
     """
     poses = linkage.poses(angles)
-    wanted = range(linkage.n_panels) if panels is None else panels
-    solids = [panel_solid_of(linkage.pattern, panel) for panel in wanted]
+    chosen = range(linkage.n_panels) if panels is None else panels
+    solids = [panel_solid_of(linkage.pattern, panel) for panel in chosen]
     corners = np.concatenate(
-        [placed_vertices(poses[k], solid.vertices)[solid.triangles] for k, solid in zip(wanted, solids, strict=True)]
+        [placed_vertices(poses[k], solid.vertices)[solid.triangles] for k, solid in zip(chosen, solids, strict=True)]
     )
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     records = np.zeros(len(corners), _RECORD)
     records["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     records["corners"] = scale * corners
-    # a head that begins with "solid" would be taken for the text format
+    # a header that begins with "solid" would be mistaken for the text format
     head = f"hcsearch {title}, {'mm' if scale == MILLIMETRES_PER_METRE else 'm'}".encode("ascii", "replace")[:80].ljust(
         80
     )
@@ -51,31 +51,31 @@ _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 _MODEL = "3D/3dmodel.model"
 _DATED = (1980, 1, 1, 0, 0, 0)
-"""The date of the parts, so that the same export is the same file."""
+"""Fixed date of the archive's members, so that equal exports are equal files."""
 
 
 def threemf_of(
     linkage: Linkage, labels: Labels, angles: Reals, title: str = "", panels: Sequence[int] | None = None
 ) -> bytes:
-    """Panels (all unless given) at fold angles (n_hinges,), rad: solids in the flat state, placed by the build."""
-    wanted = range(linkage.n_panels) if panels is None else panels
+    """Return panels (all unless given) at fold angles (n_hinges,), rad, as 3MF: flat solids with placements."""
+    chosen = range(linkage.n_panels) if panels is None else panels
     poses = linkage.poses(angles)
     root = Xml.Element("model", {"unit": "millimeter", "xml:lang": "en", "xmlns": _CORE})
     Xml.SubElement(root, "metadata", name="Title").text = title
     Xml.SubElement(root, "metadata", name="Application").text = "hcsearch"
     resources, build = Xml.SubElement(root, "resources"), Xml.SubElement(root, "build")
-    for number, panel in enumerate(wanted, start=1):
+    for number, panel in enumerate(chosen, start=1):
         name = f"panel {labels.panels[panel]}"
-        thing = Xml.SubElement(resources, "object", id=str(number), type="model", name=name)
-        _add_mesh(thing, panel_solid_of(linkage.pattern, panel))
-        # twelve numbers by columns of the 3 x 4 pose: row vectors are multiplied from the left
+        element = Xml.SubElement(resources, "object", id=str(number), type="model", name=name)
+        _add_mesh(element, panel_solid_of(linkage.pattern, panel))
+        # twelve numbers, the 3 x 4 pose column by column: 3MF multiplies row vectors from the left
         pose = poses[panel] * np.array([1.0, 1.0, 1.0, MILLIMETRES_PER_METRE])
         Xml.SubElement(build, "item", objectid=str(number), transform=_text(pose.T.ravel()))
     return _package(Xml.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _add_mesh(thing: Xml.Element, solid: PanelSolid) -> None:
-    mesh = Xml.SubElement(thing, "mesh")
+def _add_mesh(element: Xml.Element, solid: PanelSolid) -> None:
+    mesh = Xml.SubElement(element, "mesh")
     vertices, triangles = Xml.SubElement(mesh, "vertices"), Xml.SubElement(mesh, "triangles")
     for x, y, z in (MILLIMETRES_PER_METRE * solid.vertices).tolist():
         Xml.SubElement(vertices, "vertex", x=repr(x), y=repr(y), z=repr(z))

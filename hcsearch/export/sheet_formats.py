@@ -1,6 +1,6 @@
-"""Sheets as SVG, a layer a group, and as DXF, as AutoCAD 2000 and later read it; in millimetres.
+"""Sheets as SVG, with a group per layer, and as DXF (AutoCAD 2000 and later), in millimetres.
 
-Older versions of Origami Simulator read no groups and do not close paths: for it, all lines stand alone.
+Older versions of Origami Simulator ignore groups and do not close paths, so its profile writes separate line elements.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from hcsearch.export.cutting_sheets import LAYER_COLOURS, CuttingSheet, SheetLin
 from hcsearch.export.settings import SheetProfile
 
 STROKE_WIDTH = 0.1
-"""Width of lines, mm."""
+"""Line width, mm."""
 _LAYER = '\n <g id="{0}" inkscape:groupmode="layer" inkscape:label="{0}">{1}\n </g>'
 
 
 def svg_of(sheet: CuttingSheet, title: str, profile: SheetProfile) -> str:
-    """The sheet; every element has its own colour, as some cutters heed no groups."""
+    """Return a sheet as SVG; every element has its own colour, since some cutters ignore groups."""
     colours = {layer: colour for layer, (colour, _) in LAYER_COLOURS[profile].items()}
     body = _alone(sheet, colours) if profile == "simulator" else _layers(sheet, colours)
     width, height = _number(sheet.width), _number(sheet.height)
@@ -32,7 +32,7 @@ def svg_of(sheet: CuttingSheet, title: str, profile: SheetProfile) -> str:
 
 
 def _layers(sheet: CuttingSheet, colours: dict[str, str]) -> str:
-    """A group for each layer, with a path for each polyline."""
+    """Return an SVG group for each layer, with a path for each polyline."""
     groups = []
     for layer, lines in sheet.lines.items():
         paths = (f"\n  <path {_look(colours[layer])}{_named(line)} d={_data(line, sheet)}/>" for line in lines)
@@ -41,7 +41,7 @@ def _layers(sheet: CuttingSheet, colours: dict[str, str]) -> str:
 
 
 def _alone(sheet: CuttingSheet, colours: dict[str, str]) -> str:
-    """An element for each piece of a polyline."""
+    """Return a separate SVG line for each segment of a polyline."""
     elements = []
     for layer, lines in sheet.lines.items():
         for line in lines:
@@ -71,21 +71,21 @@ def _number(value: float) -> str:
 
 
 SCREEN_RATIO = 4.0 / 3.0
-"""Width over height of the narrowest window in which the whole sheet is in view."""
+"""Aspect ratio of the narrowest window in which the whole sheet is visible."""
 
 
 def dxf_of(sheet: CuttingSheet, profile: SheetProfile) -> str:
-    """The sheet; lines have the colours of their layers."""
+    """Return a sheet as DXF; lines have the colours of their layers."""
     from ezdxf import units  # noqa: PLC0415 - of an extra
     from ezdxf._options import options  # noqa: PLC0415
     from ezdxf.filemanagement import new  # noqa: PLC0415
 
-    stamped = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True  # no times: two files of one design are equal
+    previous = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True  # without time stamps, so that equal exports are equal files
     try:
         return _text(sheet, LAYER_COLOURS[profile], new("R2000"), units.MM)
     finally:
-        options.write_fixed_meta_data_for_testing = stamped
+        options.write_fixed_meta_data_for_testing = previous
 
 
 def _text(sheet: CuttingSheet, colours: dict[str, tuple[str, int]], document: Any, units: int) -> str:

@@ -1,7 +1,7 @@
-"""URDF: the tree of links of a cut-open array, and beside it what closes its loops, as URDF has no loops.
+"""URDF: the tree of links of a cut-open array, and a second file with the loop closures, which URDF cannot express.
 
-Beside the file are `.closure.json`, with the pairs of links that are one panel, the frames that coincide, and the
-springs and the start that URDF has no words for, and a mesh of each panel (`.panel_3.stl`), in metres. SI units.
+The second file, `.closure.json`, lists the pairs of links that are one panel with their coincident frames, the springs
+and the start. Each panel has a mesh (`.panel_3.stl`), in metres. SI units.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
 UNLIMITED_EFFORT = 1e6
-"""Greatest effort and rate of a joint (N m, rad/s), which URDF wants: ours have none."""
+"""Limits of effort and velocity of a joint (N m, rad/s), which URDF requires, set beyond reach."""
 
 
 def urdf_of(linkage: Linkage, labels: Labels, scene: Scene | Setup, title: str, stem: str) -> dict[str, str | bytes]:
-    """Files by what follows the stem of their names."""
+    """Return the contents of the files, by what follows the stem of their names; the URDF file first."""
     tree = cut_tree(linkage, labels, scene)
     files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_json(tree, title)}
     for link in tree.links:
-        if link.whole:
+        if link.has_shape:
             files[_mesh(link)] = stl_of(linkage, linkage.flat, link.name, (link.panel,), scale=1.0)
     return files
 
@@ -43,7 +43,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
             f"i{'xyz'[i]}{'xyz'[j]}": repr(float(link.body.inertia[i, j])) for i in range(3) for j in range(i, 3)
         }
         Xml.SubElement(inertial, "inertia", moments)
-        if link.whole:
+        if link.has_shape:
             for kind in ("visual", "collision"):
                 shape = Xml.SubElement(element, kind)
                 Xml.SubElement(shape, "origin", xyz=numbers_text(-link.frame), rpy="0 0 0")
@@ -55,35 +55,35 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
 
 
 def _add_joint(root: Xml.Element, tree: CutTree, link: TreeLink) -> None:
-    joined = link.joined
-    assert joined is not None
-    above = tree.links[joined.above]
-    joint = Xml.SubElement(root, "joint", name=joined.name, type="revolute")
-    Xml.SubElement(joint, "parent", link=above.name)
-    Xml.SubElement(joint, "child", link=link.name)
-    Xml.SubElement(joint, "origin", xyz=numbers_text(link.frame - above.frame), rpy="0 0 0")
-    Xml.SubElement(joint, "axis", xyz=numbers_text(joined.axis))
+    joint = link.joint
+    assert joint is not None
+    parent = tree.links[joint.parent]
+    element = Xml.SubElement(root, "joint", name=joint.name, type="revolute")
+    Xml.SubElement(element, "parent", link=parent.name)
+    Xml.SubElement(element, "child", link=link.name)
+    Xml.SubElement(element, "origin", xyz=numbers_text(link.frame - parent.frame), rpy="0 0 0")
+    Xml.SubElement(element, "axis", xyz=numbers_text(joint.axis))
     limits = {
         "lower": "0.0",
         "upper": repr(math.pi),
         "effort": repr(UNLIMITED_EFFORT),
         "velocity": repr(UNLIMITED_EFFORT),
     }
-    Xml.SubElement(joint, "limit", limits)
-    Xml.SubElement(joint, "dynamics", damping=repr(float(joined.drive.damping)), friction="0.0")
+    Xml.SubElement(element, "limit", limits)
+    Xml.SubElement(element, "dynamics", damping=repr(float(joint.drive.damping)), friction="0.0")
 
 
 def closure_json(tree: CutTree, title: str) -> str:
-    """What the tree lacks, as JSON: closures, springs, start, gravity and what is held.
+    """Return as JSON what URDF cannot express: closures, springs, start, gravity, and whether the base floats.
 
-    Frames are translations (m) in the frames of their links, which have the axes of the flat state: where both links
-    are one panel, the two frames coincide, not turned against each other.
+    Frames are given by translations (m) in the frames of their links, which have the axes of the flat state: the two
+    frames of a closure coincide without a relative rotation.
     """
     links = tree.links
     facts: dict[str, Any] = {
         "design": title,
         "base": links[0].name,
-        "base_floats": tree.floats,
+        "base_floats": tree.has_free_base,
         "gravity_m_s2": _listed(tree.setup.gravity),
         "closures": [
             {
@@ -101,19 +101,19 @@ def closure_json(tree: CutTree, title: str) -> str:
             }
             for closure in tree.closures
         ],
-        "joints": {link.joined.name: _joint_facts(tree, link) for link in links if link.joined is not None},
+        "joints": {link.joint.name: _joint_facts(tree, link) for link in links if link.joint is not None},
     }
     return json.dumps(facts, indent=2, allow_nan=False) + "\n"
 
 
 def _joint_facts(tree: CutTree, link: TreeLink) -> dict[str, Any]:
-    """Spring (as of `dynamics.laws`, N m by rad, towards angle 0), damper and start of the joint of a link."""
-    joined = link.joined
-    assert joined is not None
+    """Spring law (as of `dynamics.laws`: N m by rad, towards angle 0), damping and start of a link's joint."""
+    joint = link.joint
+    assert joint is not None
     return {
-        "law": joined.drive.law.text,
-        "damping_N_m_s_rad": float(joined.drive.damping),
-        "start_rad": float(tree.start[joined.hinge]),
+        "law": joint.drive.law.text,
+        "damping_N_m_s_rad": float(joint.drive.damping),
+        "start_rad": float(tree.start[joint.hinge]),
     }
 
 

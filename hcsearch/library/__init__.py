@@ -1,1 +1,1 @@
-"""Known mechanisms: the assemblies of the thesis, and units made of copies of one element."""
+"""Known mechanisms: the assemblies of the thesis, and the search for units made of copies of one element."""

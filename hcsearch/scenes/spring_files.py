@@ -30,7 +30,7 @@ def read_law_points(
     that no hinge has, and for moments that drive a hinge away from the flat state.
     """
     columns = rename_columns(
-        read_columns(path, "angle_rad,moment_N_m", what="the table", most=max_bytes), _NAMES, "angle_rad"
+        read_columns(path, "angle_rad,moment_N_m", what="the table", max_bytes=max_bytes), _NAMES, "angle_rad"
     )
     names = _only(columns, ANGLE_COLUMN_UNITS), _only(columns, MOMENT_COLUMN_UNITS)
     texts = zip(*map(columns.texts, names), strict=True)
@@ -39,7 +39,7 @@ def read_law_points(
     angles, moments = map(columns.numbers, names)
     for k in np.flatnonzero(np.isnan(angles) | np.isnan(moments)):
         name = names[0] if math.isnan(angles[k]) else names[1]
-        raise columns.fault(int(k), name, "leave the row out, or write the number that was measured")
+        raise columns.cell_error(int(k), name, "leave the row out, or write the number that was measured")
     angles, moments = angles * ANGLE_COLUMN_UNITS[names[0]], moments * MOMENT_COLUMN_UNITS[names[1]]
     hint = ", or name the column angle_deg if it is in degrees" if names[0] == "angle_rad" else ""
     check_angles(angles, path, hint, max_angle)

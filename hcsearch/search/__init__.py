@@ -1,1 +1,1 @@
-"""Many designs: circuits are listed, taken through the stages, ranked and stored."""
+"""Search over many designs: enumeration of circuits, stages of checks, ranking, and storage."""

@@ -1,8 +1,8 @@
-"""Ranking: weighted scores of designs, the Pareto front, and the designs of a database in the order of their scores.
+"""Ranking of designs: weighted scores, the Pareto front, and the designs of a database in order of their scores.
 
-The worth of a value depends on nothing but the value, by a fixed scale: a score that is stored means the same after
-more designs have come in, and in another database. Scales taken from the rows at hand, such as min-max scaling or the
-norms of TOPSIS, would change with each row.
+The worth of a value depends only on the value, by a fixed scale, so a stored score keeps its meaning when designs are
+added, and in another database. Scales that depend on the rows, such as min-max scaling or the norms of TOPSIS, would
+change with each row.
 """
 
 from __future__ import annotations
@@ -24,45 +24,45 @@ from hcsearch.store.columns import RANKING_CRITERIA, BetterDirection, Quantity
 from hcsearch.store.conditions import nearest_names_hint
 
 
-def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
-    """Weights of all criteria, in the order of the table: 1 where none is given.
+def complete_weights(weights: Mapping[str, float]) -> dict[str, float]:
+    """Return weights of all criteria, in the order of the table: 1 where none is given.
 
-    QueryError: a criterion that there is not, a weight that is negative or not finite, or no weight but 0.
+    QueryError for an unknown criterion, a weight that is negative or not finite, and where all weights are 0.
     """
     names = [quantity.name for quantity in RANKING_CRITERIA]
-    for name, weight in given.items():
+    for name, weight in weights.items():
         if name not in names:
             raise QueryError(f"no criterion {name!r}{nearest_names_hint(name, names)}: weigh {', '.join(names)}")
         if not (math.isfinite(weight) and weight >= 0):
             raise QueryError(f"the weight {weight} of {name} is out of range: give 0 or more; 0 leaves it out")
-    weights = {name: float(given.get(name, 1.0)) for name in names}
-    if not any(weights.values()):
+    complete = {name: float(weights.get(name, 1.0)) for name in names}
+    if not any(complete.values()):
         raise QueryError("every weight is 0, so nothing is left to rank by: give one criterion a positive weight")
-    return weights
+    return complete
 
 
 def criterion_worth(criterion: Quantity, values: NDArray[np.floating[Any]]) -> Reals:
-    """Worth of values x of a criterion, x / (x + half) where higher is better, half / (x + half) where lower is.
+    """Return the worth of values x of a criterion: x / (x + half) where higher is better, else half / (x + half).
 
-    0 for NaN, a missing value, as for the worst there can be; negative values count as 0. Strictly monotonic but for
-    rounding, so that even a very good value is worth less than a better one.
+    The worth of NaN, a missing value, is 0, the lowest possible; negative values count as 0. Strictly monotonic except
+    for rounding, so even a very good value is worth less than a better one.
     """
     assert criterion.half is not None
     counted = np.maximum(values, 0.0)  # NaN stays
-    # In these forms each rounded step is monotonic: a better value is never worth less, not even by the last digit.
+    # in these forms each rounded operation is monotonic, so a better value is never worth less
     with np.errstate(divide="ignore", over="ignore"):
         ratio = criterion.half / counted if criterion.better == "higher" else counted / criterion.half
     return np.where(np.isnan(values), 0.0, 1.0 / (1.0 + ratio))
 
 
 def weighted_score(columns: Mapping[str, NDArray[np.floating[Any]]], weights: Mapping[str, float]) -> Reals:
-    """Scores of rows, 0 to 1: the weighted mean of the worth of their criteria.
+    """Return scores of rows, 0 to 1: the weighted mean of the worth of their criteria.
 
-    columns : values of each criterion of positive weight, shape (n_rows,), NaN where missing: it counts with worth 0
-        and its full weight, so a design without a criterion is never better than one with it.
-    weights : as `complete_weights` gives them; only their ratios count.
+    columns : values of each criterion of positive weight, shape (n_rows,), NaN where missing: this counts as worth 0
+        with full weight, so a design without a value is never better than one with it.
+    weights : from `complete_weights`; only their ratios count.
     """
-    greatest = max(weights.values())  # divided first: sums of weights may overflow
+    greatest = max(weights.values())  # divided first, since sums of weights may overflow
     total, score = 0.0, np.zeros(())
     for criterion in RANKING_CRITERIA:
         if weight := weights[criterion.name] / greatest:
@@ -72,23 +72,23 @@ def weighted_score(columns: Mapping[str, NDArray[np.floating[Any]]], weights: Ma
 
 
 def pareto_front(values: NDArray[np.floating[Any]], better: Sequence[BetterDirection]) -> NDArray[np.bool_]:
-    """Whether each row is on the front: no other row is as good in all criteria and better in one.
+    """Return whether each row is on the Pareto front: no other row is as good in all criteria and better in one.
 
-    values : shape (n_rows, n_criteria); NaN where a value is missing, which is worse than any value there is.
-    better : `higher` or `lower`, of each criterion. Equal rows are on the front together; without criteria all are.
+    values : shape (n_rows, n_criteria); NaN for a missing value, which is worse than any other.
+    better : `higher` or `lower` for each criterion. Equal rows are on the front together; without criteria all are.
 
-    Only the order of values counts, so the unit of a criterion changes nothing. By dimension sweep and divide and
-    conquer, O(n log^(m-2) n) for m > 3 criteria (Kung, Luccio and Preparata, J. ACM 22, 1975), of the package moocore.
+    Only the order of values counts, so units do not matter. Computed by the package moocore by dimension sweep and
+    divide and conquer, O(n log^(m-2) n) for m > 3 criteria (Kung, Luccio and Preparata, J. ACM 22, 1975).
     """
     if not values.size:
         return np.ones(len(values), bool)
-    levels = [_levels(column, way) for column, way in zip(values.T, better, strict=True)]
+    levels = [_levels(column, direction) for column, direction in zip(values.T, better, strict=True)]
     front: NDArray[np.bool_] = moocore.is_nondominated(np.column_stack(levels), maximise=True, keep_weakly=True)
     return front
 
 
 def _levels(column: NDArray[np.floating[Any]], better: BetterDirection) -> NDArray[np.float64]:
-    """Numbers in the order of worth, the least for a missing value: moocore knows neither NaN nor infinity."""
+    """Replace values by ranks in order of worth, 0 for a missing value, since moocore accepts no NaN or infinity."""
     known = ~np.isnan(column)
     levels = np.zeros(len(column))
     _, order = np.unique(column[known] if better == "higher" else -column[known], return_inverse=True)
@@ -101,22 +101,22 @@ _NAMES = tuple(quantity.name for quantity in RANKING_CRITERIA)
 
 @dataclass(frozen=True)
 class RankedDesigns:
-    """The designs that a query selects, without those known not to deploy, best first.
+    """The designs selected by a query, best first, without those known not to deploy.
 
-    result : columns rank (equal scores share one), id, circuit, score, pareto (1 on the front), and the criteria that
-        have a weight. left_out : ids of the designs known not to deploy: no folding, twisted, or locked.
+    result : columns rank (shared by equal scores), id, circuit, score, pareto (1 on the front), and the criteria with
+        a positive weight. unranked_ids : ids of the designs known not to deploy: no folding, twisted, or locked.
     """
 
     result: Result
-    left_out: tuple[int, ...]
+    unranked_ids: tuple[int, ...]
 
 
 def rank_designs(
     database: Database, query: str = "", weights: Mapping[str, float] | None = None, scene: str = DEFAULT_SCENE_NAME
 ) -> RankedDesigns:
-    """Rank the designs that a query selects in a scene by the criteria with a positive weight.
+    """Rank the designs selected by a query in a scene by the criteria with a positive weight.
 
-    weights : 1 for each criterion that is not named; QueryError as in `complete_weights` and `select`.
+    weights : by criterion, 1 unless given; QueryError as of `complete_weights` and `select`.
     """
     chosen = complete_weights(weights or {})
     counted = [quantity for quantity in RANKING_CRITERIA if chosen[quantity.name]]
@@ -142,6 +142,6 @@ def rank_designs(
 
 
 def save_ranks(database: Database, ranked: RankedDesigns, scene: str = DEFAULT_SCENE_NAME) -> None:
-    """Store the scores in the column `score` of `designs`, in one transaction; NULL for designs that were left out."""
-    known = {design: score for _, design, _, score, *_ in ranked.result.rows}
-    save_scores(database, known | dict.fromkeys(ranked.left_out), scene)
+    """Store scores in the column `score` of `designs`, in one transaction; NULL for unranked designs."""
+    scores = {design: score for _, design, _, score, *_ in ranked.result.rows}
+    save_scores(database, scores | dict.fromkeys(ranked.unranked_ids), scene)

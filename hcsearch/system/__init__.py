@@ -1,1 +1,1 @@
-"""What the program asks of the system it runs on: files read and written, cores, Ctrl-C, imports on demand."""
+"""Services of the operating system and the interpreter: input and output files, cores, Ctrl-C, imports on demand."""

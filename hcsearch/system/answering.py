@@ -1,4 +1,7 @@
-"""What a worker process does: it answers calls. Loads nothing else, so that what cannot be loaded is an answer, too."""
+"""The main loop of a worker process, which executes calls and sends their results.
+
+Nothing else is imported here: a module that cannot be imported is then reported as the answer to a call.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,10 @@ from multiprocessing.connection import Connection
 
 
 def answer_calls(requests: Connection) -> None:
-    """Answer calls until there are no more; leave Ctrl-C to the process that started this one, and end with it.
+    """Execute calls from a pipe until it is closed.
 
-    A call comes with its arguments; the answer is whether it was good, and its result or its exception.
+    A request is a function with its arguments; the answer is a flag of success with the result or the exception. SIGINT
+    is ignored, since the parent process handles it; the worker ends when its parent does.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -35,28 +39,32 @@ def answer_calls(requests: Connection) -> None:
                 reply = pickle.dumps((False, _to_be_sent(error)))
             requests.send_bytes(reply)
     except (EOFError, ConnectionError):
-        return  # nobody asks any more
+        return  # the parent has closed the pipe
 
 
 def raising_place_of(error: BaseException) -> str:
-    """The line in which an exception was raised, with its module; that in a worker process if it came from there."""
+    """Return `module:line` where an exception was raised; in the worker process if it was raised there."""
     at_worker = getattr(error, "place", None)
     if isinstance(at_worker, str):
         return at_worker
-    where = error.__traceback__
-    while where is not None and where.tb_next is not None:
-        where = where.tb_next
-    return "" if where is None else f"{where.tb_frame.f_globals.get('__name__')}:{where.tb_lineno}"
+    traceback_entry = error.__traceback__
+    while traceback_entry is not None and traceback_entry.tb_next is not None:
+        traceback_entry = traceback_entry.tb_next
+    return (
+        ""
+        if traceback_entry is None
+        else f"{traceback_entry.tb_frame.f_globals.get('__name__')}:{traceback_entry.tb_lineno}"
+    )
 
 
 def _to_be_sent(error: Exception) -> Exception:
-    """The exception with its place and its traceback, which are not pickled; a plain one where it cannot be pickled."""
+    """Return an exception that can be pickled, with its place and traceback attached: a RuntimeError where needed."""
     error.add_note(f"in a worker process:\n{traceback.format_exc()}")
     error.__dict__["place"] = raising_place_of(error)
     try:
         if type(pickle.loads(pickle.dumps(error))) is type(error):
             return error
-    except Exception:  # of what the exception holds, or of the way it is made
+    except Exception:  # values that cannot be pickled, constructors with other arguments
         pass
     plain = RuntimeError(f"{type(error).__name__}: {error}")
     plain.__dict__.update({"place": raising_place_of(error), "__notes__": error.__notes__})

@@ -1,4 +1,4 @@
-"""CSV files as instruments and spreadsheets write them: columns by the names of the first line."""
+"""CSV tables with named columns, as instruments and spreadsheets write them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.reading import MAX_INPUT_BYTES, read_text_file
 
 MIN_MEASURED_VALUE, MAX_MEASURED_VALUE = 1e-30, 1e30
-"""Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
+"""Range of magnitudes of measured numbers: the squares of others overflow or underflow."""
 
 
 @dataclass(frozen=True)
 class CsvColumns:
-    """A table as text.
+    """A CSV table as text.
 
-    names : of the columns, as `canonical_name` writes them, "" where a column has none. rows : the number of each line
-    in the file, and its cells; blank lines are left out.
+    names : the columns' names, "" where a column has none. rows : the number of each line in the file, and its cells;
+    blank lines are left out.
     """
 
     path: str
@@ -32,16 +32,16 @@ class CsvColumns:
     rows: tuple[tuple[int, list[str]], ...]
 
     def texts(self, name: str) -> list[str]:
-        """The cells of a column; "" where a line ends before it."""
+        """Return the cells of a column as text, "" where a line is too short."""
         k = self.names.index(name)
         return [row[k].strip() if k < len(row) else "" for _, row in self.rows]
 
     def numbers(self, name: str) -> Reals:
-        """The numbers of a column, NaN in cells that hold no measured number."""
+        """Return the numbers of a column, NaN in cells that hold no measured number."""
         return np.array([float(text) if is_measured(text) else math.nan for text in self.texts(name)])
 
-    def fault(self, row: int, name: str, remedy: str) -> HcsearchError:
-        """The message on a cell without a measured number; remedy : what to do where nothing was measured."""
+    def cell_error(self, row: int, name: str, remedy: str) -> HcsearchError:
+        """Return the error for a cell without a measured number; remedy : advice where the value was not measured."""
         number, cells = self.rows[row]
         k = self.names.index(name)
         count = max(j for j, known in enumerate(self.names, 1) if known)
@@ -57,15 +57,15 @@ class CsvColumns:
         return HcsearchError(f"line {number} of {self.path} has {text!r} for {name}: {remedy}")
 
 
-def read_columns(path: str, example: str, *, what: str = "", most: int = MAX_INPUT_BYTES) -> CsvColumns:
+def read_columns(path: str, example: str, *, what: str = "", max_bytes: int = MAX_INPUT_BYTES) -> CsvColumns:
     """Read a CSV file whose first line names its columns.
 
-    example : of a name, for messages. what : what the file should hold. most : its size in bytes. Empty cells after the
-    last column are left out. Errors: HcsearchError for a first line of numbers, for columns that are not separated by
-    commas, for lines above the names of columns, and for lines with more values than there are columns.
+    example : a column name for messages. what : expected content for messages. max_bytes : limit of the size. Empty
+    cells after the last column are dropped. Errors: HcsearchError for a first line of numbers, for columns that are not
+    separated by commas, for lines above the column names, and for lines with more values than columns.
     """
     try:
-        reader = csv.reader(io.StringIO(read_text_file(path, what, most=most), newline=""))
+        reader = csv.reader(io.StringIO(read_text_file(path, what, max_bytes=max_bytes), newline=""))
         lines = [(number, row) for number, row in enumerate(reader, 1) if any(map(str.strip, row))]
     except csv.Error as error:
         raise HcsearchError(f"{path} is no table: give a CSV file with a line of column names") from error
@@ -73,7 +73,7 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MAX_INP
         raise HcsearchError(f"{path} is empty: give a CSV file with a line of column names")
     first = [name.strip() for name in lines[0][1]]
     _refuse_title(path, lines)
-    # a name of several words is no list of names, unless values stand there in the same way
+    # a name of several words may be that of a single column; columns separated by spaces have such values, too
     spaced = all(len(row) == 1 and " " in row[0].strip() for _, row in lines[:2])
     if len(first) == 1 and (spaced or any(mark in first[0] for mark in ";\t|")):
         raise HcsearchError(f"the columns of {path} are not separated by commas: write them so, and decimals by points")
@@ -92,21 +92,21 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MAX_INP
 
 
 def _refuse_title(path: str, lines: Sequence[tuple[int, list[str]]]) -> None:
-    """Refuse titles and comments above the names of columns."""
+    """Refuse title and comment lines above the column names."""
     filled = ([cell for cell in row if cell.strip()] for _, row in lines)
     k, names = next(((k, cells) for k, cells in enumerate(filled) if len(cells) > 1), (0, []))
     if k and not any(map(is_number, names)):
-        before = f"line {lines[0][0]}" if k == 1 else f"lines {lines[0][0]} to {lines[k - 1][0]}"
+        heading = f"line {lines[0][0]}" if k == 1 else f"lines {lines[0][0]} to {lines[k - 1][0]}"
         raise HcsearchError(
-            f"{before} of {path} {'names' if k == 1 else 'name'} no columns, line {lines[k][0]} does: leave out what "
+            f"{heading} of {path} {'names' if k == 1 else 'name'} no columns, line {lines[k][0]} does: leave out what "
             "stands above it"
         )
 
 
 def rename_columns(columns: CsvColumns, known: Mapping[str, str], example: str) -> CsvColumns:
-    """The columns, with names that are known as they are written here; HcsearchError where two have one name.
+    """Return the table with recognised column names in their standard spelling; HcsearchError for a name twice.
 
-    known : names by what `canonical_name` makes of them.
+    known : standard names by their `canonical_name` form.
     """
     names = tuple(known.get(canonical_name(name), name) for name in columns.names)
     for name in set(known.values()):
@@ -119,7 +119,7 @@ def rename_columns(columns: CsvColumns, known: Mapping[str, str], example: str) 
 
 
 def canonical_name(name: str) -> str:
-    """A name without case, brackets and spaces: angle_deg of `Angle (deg)`."""
+    """Return a column name in lower case with underscores: `angle_deg` for `Angle (deg)`."""
     return re.sub(r"[\W_]+", "_", name.replace("°", "deg").casefold()).strip("_")
 
 
@@ -132,5 +132,5 @@ def is_number(text: str) -> bool:
 
 
 def is_measured(text: str) -> bool:
-    """Whether a cell holds a number of a size that can be measured."""
+    """Whether a cell holds zero or a number of measurable magnitude."""
     return is_number(text) and (float(text) == 0.0 or MIN_MEASURED_VALUE <= abs(float(text)) <= MAX_MEASURED_VALUE)

@@ -1,4 +1,4 @@
-"""Pictures of curves: one palette for all plots, and one look, whatever a machine or a notebook set for matplotlib."""
+"""Figures with matplotlib: one palette and one style for all plots, whatever settings a machine or a notebook has."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ if TYPE_CHECKING:
     Figure: TypeAlias = matplotlib.figure.Figure
 
 CURVE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
-"""After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
+"""The palette, after Okabe and Ito: distinguishable by colour-blind readers, in mid tones for light and dark pages."""
 CURVE_DASHES: tuple[tuple[float, ...], ...] = ((), (4.0, 1.5), (1.0, 1.5), (5.0, 1.5, 1.0, 1.5))
-"""Strokes and gaps, in widths of the line; solid lines have none."""
+"""Lengths of strokes and gaps in line widths; empty for a solid line."""
 CURVE_LOOK_COUNT = len(CURVE_COLOURS) * len(CURVE_DASHES)
-"""Looks there are; the next ones are the first again."""
+"""Number of distinct pairs of colour and dashes; further curves repeat them."""
 
 
 class CurveLook(NamedTuple):
-    """A colour, and one of `CURVE_DASHES`."""
+    """The colour and the dash pattern (one of `CURVE_DASHES`) of a curve."""
 
     colour: str
     dashes: tuple[float, ...]
 
 
 def curve_look(number: int) -> CurveLook:
-    """Look of a curve; those of `CURVE_LOOK_COUNT` curves differ, and of neighbours in both colour and dashes."""
+    """Return the look of a curve; `CURVE_LOOK_COUNT` looks differ, consecutive ones in both colour and dashes."""
     return CurveLook(
         CURVE_COLOURS[number % len(CURVE_COLOURS)],
         CURVE_DASHES[(number + number // len(CURVE_COLOURS)) % len(CURVE_DASHES)],
@@ -47,16 +47,16 @@ def curve_look(number: int) -> CurveLook:
 
 
 LINE_WIDTH, LINE_WIDTH_STEP = 1.4, 1.2
-"""Of lines, pt, and by how much they are wider where looks begin anew."""
+"""Line width, and its increment each time the looks repeat, pt."""
 TITLE_WIDTH = 92
-"""Characters in a line of a title."""
+"""Maximum number of characters in a line of a title."""
 _BACKEND = "MPLBACKEND"
 _STYLE = {"axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})", "axes.grid": True, "grid.alpha": 0.3}
-"""What differs from matplotlib's defaults."""
+"""Settings that differ from matplotlib's defaults."""
 
 
 def check_picture(path: str) -> None:
-    """Refuse a picture that could not be drawn or written, before anything is computed."""
+    """Check, before anything is computed, that a picture can be drawn and written."""
     check_output(path, PICTURE_SUFFIXES)
     load_matplotlib()
 
@@ -65,17 +65,17 @@ def check_picture(path: str) -> None:
 def figure_for(
     path: str | Path, size: tuple[float, float], dpi: int = 120, simpler: float | None = None
 ) -> Iterator[Figure]:
-    """Give an empty figure, and write what the block draws on it to a file .svg, .png or .pdf.
+    """Yield an empty figure, and save it after the block as .svg, .png or .pdf.
 
-    size : width and height, inches. simpler : pixels by which a line may be drawn aside, to have fewer points.
+    size : width and height, inches. simpler : deviation in pixels up to which lines may be simplified.
     """
     load_matplotlib()
     from matplotlib import style  # noqa: PLC0415 - only where a picture is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415 - as above
 
-    own = _STYLE if simpler is None else _STYLE | {"path.simplify_threshold": simpler}
+    settings = _STYLE if simpler is None else _STYLE | {"path.simplify_threshold": simpler}
     # some settings are read as lines are made, some as they are written
-    with style.context(["default", own]):
+    with style.context(["default", settings]):
         figure = Figure(figsize=size, layout="constrained")
         yield figure
         with replacing_file(path, PICTURE_SUFFIXES) as part:
@@ -83,7 +83,7 @@ def figure_for(
 
 
 def line_style(number: int) -> dict[str, Any]:
-    """Colour, style and width of a line; those of two numbers differ, and of neighbours in colour and style."""
+    """Return colour, dashes and width of a line, different for each number; neighbours differ in colour and dashes."""
     colour, dashes = curve_look(number)
     return {
         "color": colour,
@@ -93,42 +93,42 @@ def line_style(number: int) -> dict[str, Any]:
 
 
 def add_legend(axes: Axes, title: str) -> None:
-    """The legend of lines, beside the plot, in as many columns as they need."""
-    lines = len(axes.get_legend_handles_labels()[0])
-    if lines:
-        where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axes.legend(title=title, fontsize="x-small", ncols=1 + (lines - 1) // 20, handlelength=3.5, **where)
+    """Add a legend beside the plot, in as many columns as needed."""
+    line_count = len(axes.get_legend_handles_labels()[0])
+    if line_count:
+        position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        axes.legend(title=title, fontsize="x-small", ncols=1 + (line_count - 1) // 20, handlelength=3.5, **position)
 
 
 def set_title(axes: Axes, title: str) -> None:
-    """The title, in lines that fit and keep numbers with their units."""
+    """Set a title, wrapped so that numbers stay with their units."""
     joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
     text = textwrap.fill(joined, TITLE_WIDTH).replace("\N{NO-BREAK SPACE}", " ")
     axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
 
 
 def load_matplotlib() -> None:
-    """Import matplotlib, for files alone: it need not have the windows of the environment. HcsearchError: it cannot be.
+    """Import matplotlib without its interactive backend; HcsearchError where that fails.
 
-    Remarks on settings in files are kept to ourselves, as pictures do without these settings.
+    Warnings about settings files are suppressed, since figures do not use these settings.
     """
     if "matplotlib.style" in sys.modules:
         return
-    first, backend = "matplotlib" not in sys.modules, os.environ.pop(_BACKEND, None)
-    log, said = logging.getLogger("matplotlib"), BufferingHandler(sys.maxsize)
-    log.addHandler(said)
+    first_import, backend = "matplotlib" not in sys.modules, os.environ.pop(_BACKEND, None)
+    log, messages = logging.getLogger("matplotlib"), BufferingHandler(sys.maxsize)
+    log.addHandler(messages)
     try:
         import matplotlib.style  # noqa: PLC0415 - only where a picture is wanted
     except Exception as error:
-        reason = " ".join(record.getMessage() for record in said.buffer) or f"{type(error).__name__}: {error}"
+        reason = " ".join(record.getMessage() for record in messages.buffer) or f"{type(error).__name__}: {error}"
         raise HcsearchError(
             f"matplotlib cannot be loaded ({reason.rstrip('.')}): mend or move its settings (a file matplotlibrc in "
             "this folder or your own), or install it anew"
         ) from error
     finally:
-        log.removeHandler(said)
+        log.removeHandler(messages)
         if backend is not None:
             os.environ[_BACKEND] = backend
-    if first and backend:  # as its import does, so that plots of a notebook are shown as before
+    if first_import and backend:  # as the import itself does, so that plots in a notebook are still shown
         with suppress(ValueError):
             matplotlib.rcParams["backend"] = backend

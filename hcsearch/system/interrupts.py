@@ -1,4 +1,4 @@
-"""Ctrl-C before and after the work of a command. Nothing heavy is imported here: it must be in place at once."""
+"""Handling of Ctrl-C before and after the work of a command; imports nothing heavy, so that it is installed at once."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ INTERRUPT_MESSAGE = "hcsearch: interrupted; work that is kept in a database goes
 INTERRUPT_EXIT_CODE = 128 + 2  # SIGINT, as shells say it
 
 
-def exit_interrupted(*_signal: object, said: str = INTERRUPT_MESSAGE) -> None:
-    """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
+def exit_interrupted(*_signal: object, message: str = INTERRUPT_MESSAGE) -> None:
+    """Exit at once with a message, without finalising the interpreter: half-built objects would report errors."""
     try:  # noqa: SIM105 - contextlib takes longer to load
-        os.write(2, f"{said}\n".encode())
+        os.write(2, f"{message}\n".encode())
     except OSError:
-        pass  # nobody is there to read it
+        pass  # stderr is closed
     os._exit(INTERRUPT_EXIT_CODE)

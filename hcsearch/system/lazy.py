@@ -1,7 +1,7 @@
-"""Names of a package that are imported from their modules on first use.
+"""Lazy imports: names of a package are imported from their modules on first use.
 
-The stub `__init__.pyi` beside a package's `__init__.py` is the one list of its names, for type checkers and readers:
-it imports each name from its module, in groups that comments name.
+The stub `__init__.pyi` beside a package's `__init__.py` is the only list of its names, for type checkers and readers:
+it imports each name from its module, in groups with a comment as heading.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _READ: dict[str, dict[str, dict[str, str]]] = {}
 
 
 def names_in_stub(package: str) -> dict[str, dict[str, str]]:
-    """Read the names of a package from its stub: the module of each, by groups."""
+    """Return the module of each public name of a package, by group, as listed in its stub."""
     if package not in _READ:
         import ast  # noqa: PLC0415 - as `typing` above
         import sys  # noqa: PLC0415
@@ -23,12 +23,12 @@ def names_in_stub(package: str) -> dict[str, dict[str, str]]:
         text = Path(str(sys.modules[package].__file__)).with_suffix(".pyi").read_text(encoding="utf-8")
         lines = text.splitlines()
         groups: dict[str, dict[str, str]] = {}
-        group, seen = "", 0
+        group, last_line = "", 0
         for node in ast.parse(text).body:
             if not isinstance(node, ast.ImportFrom):
                 continue
-            headings = [line for line in lines[seen : node.lineno - 1] if line.startswith("# ")]
-            group, seen = headings[-1].removeprefix("# ") if headings else group, node.lineno
+            headings = [line for line in lines[last_line : node.lineno - 1] if line.startswith("# ")]
+            group, last_line = headings[-1].removeprefix("# ") if headings else group, node.lineno
             names = groups.setdefault(group, {})
             names.update({alias.asname or alias.name: str(node.module) for alias in node.names})
         _READ[package] = groups
@@ -36,10 +36,10 @@ def names_in_stub(package: str) -> dict[str, dict[str, str]]:
 
 
 def lazy_importer(package: str) -> Callable[[str], object]:
-    """Make the `__getattr__` of a package, which knows `__all__`, too."""
+    """Return a `__getattr__` for a package, which also supplies `__all__`."""
 
     def find(name: str) -> object:
-        modules = {own: module for group in names_in_stub(package).values() for own, module in group.items()}
+        modules = {alias: module for group in names_in_stub(package).values() for alias, module in group.items()}
         if name == "__all__":
             return sorted(modules)
         if name not in modules:

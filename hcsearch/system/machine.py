@@ -1,7 +1,7 @@
-"""The machine and the installation: processor cores, variables of the environment, disks, the release.
+"""The machine and the installation: processor cores, environment variables, file locking, the version.
 
-SQLite locks records of files, as `fcntl` does here. The library filelock locks files by `flock`, which a disk may have
-without locks of records, or the other way round: it cannot tell.
+File locking is tested with `fcntl` record locks, which SQLite uses. The library filelock uses `flock`, which a file
+system may support without record locks or the other way round, so it cannot serve as the test.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pathlib import Path
 
 
 def usable_cores() -> int:
-    """Cores that this process may use, which can be fewer than the machine has."""
+    """Return the number of cores that this process may use, at most those of the machine."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def default_database() -> str:
-    """HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
+    """Return the path in HCSEARCH_DB, or else hcsearch.sqlite in the current folder."""
     return os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite"
 
 
@@ -37,9 +37,9 @@ else:
     _LOCKLESS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
     def locks_files(folder: Path) -> bool:
-        """Whether files in a folder can be locked; True where that cannot be tried, as nothing can be written there.
+        """Whether files in a folder can be locked; True where this cannot be tested because the folder is read-only.
 
-        Network disks without a service for locks cannot.
+        Network disks without a lock service do not support it.
         """
         with suppress(OSError), tempfile.TemporaryFile(dir=folder) as trial:
             try:

@@ -1,4 +1,4 @@
-"""Files that commands write: each is whole under its name or is not there, and none takes the place of a database."""
+"""Output files: written atomically, and never in place of a database."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DEFAULT_OUTPUT_FOLDER = "reports"
-"""The only folder that is made for an output when it is missing, in the current folder."""
+"""The only folder, in the current one, that is created when an output needs it."""
 
 TABLE_SUFFIXES = (".csv", ".npz", ".parquet")
-"""Endings of files that tables of a motion are written to."""
+"""File endings for tables."""
 PICTURE_SUFFIXES = (".svg", ".png", ".pdf")
 
 _SQLITE = b"SQLite format 3\0"
@@ -29,9 +29,10 @@ _COMPANIONS = ("-wal", "-shm", "-journal")
 
 
 def check_output(path: str | Path, endings: tuple[str, ...] = ()) -> None:
-    """Refuse a file that could not be written, before anything is computed.
+    """Check, before anything is computed, that a file can be written.
 
-    endings : those that it may have, such as `.csv`; any where empty. OutputError: the ending, the folder, the place.
+    endings : allowed endings, such as `.csv`; any where empty. OutputError for another ending, a missing or read-only
+    folder, and a path that must not be overwritten.
     """
     if endings and Path(path).suffix not in endings:
         raise OutputError(f"{path} has no known ending: write {', '.join(endings)}")
@@ -44,7 +45,7 @@ def check_output(path: str | Path, endings: tuple[str, ...] = ()) -> None:
 
 
 def check_folder(path: str | Path) -> None:
-    """Refuse a folder of outputs that is a file, cannot be written, or lies in a folder that is missing."""
+    """Check that a folder for outputs exists or can be created, and is writable; OutputError otherwise."""
     with _explained(path):
         target = _target(path)
         if target.is_dir():
@@ -56,7 +57,7 @@ def check_folder(path: str | Path) -> None:
 
 
 def make_folder(path: str | Path) -> Path:
-    """Make a folder of outputs where it is missing, and return its path."""
+    """Create a folder for outputs unless it exists, and return its path."""
     check_folder(path)
     with _explained(path):
         Path(path).mkdir(parents=True, exist_ok=True)
@@ -65,33 +66,33 @@ def make_folder(path: str | Path) -> Path:
 
 @contextmanager
 def replacing_file(path: str | Path, endings: tuple[str, ...] = ()) -> Iterator[Path]:
-    """Give the name of a file to write, which takes the place of `path` when the block is done; else it is removed.
+    """Yield a temporary file name; the file replaces `path` after the block, or is removed if the block fails.
 
-    Its ending is that of `path`, its mode that of the file which it replaces; through a link, the file itself is
-    replaced. OutputError, as from `check_output`, also when the block fails for want of room.
+    It has the ending of `path` and the mode of the file that it replaces; of a symbolic link, the target is replaced.
+    OutputError as of `check_output`, and when the disk is full.
     """
     check_output(path, endings)
     target = _target(path)
     part = target.with_name(f".{secrets.token_hex(8)}.part{Path(path).suffix if endings else ''}")
-    made: list[Path] = []
+    created_folders: list[Path] = []
     try:
         with _explained(path):
-            made = _make_parents(target)
+            created_folders = _make_parents(target)
             yield part
             _finish(part, target)
     except BaseException:
-        _remove(part, made)
+        _remove(part, created_folders)
         raise
 
 
 def write_output(path: str | Path, text: str, endings: tuple[str, ...] = ()) -> None:
-    """Write a text as UTF-8 to a file, as `replacing_file` does; what is no text becomes a question mark."""
+    """Write a text atomically to a UTF-8 file; characters that cannot be encoded become question marks."""
     with replacing_file(path, endings) as part:
         part.write_bytes(text.encode(errors="replace"))
 
 
 def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] = TABLE_SUFFIXES) -> None:
-    """Write a table to a file by its ending; Parquet needs the extra `parquet`."""
+    """Write a table atomically, in the format of the file's ending; Parquet needs the extra `parquet`."""
     with replacing_file(path, endings) as part:
         if part.suffix == ".csv":
             table.to_csv(part, index=False)
@@ -129,11 +130,11 @@ def _target(path: str | Path) -> Path:
 
 def _check_parent(target: Path, path: str | Path) -> None:
     folder = target.parent
-    there = next(place for place in (folder, *folder.parents) if os.path.lexists(place))
+    nearest_existing = next(place for place in (folder, *folder.parents) if os.path.lexists(place))
     default = Path(DEFAULT_OUTPUT_FOLDER).absolute()
-    if not there.is_dir() or (there != folder and default not in (folder, *folder.parents)):
+    if not nearest_existing.is_dir() or (nearest_existing != folder and default not in (folder, *folder.parents)):
         raise OutputError(f"there is no folder {Path(path).parent}: make it, or write to another")
-    _check_access(there)
+    _check_access(nearest_existing)
 
 
 def _check_access(place: Path) -> None:
@@ -142,7 +143,7 @@ def _check_access(place: Path) -> None:
 
 
 def _check_place(target: Path) -> None:
-    """Refuse devices, databases and their logs, which a slip in the order of two names would overwrite."""
+    """Refuse devices, databases and their logs, which exchanged arguments would overwrite; OSError."""
     try:
         kind = target.lstat()
     except FileNotFoundError:
@@ -166,25 +167,25 @@ def _is_database(path: Path) -> bool:
 
 
 def _make_parents(target: Path) -> list[Path]:
-    """Make the folders above a file, and return those that were missing, innermost first."""
+    """Create the missing parent folders of a file, and return them, innermost first."""
     missing = [folder for folder in target.parents if not folder.exists()]
     target.parent.mkdir(parents=True, exist_ok=True)
     return missing
 
 
 def _finish(part: Path, target: Path) -> None:
-    # A disk may refuse only now what it seemed to take.
+    # a full disk may be reported only when buffers are flushed
     with part.open("rb+") as file:
         os.fsync(file.fileno())
-    _check_place(target)  # again: hours may have passed
+    _check_place(target)  # checked again, since hours may have passed
     if target.exists():
         part.chmod(stat.S_IMODE(target.stat().st_mode))
     part.replace(target)
 
 
-def _remove(part: Path, made: list[Path]) -> None:
+def _remove(part: Path, created_folders: list[Path]) -> None:
     with suppress(OSError):
         part.unlink()
-    for folder in made:
+    for folder in created_folders:
         with suppress(OSError):
             folder.rmdir()

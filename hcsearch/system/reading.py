@@ -1,4 +1,4 @@
-"""Files that users name as input: regular ones of a bounded size, read whole."""
+"""Input files of bounded size: UTF-8 text and TOML."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from typing import Any
 from hcsearch.basics.errors import InputFileError
 
 MAX_INPUT_BYTES = 4 * 2**20
-"""Size of a file unless its reader allows more: ten times what the largest array takes."""
+"""Default limit of a file's size: ten times what the largest array takes."""
 _MOST_PARTS = 32
-"""Parts of a TOML key: memory for one grows with the square of their number."""
+"""Limit of the parts of a dotted TOML key, whose memory grows with the square of their number."""
 _STRING = re.compile(
     r""""{3}(?:\\.|[^\\])*?(?:"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?|\#[^\n]*""", re.DOTALL
 )
 _LONG_KEY = re.compile(rf"(?:\.[^][{{}}=,.\n]*){{{_MOST_PARTS}}}")
 
 
-def read_text_file(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES) -> str:
-    """Text of a UTF-8 file, without a byte order mark.
+def read_text_file(path: str | Path, what: str = "", max_bytes: int = MAX_INPUT_BYTES) -> str:
+    """Return the text of a UTF-8 file, without a byte order mark.
 
-    what : what the file should hold, for the message, such as "the table". most : size in bytes that is still read.
-    Errors: InputFileError for what is not there, is a folder, a pipe or a device (reading might never end), is larger,
-    or is no text.
+    what : expected content for messages, such as "the table". max_bytes : limit of the size. Errors: InputFileError for
+    a missing file, a folder, a pipe or a device (reading might never end), a file above the limit or no UTF-8 text.
     """
     named = f"{what} {path}".strip()
     try:
@@ -33,15 +32,15 @@ def read_text_file(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES
         if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
             raise InputFileError(f"cannot read {named}: it is a pipe or a device; write its content to a file first")
         with Path(path).open("rb") as file:
-            content = file.read(most + 1)
+            content = file.read(max_bytes + 1)
     except OSError as error:
         raise InputFileError(f"cannot read {named}: {error.strerror}; name a file that is there") from error
     except ValueError as error:  # a name with a zero byte, or with half of a character
         if isinstance(error, InputFileError):
             raise
         raise InputFileError(f"cannot read {named}: no file has such a name; name a file that is there") from error
-    if len(content) > most:
-        raise InputFileError(f"cannot read {named}: it is larger than {_size(most)}; leave out what is not needed")
+    if len(content) > max_bytes:
+        raise InputFileError(f"cannot read {named}: it is larger than {_size(max_bytes)}; leave out what is not needed")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -49,7 +48,7 @@ def read_text_file(path: str | Path, what: str = "", most: int = MAX_INPUT_BYTES
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """Content of a TOML file; InputFileError as of `read_text_file`, and for what is no TOML."""
+    """Parse a TOML file; InputFileError as of `read_text_file`, and for a syntax error."""
     text = read_text_file(path)
     try:
         return parse_toml(text)
@@ -58,7 +57,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Content of a TOML text of bounded size, in bounded memory; ValueError, with the remedy, for what is none."""
+    """Parse a TOML text of bounded size in bounded memory; ValueError, with the remedy, for a syntax error."""
     if len(text) > MAX_INPUT_BYTES:
         raise ValueError(f"it is larger than {_size(MAX_INPUT_BYTES)}; leave out what is not needed")
     if _LONG_KEY.search(_STRING.sub("''", text)):

@@ -105,7 +105,7 @@ def test_an_undecided_rank_has_no_value_but_a_reason():
     def between(parameters):
         return skew_symmetric_angles(unit.build(parameters), parameters.alpha, math.pi - 1e-11)
 
-    facts = describe_assembly(replace(unit, between=between), unit.defaults)
+    facts = describe_assembly(replace(unit, generic_angles=between), unit.defaults)
     assert facts["dof"] is None
     assert facts["rank_between"] is None
     assert "above the noise" in facts["undecided"]["dof"]
@@ -128,7 +128,7 @@ def test_comparison():
 
 
 def test_parameters_as_stated():
-    assembly = replace(ASSEMBLIES["element-8r"], uses=("alpha", "size"), build=eight_r)
+    assembly = replace(ASSEMBLIES["element-8r"], parameter_names=("alpha", "size"), build=eight_r)
     assert stated_parameters(assembly, Parameters(alpha=math.radians(70), size=(2, 3))) == {
         "alpha_deg": 70.0,
         "size": [2, 3],

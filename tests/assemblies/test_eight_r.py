@@ -162,7 +162,7 @@ def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
 @settings(max_examples=20)
 def test_package_of_five_layers_on_two_triangles(values):
     folded = folded_package(eight_r(values))
-    assert (folded.whole_ratio, folded.n_layers, folded.stepped) == ("5:1", 5, False)
+    assert (folded.whole_ratio, folded.n_layers, folded.is_stepped) == ("5:1", 5, False)
     assert folded.void_volume == folded.overlap_volume == 0
 
 

@@ -78,7 +78,7 @@ def test_published_facts(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_packages_are_cuboids_but_for_module_iii(name):
     folded = folded_package(ASSEMBLIES[name].build(SIZE))
-    assert folded.stepped == ("iii" in name)
+    assert folded.is_stepped == ("iii" in name)
     assert ("iii" in name) or len(folded.heights) == 1
 
 
@@ -94,7 +94,7 @@ def test_modules_keep_closed_with_one_dof_for_any_size(name, data):
     for grid, end in ((0.0, linkage.flat), (math.pi, linkage.folded)):
         assert module_fold_angles(pattern, grid) == pytest.approx(end)
         assert residual(pattern, module_fold_angles(pattern, grid)) <= CLOSED_LOOP_RESIDUAL
-    assert dof(pattern, math.pi / 2) == rank_at(linkage, ASSEMBLIES[name].between(parameters)).nullity
+    assert dof(pattern, math.pi / 2) == rank_at(linkage, ASSEMBLIES[name].generic_angles(parameters)).nullity
 
 
 # nullity flat and folded, Kutzbach
@@ -457,7 +457,7 @@ def test_modules_iii_can_be_added_along_one_direction(size, expected):
 
 def test_pair_of_modules_iii_is_stepped():
     folded = folded_package(m.modules_iii(SIZE))
-    assert folded.stepped
+    assert folded.is_stepped
     assert folded.heights == (4, 8)
     assert folded.whole_ratio == "6:1"
 

@@ -49,7 +49,7 @@ def test_two_stacks_are_full(circuit, hinged, thickness):
         assert [(column.layers, column.panels) for column in folded.columns] == [(tuple(range(n // 2)), n // 2)]
         assert folded.footprint_area == pytest.approx(2 * pattern.area / n)
         assert folded.height == pytest.approx(n // 2 * thickness)
-        assert not folded.stepped
+        assert not folded.is_stepped
         assert folded.void_volume == folded.overlap_volume == 0
 
 
@@ -92,7 +92,7 @@ def test_a_stair():
     folded = folded_package(strip([VALLEY_CREASE, flat]))
     # the first panel lies on the second, and the third beside them
     assert sorted((column.panels, round(column.area, 9)) for column in folded.columns) == [(1, 1.0), (2, 1.0)]
-    assert folded.stepped
+    assert folded.is_stepped
     assert folded.heights == (1, 2)
     assert folded.whole_ratio == "3:2"
 
@@ -115,7 +115,7 @@ def test_a_ratio_that_is_none_of_whole_numbers():
 
 def test_a_rigid_sheet_is_its_own_package():
     folded = folded_package(strip([RIGID_CREASE, RIGID_CREASE]))
-    assert (folded.whole_ratio, folded.n_layers, folded.heights, folded.stepped) == ("1:1", 1, (1,), False)
+    assert (folded.whole_ratio, folded.n_layers, folded.heights, folded.is_stepped) == ("1:1", 1, (1,), False)
 
 
 def test_no_folded_state():

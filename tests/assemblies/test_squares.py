@@ -228,5 +228,5 @@ def test_elements_of_a_column_share_their_creases():
 def test_arrays_of_6r_elements_fold_for_any_size(side, width, thickness):
     parameters = Parameters(side=side, width=width, thickness=thickness, size=(3, 2))
     pattern = array_6r(parameters)
-    assert dof(pattern, ASSEMBLIES["array-6r"].between(parameters)) == 3
+    assert dof(pattern, ASSEMBLIES["array-6r"].generic_angles(parameters)) == 3
     assert folded_package(pattern).whole_ratio == "31:5"

@@ -62,7 +62,7 @@ def test_folded_on_two_triangles_and_a_parallelogram(unit, values):
     folded = folded_package(unit(values))
     assert folded.whole_ratio == "7:1"
     assert folded.heights == (5, 9)
-    assert folded.stepped
+    assert folded.is_stepped
     assert folded.void_volume == folded.overlap_volume == 0
     assert folded.height == pytest.approx(9 * values.thickness)
 

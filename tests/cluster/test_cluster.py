@@ -92,7 +92,7 @@ def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluste
 
 
 def test_results_that_are_ready_when_the_scheduler_dies_are_not_waited_for(cluster):
-    work = WorkerPool(scheduler=cluster.address).work(int, [str(item) for item in range(8)])
+    work = WorkerPool(scheduler=cluster.address).map_ordered(int, [str(item) for item in range(8)])
     assert next(work) == ("0", 0)
     os.killpg(cluster.scheduler.pid, signal.SIGKILL)
     with pytest.raises(ClusterError, match="lost its scheduler"):
@@ -148,7 +148,7 @@ def test_workers_of_another_version_are_refused(tmp_path, cluster, monkeypatch):
     until(cluster.working)
     monkeypatch.setattr("hcsearch.search.pipeline.workers._VERSION", "0.0.0")
     with pytest.raises(ClusterError, match=r"install 0\.0\.0 there"):
-        WorkerPool(scheduler=cluster.address).check()
+        WorkerPool(scheduler=cluster.address).check_cluster()
 
 
 def test_the_address_of_a_worker_is_one_line_within_seconds(tmp_path, cluster):
@@ -202,7 +202,7 @@ def test_a_worker_of_other_sources_that_joins_gives_no_results(lonely, stranger)
     from distributed import Client
 
     lonely.start_workers(1)
-    work = WorkerPool(scheduler=lonely.address).work(int, [str(item) for item in range(40)])
+    work = WorkerPool(scheduler=lonely.address).map_ordered(int, [str(item) for item in range(40)])
     assert next(work) == ("0", 0)
     lonely.start_workers(1, **stranger)
     with Client(lonely.address, set_as_default=False) as client:

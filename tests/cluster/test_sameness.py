@@ -26,7 +26,7 @@ from hcsearch.basics.errors import ClusterError
 from hcsearch.search.pipeline import WorkerPool
 
 crew = WorkerPool({jobs})
-work = crew.work(len, ["a", "bb"] * 20)
+work = crew.map_ordered(len, ["a", "bb"] * 20)
 assert next(work) == ("a", 1)
 with (Path(hcsearch.__file__).parent / "designs" / "circuit.py").open("a") as file:
     file.write("# changed")
@@ -34,7 +34,7 @@ if {jobs} == 1:
     import hcsearch.springs.tuning.spring_search  # which is loaded from other files than the rest
     rest = work
 else:
-    rest = crew.work(len, ["a", "bb"])  # by processes that start now
+    rest = crew.map_ordered(len, ["a", "bb"])  # by processes that start now
 try:
     list(rest)
 except ClusterError as error:
@@ -93,7 +93,7 @@ def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
     assert run_packed_task(running_program(), packed_task(len, ["a"])) == ProgramRefusal(None)
     assert run_packed_task(running_program(), packed_task(len, [1])) == ProgramRefusal(None)
     with pytest.raises(ClusterError, match="were changed while it ran"):
-        list(WorkerPool(1).work(len, ["a", "bb"]))
+        list(WorkerPool(1).map_ordered(len, ["a", "bb"]))
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

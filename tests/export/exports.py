@@ -32,7 +32,7 @@ def written(value: Exported, wanted: str = "fold", settings: ExportSettings = Ex
 
 
 def sheet_for(value: Exported, settings: ExportSettings) -> CuttingSheet:
-    names = EXPORT_FORMATS["svg"].takes
+    names = EXPORT_FORMATS["svg"].setting_names
     return cutting_sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
 
 

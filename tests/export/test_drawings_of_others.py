@@ -300,7 +300,7 @@ def test_split_lines_meet_at_their_ends_only():
     points = np.array([[0, 0], [4, 0], [1, -1], [1, 1], [2, 0.001], [2, 3], [4, 0.001], [0, 0.0]])
     lines = [(0, 1), (2, 3), (4, 5), (6, 7), (0, 7)]
     split = split_lines(points, lines, 0.01, 100)
-    ways = [[split.points[v] for v in way] for way in split.ways]
+    ways = [[split.points[v] for v in way] for way in split.places_along]
     assert [len(way) for way in ways] == [4, 3, 2, 4, 0]
     assert ways[0] == ways[3][::-1]
     assert ways[0][1] == ways[1][1] == pytest.approx((1.0, 0.0), abs=1e-3)

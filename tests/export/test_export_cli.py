@@ -75,7 +75,7 @@ def test_each_ending_of_a_format_stands_for_the_same_file(run, form):
 def test_each_format_has_a_writer_and_settings_that_there_are(form):
     assert callable(form.writer)
     assert all(ending.startswith(".") for ending in form.endings)
-    assert form.takes <= set(ExportSettings.__dataclass_fields__)
+    assert form.setting_names <= set(ExportSettings.__dataclass_fields__)
 
 
 def test_a_design_of_a_database_stands_for_its_best_folding(run):

@@ -71,7 +71,7 @@ def test_a_drawing_in_any_position_is_recognised_with_its_folding(case):
     circuit, folding, data = case
     design = recognise_design(parse_fold(json.dumps(data)))
     assert design.circuit == circuit
-    assert design.assigned
+    assert design.has_assignments
     # the same folding, up to the symmetries of the circuit
     kinds = sorted(letters_of(folding))
     assert len(design.creases) == 1
@@ -105,7 +105,7 @@ def test_a_drawing_may_stand_upright_as_programs_with_y_upwards_write_it(axis):
 def test_unassigned_creases_allow_every_folding():
     circuit = Circuit.from_notation("hex:0234435011")
     design = recognise_design(parse_fold(json.dumps(drawn(circuit, "U" * 10))))
-    assert (design.assigned, design.creases) == (False, (1, 3, 4))
+    assert (design.has_assignments, design.creases) == (False, (1, 3, 4))
     data = drawn(circuit, "U" * 10)
     del data["edges_assignment"]
     with pytest.raises(HcsearchError, match=r"panel 1 at \(.*\) has 5 creases, to panels 0, 2, 3, 4, 5"):

@@ -60,7 +60,7 @@ def test_ranks_scores_and_front_are_those_of_the_plain_formulas(reader):
 def test_who_cannot_deploy_is_left_out(reader):
     ranked = rank_designs(reader)
     cannot = [row[0] for row in select(reader, "deployable=0", columns="id", sort="id").rows]
-    assert list(ranked.left_out) == cannot
+    assert list(ranked.unranked_ids) == cannot
     assert len(cannot) + len(ranked.result.rows) == 120
     assert rank_designs(reader, "status=locked").result.rows == ()
 

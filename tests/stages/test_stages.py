@@ -18,8 +18,16 @@ SCENE = SCENES[DEFAULT_SCENE_NAME]
 
 def test_a_number_holds_the_versions_of_the_stages_below():
     low = Stage("low", 4, lambda designs, _: designs, lambda designs, _: np.ones(len(designs), bool))
-    middle = Stage("middle", 3, low.run, low.passed, below=low)
-    assert (low.number, middle.number, Stage("high", 2, low.run, low.passed, below=middle).number) == (4, 304, 20304)
+    middle = Stage("middle", 3, low.run, low.passed, base_stage=low)
+    assert (
+        low.stored_version,
+        middle.stored_version,
+        Stage("high", 2, low.run, low.passed, base_stage=middle).stored_version,
+    ) == (
+        4,
+        304,
+        20304,
+    )
     known = stage_numbers(stages_until("deployment"))
     assert list(known) == ["circuits", "foldings", "twist", "mobility", "motion", "deployment"]
     assert known["motion"] == 100 * STAGES["motion"].version + known["mobility"]
@@ -29,7 +37,7 @@ def test_a_number_holds_the_versions_of_the_stages_below():
 def test_each_word_of_keep_names_a_stage_that_depends_on_no_scene():
     for keep in KEEPS:
         stage = stage_keeping(keep)
-        assert not stage.in_a_scene
+        assert not stage.depends_on_scene
         check_keep(keep, stage.name)
     with pytest.raises(StageError, match="use --until twist"):
         check_keep("untwisted", "foldings")

@@ -52,7 +52,7 @@ from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 
 DEFAULT = SCENES["default"]
 STOPS = frozenset({"stops"})
-IN_A_SCENE = tuple(stage for stage in STAGES.values() if stage.in_a_scene)
+IN_A_SCENE = tuple(stage for stage in STAGES.values() if stage.depends_on_scene)
 
 
 def shard_of(grid, n, until="mobility"):
@@ -213,8 +213,8 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
         known = [judged.deployment.deploys[i], judged.motion.moves[i], not own.mobility.locked_hinged[i]]
         assert word == next(name for name, holds in zip(STATUSES, [*known, True], strict=True) if holds)
     planned, simulated = verdict.results
-    assert (planned.stage, planned.version) == ("motion", STAGES["motion"].number)
-    assert (simulated.stage, simulated.version) == ("deployment", STAGES["deployment"].number)
+    assert (planned.stage, planned.version) == ("motion", STAGES["motion"].stored_version)
+    assert (simulated.stage, simulated.version) == ("deployment", STAGES["deployment"].stored_version)
     assert planned.passed == sum(word in ("deploys", "movable") for word in judged.status)
     assert simulated.passed == judged.status.count("deploys")
     for result, words in ((planned, ("deploys", "movable")), (simulated, ("deploys",))):

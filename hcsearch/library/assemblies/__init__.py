@@ -1,4 +1,4 @@
-"""Named assemblies of the thesis, and the general operations that make them."""
+"""Named assemblies of the thesis, and the operations that construct them."""
 
 from hcsearch.library.assemblies import eight_r, eight_r_units, modules, squares, tessellations
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters

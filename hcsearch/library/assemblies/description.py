@@ -1,4 +1,4 @@
-"""Everything computed for one named assembly, as plain data."""
+"""The description of a named assembly: all computed facts as plain data, compared with published ones."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from hcsearch.shape.pattern import Pattern
 AssemblyFacts = dict[str, Any]
 
 PRINTED_VALUE_TOLERANCE = 5e-5
-"""Relative difference up to which a value agrees with a published one, which has four or five printed digits."""
+"""Relative tolerance for agreement with published values, which have four or five printed digits."""
 
 CLEAR_RANK_NOISE_SHARE = 1e-6
-"""Ranks are trusted when their noise is below this share of thickness over size, as small singular values scale so."""
+"""Limit of a rank's noise over the ratio of thickness to size, with which small singular values scale."""
 
 _SLIT_STATES = (30, 60, 90, 120, 150)
 
 
 def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFacts:
-    """All facts of an assembly; lengths in millimetres, angles in degrees, None where undecided or not defined.
+    """Compute all facts of an assembly; lengths in millimetres, angles in degrees, None if undecided or undefined.
 
-    `undecided` says why what is None has no value. `published` sets what the thesis states beside what we compute.
+    `undecided` gives the reason for each undecided fact. `published` compares the thesis's values with ours.
     """
     pattern = assembly.build(parameters)
     linkage = Linkage(pattern)
@@ -44,7 +44,9 @@ def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFac
         "panels": len(pattern.panels),
         "panels_by_facets": _sizes(pattern),
         "hinges": len(pattern.hinges),
-        "merged_joints": None if assembly.apart is None else assembly.apart - len(pattern.hinges),
+        "merged_joints": None
+        if assembly.separate_hinge_count is None
+        else assembly.separate_hinge_count - len(pattern.hinges),
         "loops": len(linkage.loops),
         "loop_lengths": sorted(map(len, linkage.loops)),
         "panels_in_no_loop": _in_no_loop(linkage),
@@ -62,10 +64,10 @@ def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFac
 
 
 def stated_parameters(assembly: Assembly, parameters: Parameters) -> AssemblyFacts:
-    """The parameters that an assembly depends on, in millimetres and degrees."""
+    """Return the parameters on which an assembly depends, in millimetres and degrees."""
     units = {"alpha": ("alpha_deg", 180 / math.pi), "size": ("size", None)}
     stated: AssemblyFacts = {}
-    for name in assembly.uses:
+    for name in assembly.parameter_names:
         key, scale = units.get(name, (f"{name}_mm", 1e3))
         value = getattr(parameters, name)
         if scale is None:
@@ -76,20 +78,24 @@ def stated_parameters(assembly: Assembly, parameters: Parameters) -> AssemblyFac
 
 
 def _in_no_loop(linkage: Linkage) -> int:
-    """Number of panels on open branches."""
+    """Count the panels on open branches."""
     hinges = [linkage.pattern.hinges[hinge] for loop in linkage.loops for hinge, _ in loop]
     return linkage.n_panels - len({panel for hinge in hinges for panel in (hinge.first, hinge.second)})
 
 
 def _sizes(pattern: Pattern) -> dict[str, int]:
-    """Number of panels by their number of facets."""
+    """Count the panels by their number of facets."""
     sizes = [len(panel) for panel in pattern.panels]
     return {str(size): sizes.count(size) for size in sorted(set(sizes))}
 
 
 def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, undecided: dict[str, str]) -> AssemblyFacts:
-    """Ranks between and at both end states (thesis appendix); `dof` is the finite one, between them."""
-    between = generic_rank(linkage) if assembly.between is None else rank_at(linkage, assembly.between(parameters))
+    """Compute ranks at both ends and at a state between them (thesis appendix), where `dof` is the finite mobility."""
+    between = (
+        generic_rank(linkage)
+        if assembly.generic_angles is None
+        else rank_at(linkage, assembly.generic_angles(parameters))
+    )
     ranks = {"dof": between, "nullity_folded": rank_at(linkage, linkage.folded)}
     ranks["nullity_flat"] = rank_at(linkage, linkage.flat)
     doubts = {name: _doubt(rank, linkage.pattern) for name, rank in ranks.items()}
@@ -103,7 +109,7 @@ def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, unde
 
 
 def _doubt(rank: Rank, pattern: Pattern) -> str | None:
-    """Why a rank is undecided: no gap, or noise so high that it hides singular values as small as panels are thin."""
+    """Return why a rank is undecided, or None: no gap, or noise that may hide singular values of thin panels."""
     if rank.rank is None:
         return f"a singular value lies only {rank.gap:.3g} times above the noise, {rank.noise:.3g}"
     if rank.noise > CLEAR_RANK_NOISE_SHARE * min(1.0, pattern.thickness / pattern.size):
@@ -112,7 +118,7 @@ def _doubt(rank: Rank, pattern: Pattern) -> str | None:
 
 
 def _folded(pattern: Pattern, undecided: dict[str, str]) -> AssemblyFacts:
-    """The package, in millimetres."""
+    """Compute the facts of the folded package, in millimetres."""
     names = (
         "deployment_ratio",
         "footprint_area_mm2",
@@ -133,15 +139,15 @@ def _folded(pattern: Pattern, undecided: dict[str, str]) -> AssemblyFacts:
         "footprint_area_mm2": folded.footprint_area * 1e6,
         "package_height_mm": folded.height * 1e3,
         "layers": list(folded.heights),
-        "stepped": folded.stepped,
+        "stepped": folded.is_stepped,
         "void_volume_mm3": folded.void_volume * 1e9,
         "overlap_volume_mm3": folded.overlap_volume * 1e9,
     }
 
 
 def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> AssemblyFacts:
-    """Singular values of the D-H closure matrix (thesis A10, A16), and the slit distance (5.27), of 8R elements."""
-    if not assembly.elements:
+    """Compute singular values of the D-H closure matrix (thesis A10, A16) and slit distances (5.27) of 8R elements."""
+    if not assembly.has_element_loops:
         return {"singular_values": None, "slit": None}
     jacobian = dh_closure_jacobian(linkage, linkage.folded)
     jacobian[3::4] *= 1e3  # every fourth row is a position
@@ -157,7 +163,7 @@ def _elements(assembly: Assembly, parameters: Parameters, linkage: Linkage) -> A
 
 
 def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, facts: AssemblyFacts) -> AssemblyFacts:
-    """Whether anything is known that keeps the panels from being where they should be."""
+    """Collect known reasons why the panels cannot be placed or moved as required."""
     reasons = [assembly.hindrance(parameters)] if assembly.hindrance else []
     if flat_overlap(pattern):
         reasons.append("panels overlap in the flat state")
@@ -171,20 +177,20 @@ def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, f
 
 def _stated(assembly: Assembly, parameters: Parameters) -> dict[str, object]:
     stated = dict(assembly.published)
-    if all(_same(getattr(parameters, name), getattr(assembly.defaults, name)) for name in assembly.uses):
+    if all(_same(getattr(parameters, name), getattr(assembly.defaults, name)) for name in assembly.parameter_names):
         stated |= assembly.published_at_defaults
     return stated
 
 
-def _same(one: object, two: object) -> bool:
-    """Whether two values of a parameter are the same but for the rounding of degrees and millimetres."""
-    if isinstance(one, float) and isinstance(two, float):
-        return math.isclose(one, two, rel_tol=1e-12)
-    return one == two
+def _same(first: object, second: object) -> bool:
+    """Whether two values of a parameter are equal up to the rounding of degrees and millimetres."""
+    if isinstance(first, float) and isinstance(second, float):
+        return math.isclose(first, second, rel_tol=1e-12)
+    return first == second
 
 
 def compare_facts(stated: Mapping[str, object], facts: AssemblyFacts) -> AssemblyFacts:
-    """Published facts beside computed ones, and whether they agree (None: undecided); of lists as far as published."""
+    """Compare published facts with computed ones: do they agree (None if undecided); lists may be published in part."""
     return {
         name: {
             "thesis": list(value) if isinstance(value, tuple) else value,

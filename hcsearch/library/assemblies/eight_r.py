@@ -1,9 +1,9 @@
-"""The circuit of ten isosceles triangles and the 8R element that it becomes (thesis 5.1).
+"""The circuit of ten isosceles triangles, and the 8R element derived from it (thesis 5.1).
 
 The slit runs from V1 at the origin to V2 at (d, 0), d the equal side. Going round V1 from the slit, the sectors are
-gamma, gamma, alpha, alpha, alpha, alpha: P3, the two triangles of the parallelogram P4, P5, P6, P7. The rest is the
-same turned by pi about the slit's middle (P_i to P_{i+4}). Joint i lies between panels P_{i-1} and P_i, as in Fig.
-5.3; of the thesis's labels only these agree with (5.3), (5.7) and (5.25).
+gamma, gamma, alpha, alpha, alpha, alpha: P3, the two triangles of the parallelogram P4, P5, P6, P7. The other
+half is this one turned by pi about the slit's middle (P_i to P_{i+4}). Joint i lies between panels P_{i-1} and P_i, as
+in Fig. 5.3; of the thesis's labels only these agree with (5.3), (5.7) and (5.25).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ SLIT_FACETS = (2, 7)
 
 _JOINTS: tuple[FacetPair, ...] = ((0, 9), (0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7), (7, 8))
 _FACES: tuple[PanelFace, ...] = ("top", "bottom", "top", "bottom", "bottom", "top", "bottom", "top")
-# faces alternate along the ten triangles; the flat creases of P4 and P8 take their turn, so that a_45 = a_81 = 0
+# faces alternate along the ten triangles, flat creases of P4 and P8 included, so that a_45 = a_81 = 0
 _FLAT: tuple[tuple[FacetPair, PanelFace], ...] = (((3, 4), "top"), ((8, 9), "bottom"))
 
 
 def ten_triangles(parameters: Parameters) -> Pattern:
-    """The circuit of ten triangles with a hinge at every crease of the circuit (thesis Fig. 5.1a).
+    """Return the circuit of ten triangles with a hinge at every crease of the circuit (thesis Fig. 5.1a).
 
-    Facets in the order of the circuit: P1, P2, P3, the two of P4, P5, P6, P7, the two of P8.
+    Facets are in the order of the circuit: P1, P2, P3, the two of P4, P5, P6, P7, the two of P8.
     """
     joints = [(pair, Crease(face)) for pair, face in zip(_JOINTS, _FACES, strict=True)]
     flat = [(pair, Crease(face, closes=False)) for pair, face in _FLAT]
@@ -44,14 +44,14 @@ def ten_triangles(parameters: Parameters) -> Pattern:
 
 
 def eight_r(parameters: Parameters) -> Pattern:
-    """The 8R element: the creases in the two outer layers are rigid (thesis Fig. 5.1b). Its loop is joints 1 to 8."""
+    """Return the 8R element, with rigid creases in both outer layers (thesis Fig. 5.1b); its loop is joints 1 to 8."""
     creases = {pair: Crease(face) for pair, face in zip(_JOINTS, _FACES, strict=True)}
     creases |= {pair: RIGID_CREASE for pair, _ in _FLAT}
     return Pattern.from_polygons(_triangles(parameters), creases, parameters.thickness, (_JOINTS,))
 
 
 def _triangles(parameters: Parameters) -> tuple[Facet, ...]:
-    """Corners of the ten triangles, in metres."""
+    """Return the corners of the ten triangles, in metres."""
     alpha, base = parameters.alpha, parameters.base
     side, gamma = equal_side(alpha, base), math.pi - 2 * alpha
     lengths = (side, side, side, base, side, base)
@@ -70,12 +70,12 @@ def _triangles(parameters: Parameters) -> tuple[Facet, ...]:
 
 
 def equal_side(alpha: float, base: float) -> float:
-    """Length d of the equal sides of a triangle with a base and two base angles (rad)."""
+    """Return the length d of the equal sides of an isosceles triangle with base angle alpha (rad)."""
     return base / (2 * math.cos(alpha))
 
 
 def second_angle(alpha: float, first: float) -> float:
-    """Dihedral angle phi_2 that belongs to phi_1 on the skew-symmetric path, cos(alpha) tan(phi_2/2) = tan(phi_1/2).
+    """Return the dihedral angle phi_2 for phi_1 on the skew-symmetric path, cos(alpha) tan(phi_2/2) = tan(phi_1/2).
 
     Thesis (5.24); rad, exact at both ends 0 and pi.
     """
@@ -83,9 +83,9 @@ def second_angle(alpha: float, first: float) -> float:
 
 
 def skew_symmetric_angles(pattern: Pattern, alpha: float, first: float) -> Reals:
-    """Fold angles on the skew-symmetric path (5.24) of a pattern whose loops are 8R elements, shape (n_hinges,).
+    """Return fold angles (n_hinges,) on the skew-symmetric path (5.24) of a pattern whose loops are 8R elements.
 
-    first : dihedral angle phi_1 (rad): of joints 1, 3, 5, 7 in every element; 0 folded, pi flat.
+    first : dihedral angle phi_1 (rad) of joints 1, 3, 5, 7 in every element; 0 folded, pi flat.
     """
     parts = joint_parts(pattern)
     if parts is None:
@@ -96,7 +96,7 @@ def skew_symmetric_angles(pattern: Pattern, alpha: float, first: float) -> Reals
 
 
 def joint_parts(pattern: Pattern) -> NDArray[np.int64] | None:
-    """For each hinge 0 where it is a joint 1, 3, 5, 7 of its elements, 1 for 2, 4, 6, 8; None where they disagree."""
+    """Return for each hinge 0 if it is an odd joint (1, 3, 5, 7) of its elements, 1 if even; None if they disagree."""
     parts = np.full(len(pattern.hinges), -1)
     for loop in pattern.loops:
         for k, pair in enumerate(loop):
@@ -108,7 +108,7 @@ def joint_parts(pattern: Pattern) -> NDArray[np.int64] | None:
 
 
 def slit_distance(alpha: float, thickness: float, first: float) -> float:
-    """Slit distance p on the skew-symmetric path (thesis 5.27), in metres: negative where P3 and P7 interfere.
+    """Return the slit distance p on the skew-symmetric path (thesis 5.27), m: negative where P3 and P7 interfere.
 
     first : dihedral angle phi_1 (rad). The sign is that of -cos(2 alpha) at every phi_1 between 0 and pi.
     """
@@ -118,9 +118,9 @@ def slit_distance(alpha: float, thickness: float, first: float) -> float:
 
 
 def measured_slit(element: Pattern, angles: Reals) -> float:
-    """Distance of the side walls of P3 and P7 at the slit from the positions of the panels, in metres.
+    """Measure the distance of the side walls of P3 and P7 at the slit from the panels' poses, in metres.
 
-    Along the outward normal of P3's wall, so that it is negative where the panels interfere (thesis 5.3.1).
+    It is measured along the outward normal of P3's wall, so it is negative where the panels interfere (thesis 5.3.1).
     """
     third, seventh = (solid for k, solid in enumerate(Linkage(element).solids(angles)) if k in SLIT_FACETS)
     along, up = third[0, 1] - third[0, 0], third[1, 0] - third[0, 0]
@@ -130,7 +130,7 @@ def measured_slit(element: Pattern, angles: Reals) -> float:
 
 
 def assembly_hindrance(parameters: Parameters) -> str | None:
-    """Why an assembly of 8R elements cannot move without panels cutting through each other, or None (thesis 5.3.1)."""
+    """Return why panels of 8R elements cannot move without interference, or None (thesis 5.3.1)."""
     if parameters.alpha >= math.pi / 4 - 1e-12:
         return None
     return (
@@ -140,7 +140,7 @@ def assembly_hindrance(parameters: Parameters) -> str | None:
 
 
 def half_way_angles(build: Callable[[Parameters], Pattern]) -> Callable[[Parameters], Reals]:
-    """Fold angles of a pattern of 8R elements half-way along the skew-symmetric path (5.24), for any parameters."""
+    """Return a function of parameters that gives the fold angles half-way along the skew-symmetric path (5.24)."""
     return lambda parameters: skew_symmetric_angles(build(parameters), parameters.alpha, math.pi / 2)
 
 
@@ -150,9 +150,9 @@ _USES = ("alpha", "base", "thickness")
 def assembly_of_elements(
     name: str, title: str, source: str, build: Callable[[Parameters], Pattern], **facts: Any
 ) -> Assembly:
-    """An assembly of 8R elements, with its state half-way and what hinders it; facts : other fields of `Assembly`."""
+    """Return an assembly of 8R elements with its half-way state and hindrance; facts : other fields of `Assembly`."""
     between = half_way_angles(build)
-    return Assembly(name, title, source, _USES, build, between, assembly_hindrance, elements=True, **facts)
+    return Assembly(name, title, source, _USES, build, between, assembly_hindrance, has_element_loops=True, **facts)
 
 
 ASSEMBLIES = (

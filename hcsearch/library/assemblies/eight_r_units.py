@@ -1,4 +1,4 @@
-"""Units I and II: four 8R elements laid together so that given joints merge (thesis 5.2.1, 5.2.3)."""
+"""Units I, II and III: four 8R elements joined so that given joints merge (thesis 5.2.1, 5.2.3)."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns
 from hcsearch.shape.pattern import Pattern
 
 UNIT_I_JOINTS = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
-"""Joints that merge where elements B, D and C come to A, one after another (thesis 5.7)."""
+"""Joints that merge when elements B, D and C are added to A in turn (thesis 5.7)."""
 
 UNIT_II_JOINTS = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
-"""Joints that merge where elements F, H and G come to A (thesis 5.25)."""
+"""Joints that merge when elements F, H and G are added to A in turn (thesis 5.25)."""
 
 UNIT_III_JOINTS = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
-"""Joints that merge where D, C and B come to A in a unit new to the thesis (docs/explanation/unit_search.md)."""
+"""Joints that merge when D, C and B are added to A, in a unit not in the thesis (docs/explanation/unit_search.md)."""
 
 
 def unit_i(parameters: Parameters) -> Pattern:
-    """Unit I (thesis Fig. 5.4). Loops are the elements A, B, C, D, each from joint 1 to 8; B and D lie turned over."""
+    """Return unit I (thesis Fig. 5.4). Loops are elements A, B, C, D, each from joint 1 to 8; B, D are turned over."""
     return assemble_unit(eight_r(parameters), UNIT_I_JOINTS)
 
 
 def unit_ii(parameters: Parameters) -> Pattern:
-    """Unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
+    """Return unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
     return assemble_unit(eight_r(parameters), UNIT_II_JOINTS)
 
 
 def unit_iii(parameters: Parameters) -> Pattern:
-    """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
+    """Return unit III, half unit I and half unit II, a result of the unit search. Loops are elements A, B, C, D."""
     return assemble_unit(eight_r(parameters), UNIT_III_JOINTS)
 
 
 def assemble_unit(element: Pattern, steps: Sequence[str]) -> Pattern:
-    """Lay copies of an element onto a first one, `a`, so that joints coincide.
+    """Add copies of an element to a first one, `a`, so that given joints coincide.
 
-    steps : for each further copy the joints that merge, as in `b1=a7 b2=a8`: its own joint first. Loops of the
-        outcome are the copies' loops in the order of their letters.
+    steps : for each further copy the joints that merge, as in `b1=a7 b2=a8`: its own joint first. Loops of the result
+        are the copies' loops in the order of their letters.
     """
     pattern, names = element, "a"
     for step in steps:
@@ -51,16 +51,16 @@ def assemble_unit(element: Pattern, steps: Sequence[str]) -> Pattern:
     return replace(pattern, loops=loops)
 
 
-def read_crease_matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[CreaseMatch]:
-    """Creases to coincide, read from a text such as `b1=a7 b2=a8`: joints of the moving pattern, then of the still one.
+def read_crease_matches(fixed: Pattern, names: str, moving: Pattern, letters: str, step: str) -> list[CreaseMatch]:
+    """Parse pairs of creases that coincide, such as `b1=a7 b2=a8`: joints of the moving, then of the fixed pattern.
 
-    names, letters : one letter for each loop of the still and of the moving pattern.
+    names, letters : one letter for each loop of the fixed and of the moving pattern.
     """
     pairs = []
     for equation in step.split():
-        of, _, on = equation.partition("=")
+        own_joint, _, fixed_joint = equation.partition("=")
         try:
-            pairs.append((_crease(still, names, on), _crease(moving, letters, of)))
+            pairs.append((_crease(fixed, names, fixed_joint), _crease(moving, letters, own_joint)))
         except (ValueError, IndexError):
             raise PatternError(
                 f"{equation!r} names no joints: write one of {letters}, a number, = and one of {names}, a number"
@@ -77,7 +77,7 @@ UNIT_II_SINGULAR_VALUES = (
     *(91.6169, 73.9355, 73.3750, 52.2536, 38.9967, 34.6444, 32.5559, 29.3057, 23.5099, 22.4854),
     *(14.7911, 11.0325, 2.19116, 1.74072, 1.60164, 1.52818, 1.34030, 1.22320, 1.17221, 0.27834),
 )
-"""Singular values of unit II's Jacobian in the folded state, lengths in mm, but for four zeros (thesis A16)."""
+"""Nonzero singular values of unit II's Jacobian in the folded state, lengths in mm (thesis A16)."""
 
 
 def _assembly(
@@ -87,13 +87,13 @@ def _assembly(
     published: Mapping[str, object],
     published_at_defaults: Mapping[str, object],
 ) -> Assembly:
-    """A unit of four 8R elements, which have 32 joints apart."""
+    """Return the entry of a unit of four 8R elements, which have 32 joints when separate."""
     return assembly_of_elements(
         name,
         f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
         source,
         build,
-        apart=32,
+        separate_hinge_count=32,
         published=published,
         published_at_defaults=published_at_defaults,
     )
@@ -107,7 +107,7 @@ _BOTH = {
     "deployment_ratio": "7:1",
     "void_volume_mm3": 0.0,
 }
-"""What the thesis says of units I and II alike."""
+"""Published facts common to units I and II."""
 
 ASSEMBLIES = (
     _assembly(

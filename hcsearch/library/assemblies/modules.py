@@ -3,8 +3,8 @@
 The special Yoshimura vertex, turned by 45 degrees, has four creases along the lines of a square grid, on one face, and
 two along one diagonal, on the other. All modules of section 6.2 are sheets of such vertices or mirror images of them.
 
-The figures are known from their text only. What it fixes and what is chosen among patterns that satisfy it all is
-said with each assembly; docs/explanation/assemblies.md has the alternatives and the searches.
+The figures are known from their description only. Each assembly notes which features were chosen among patterns that
+satisfy it; docs/explanation/assemblies.md has the alternatives and the searches.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ CELL_FACETS: dict[str, tuple[Facet, ...]] = {
     "F": ((_SW, _NE, _NW),),
     " ": (),
 }
-"""Facets of a unit square by the letter that draws it: whole, divided along either diagonal, divided along / with the
-upper right or the lower left half left of it, the lower right or the upper left half alone, none."""
+"""Facets of a unit square by letter: whole (.), divided along a diagonal (/ and \\), the upper right (>) or the lower
+left (<) half divided in two, the lower right (J) or the upper left (F) half alone, empty (space)."""
 
 
 def square_sheet(rows: Sequence[str], side: float, thickness: float, lines: CreaseLines | None = None) -> Pattern:
-    """A sheet of squares, its lower left corner at the origin; mountains on the grid, valleys on the diagonals.
+    """Return a sheet of squares with its lower left corner at the origin; mountains on the grid, valleys on diagonals.
 
     rows : letters of `CELL_FACETS`, the top row first.
     side, thickness : of a square, in metres.
-    lines : the grid lines that are creases, x = i and y = j in squares: all unless given. The others are rigid.
+    lines : grid lines with creases, x = i and y = j in squares; all unless given. The others are rigid.
     """
     facets = []
     for j, row in enumerate(reversed(rows)):
@@ -66,7 +66,7 @@ def square_sheet(rows: Sequence[str], side: float, thickness: float, lines: Crea
 
 
 def mirrored_pattern(pattern: Pattern, axis: FoldAxis, at: float) -> Pattern:
-    """The pattern reflected in the line x = at or y = at (metres); every hinge keeps its face."""
+    """Reflect a pattern in the line x = at or y = at (metres); every hinge keeps its face."""
     turn, shift = (math.pi, (2 * at, 0.0)) if axis == "x" else (0.0, (0.0, 2 * at))
     return pattern.moved(turn, shift, over=True).inverted()
 
@@ -77,10 +77,10 @@ def doubled_pattern(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease |
 
 
 def pattern_joined_along(pattern: Pattern, axis: FoldAxis, at: float, hinge: Crease | None = None) -> Pattern:
-    """The pattern with its slits on the line x = at or y = at (metres) closed.
+    """Close the slits of a pattern on the line x = at or y = at (metres).
 
-    hinge : what joins squares there, while everything else stays slit; without it all panels that meet are merged, as
-        their relative rotation is unnecessary between mirror images (thesis 6.2.1).
+    hinge : crease between squares there, while other slits remain; without it all panels that meet are merged, since
+        mirror images need no relative rotation (thesis 6.2.1).
     """
     k = 0 if axis == "x" else 1
     near = SAME_POINT_SHARE * pattern.size
@@ -96,7 +96,7 @@ def pattern_joined_along(pattern: Pattern, axis: FoldAxis, at: float, hinge: Cre
 
 
 def module_fold_angles(pattern: Pattern, grid: float) -> Reals:
-    """Fold angles of a module or an array of modules where the creases on the grid are folded by `grid` (rad).
+    """Return the fold angles of modules whose creases on the grid are folded by `grid` (rad).
 
     Thesis (6.4) in fold angles rho = pi - phi: grid creases fold alike, tan(rho / 2) = cos(pi / 4) tan(grid / 2) on
     the diagonals. Hinges along the grid but on the face of the diagonals join mirror images, and tan(rho / 2) =
@@ -118,16 +118,16 @@ def _oblique(dx: float, dy: float, size: float) -> bool:
 
 
 MODULE_III_LINES = ((1, 3), (1, 3))
-"""Grid lines of module III that are creases."""
+"""Grid lines of module III with creases."""
 
 
 def module_i(parameters: Parameters) -> Pattern:
-    """Module I: four vertices around a square, two corners cut (thesis Fig. 6.6a)."""
+    """Return module I: four vertices around a square, two corners cut (thesis Fig. 6.6a)."""
     return square_sheet(("./<", "///", ">/."), parameters.side, parameters.thickness)
 
 
 def module_ii(parameters: Parameters) -> Pattern:
-    """Module II: one vertex, inverted, and its images in two mirrors, slit along the second (thesis Fig. 6.9).
+    """Return module II: one inverted vertex and its images in two mirrors, slit along the second (thesis Fig. 6.9).
 
     The hinges on that mirror lie on the face of the diagonals: on the other one panels overlap when folded.
     """
@@ -138,20 +138,20 @@ def module_ii(parameters: Parameters) -> Pattern:
 
 
 def module_iii(parameters: Parameters) -> Pattern:
-    """Module III: four vertices two squares apart that share a diagonal crease (thesis Fig. 6.11)."""
+    """Return module III: four vertices two squares apart that share a diagonal crease (thesis Fig. 6.11)."""
     return square_sheet(("././", "/./.", "././", "/./."), parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def module_iii_4_1(parameters: Parameters) -> Pattern:
-    """Module III with two corners halved and a square put on: 16 squares that cover four when folded."""
+    """Return module III with two corners halved and a square added: 16 squares that cover four when folded."""
     rows = ("J/./.", "/./. ", "././ ", "/./F ")
     return square_sheet(rows, parameters.side, parameters.thickness, MODULE_III_LINES)
 
 
 def modules_i_pair(parameters: Parameters) -> Pattern:
-    """Two modules I that share four squares, one square right and one down (thesis Fig. 6.8a).
+    """Return two modules I that share four squares, one square right and one down (thesis Fig. 6.8a).
 
-    Each is drawn with the diagonal that the other one's crease makes through its whole square.
+    Each is drawn with the diagonal crease of the other one in their shared whole square.
     """
     side, thickness = parameters.side, parameters.thickness
     grey = square_sheet(("./<", "///", ">//"), side, thickness)
@@ -160,23 +160,23 @@ def modules_i_pair(parameters: Parameters) -> Pattern:
 
 
 def modules_i_block(parameters: Parameters) -> Pattern:
-    """Four modules I around the corner of a whole square, joined along both mirrors (thesis Fig. 6.8b)."""
+    """Return four modules I around the corner of a whole square, joined along both mirrors (thesis Fig. 6.8b)."""
     return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * parameters.side), "y", 0.0)
 
 
 def modules_i_row(parameters: Parameters) -> Pattern:
-    """Four modules I in a row, each the mirror image of the next (thesis Fig. 6.8c)."""
+    """Return four modules I in a row, each the mirror image of the next (thesis Fig. 6.8c)."""
     return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * parameters.side), "x", 6 * parameters.side)
 
 
 def modules_i_ring(parameters: Parameters) -> Pattern:
-    """Four modules I around a cut corner, joined along one mirror and hinged along the other (thesis Fig. 6.8d)."""
+    """Return four modules I around a cut corner, joined along one mirror, hinged along the other (thesis Fig. 6.8d)."""
     side = parameters.side
     return doubled_pattern(doubled_pattern(module_i(parameters), "x", 3 * side), "y", 3 * side, VALLEY_CREASE)
 
 
 def modules_ii(parameters: Parameters) -> Pattern:
-    """Modules II side by side, and one more embedded wherever four of them meet (thesis Fig. 6.10).
+    """Return modules II side by side, with one more embedded wherever four of them meet (thesis Fig. 6.10).
 
     size : columns and rows of modules; two by two unless given.
     """
@@ -190,7 +190,7 @@ def modules_ii(parameters: Parameters) -> Pattern:
 
 
 def modules_iii(parameters: Parameters) -> Pattern:
-    """Modules III that overlap by half a module (thesis Fig. 6.12).
+    """Return modules III that overlap by half a module (thesis Fig. 6.12).
 
     size : columns and rows of modules; two by one unless given.
     """
@@ -198,7 +198,7 @@ def modules_iii(parameters: Parameters) -> Pattern:
 
 
 def _array(module: Pattern, columns: int, rows: int, step: float) -> Pattern:
-    """Copies of a module on a square lattice, laid together where they overlap."""
+    """Return copies of a module on a square lattice, merged where they overlap."""
     return overlay([module.moved(shift=(step * i, step * j)) for i in range(columns) for j in range(rows)])
 
 
@@ -211,12 +211,12 @@ def _assembly(
     *notes: str,
     uses: tuple[str, ...] = ("side", "thickness"),
 ) -> Assembly:
-    """An assembly of section 6.2, with its state half-way along (6.4)."""
+    """Return the entry of an assembly of section 6.2, with its half-way state along (6.4)."""
 
     def between(parameters: Parameters) -> Reals:
         return module_fold_angles(build(parameters), math.pi / 2)
 
-    if "size" in uses:  # stated of the size shown
+    if "size" in uses:  # published for the size shown
         return Assembly(name, title, source, uses, build, between, published_at_defaults=published, notes=notes)
     return Assembly(name, title, source, uses, build, between, published=published, notes=notes)
 

@@ -1,4 +1,4 @@
-"""What a named assembly is: its source, the parameters it depends on, and how its flat pattern is made."""
+"""Named assemblies: their source, parameters, and the construction of their flat patterns."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from hcsearch.basics.errors import PatternError, SizeError
 from hcsearch.shape.pattern import Pattern
 
 MIN_ASSEMBLY_LENGTH, MAX_ASSEMBLY_LENGTH = 1e-15, 1e6
-"""Lengths (m) whose squares and products still are numbers."""
+"""Range of lengths (m) whose squares and products neither overflow nor underflow."""
 MIN_BASE_ANGLE, MAX_BASE_ANGLE = 1e-4, 90 - 1e-4
-"""Base angles of isosceles triangles, degrees."""
+"""Range of base angles of isosceles triangles, degrees."""
 MAX_ASSEMBLY_PARTS = 1000
-"""Columns times rows of an array: about a minute and half a gigabyte."""
+"""Limit of columns times rows of an array, at about a minute and half a gigabyte."""
 
 
 def check_base_angle(degrees: float) -> None:
-    """Refuse what is no base angle of an isosceles triangle; PatternError."""
+    """Check a base angle of an isosceles triangle, degrees; PatternError where it is out of range."""
     if not MIN_BASE_ANGLE <= degrees <= MAX_BASE_ANGLE:
         raise PatternError(
             f"an isosceles triangle has no base angle of {degrees:g} degrees: give one between 0 and 90, from "
@@ -29,7 +29,7 @@ def check_base_angle(degrees: float) -> None:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Everything an assembly can depend on; lengths in metres, angles in rad.
+    """The parameters of assemblies; lengths in metres, angles in rad.
 
     alpha : base angle of the isosceles triangles of chapter 5.
     base : base of those triangles.
@@ -67,27 +67,27 @@ class Assembly:
     """A named assembly of the thesis.
 
     source : section and figure of the thesis.
-    uses : names of the parameters it depends on (fields of `Parameters`).
-    build : the flat pattern for given parameters.
-    between : fold angles of a generic state of the motion, where it is known in closed form; otherwise the motion is
-        followed from the folded state.
-    hindrance : why the assembly cannot move without its panels cutting through each other, where that is known.
-    elements : whether the pattern's loops are elements whose closure matrix in the D-H form is worth printing.
-    apart : number of hinges of its parts before they are joined.
+    parameter_names : the parameters on which it depends (fields of `Parameters`).
+    build : returns the flat pattern for given parameters.
+    generic_angles : returns fold angles of a generic state of the motion, where these are known in closed form;
+        otherwise the motion is followed from the folded state.
+    hindrance : returns why the panels cannot move without interference, where that is known.
+    has_element_loops : whether the pattern's loops are elements whose D-H closure matrix is worth printing.
+    separate_hinge_count : number of hinges of its parts before they are joined.
     published : facts that the thesis states for all parameters, under the names of `describe`.
     published_at_defaults : facts that it states for the default parameters.
-    notes : what a user should know, where the thesis and the geometry part ways above all.
+    notes : remarks for users, above all where the thesis and the geometry disagree.
     """
 
     name: str
     title: str
     source: str
-    uses: tuple[str, ...]
+    parameter_names: tuple[str, ...]
     build: Callable[[Parameters], Pattern]
-    between: Callable[[Parameters], Reals] | None = None
+    generic_angles: Callable[[Parameters], Reals] | None = None
     hindrance: Callable[[Parameters], str | None] | None = None
-    elements: bool = False
-    apart: int | None = None
+    has_element_loops: bool = False
+    separate_hinge_count: int | None = None
     published: Mapping[str, object] = field(default_factory=dict)
     published_at_defaults: Mapping[str, object] = field(default_factory=dict)
     defaults: Parameters = field(default_factory=Parameters)

@@ -1,7 +1,7 @@
-"""The folded state as a package: how much of the plane it covers, how high it is, and whether it is full.
+"""The folded state as a package: its footprint, height, voids and overlaps.
 
-In the folded state every panel lies flat in a layer of its own thickness. The edges of all panels, seen from above, cut
-the footprint into cells, and over each cell stands a column of layers, filled or empty.
+In the folded state every panel lies flat in a layer of one panel thickness. The edges of all panels, seen from above,
+divide the footprint into cells, and over each cell stands a column of filled or empty layers.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 EDGE_GRID_SHARE = 1e-12
-"""Edges are cut on a grid as fine as this share of a panel's size; rounding of the folded state is a hundredth."""
+"""Grid on which edges are intersected, over a panel's size; a hundred times the rounding of the folded state."""
 SLIVER_AREA_SHARE = 1e-8
-"""Cells smaller than this share of a panel's area are rounding."""
+"""Cells smaller than this share of a panel's area count as rounding errors."""
 FLAT_PANEL_TOLERANCE, OPEN_PANEL_TOLERANCE = 1e-10, 1e-5
-"""Loops of a folded state close, and panels lie flat, up to the first; above the second there is no such state."""
+"""Tolerances of closed loops and level panels: up to the first the state is folded, above the second none exists."""
 WHOLE_RATIO_TOLERANCE = 1e-9
-"""Areas are in a ratio of whole numbers up to this."""
+"""Relative tolerance for a ratio of areas to count as a ratio of whole numbers."""
 MAX_RATIO_DENOMINATOR = 100
-"""Greatest second number of such a ratio."""
+"""Greatest denominator of such a ratio."""
 
 
 @dataclass(frozen=True)
 class LayerColumn:
-    """All cells of the footprint whose layers are filled alike.
+    """All cells of the footprint with the same filled layers.
 
-    layers : those that are filled, from the lowest of the package, 0; one that is filled twice comes twice.
+    layers : the filled ones, counted from the lowest of the package, 0; a layer filled twice is listed twice.
     area : in square metres.
     """
 
@@ -54,7 +54,7 @@ class LayerColumn:
 
     @property
     def overlaps(self) -> int:
-        """Number of panels that share their layer with one before."""
+        """Number of panels that share their layer with another one."""
         return len(self.layers) - len(set(self.layers))
 
 
@@ -63,7 +63,7 @@ class Package:
     """A folded pattern (thesis 5.2.2); metres, square and cubic metres.
 
     flat_area : of the pattern in the flat state, all panels in one plane.
-    columns : those that occur, the largest area first.
+    columns : the largest area first.
     """
 
     flat_area: float
@@ -82,7 +82,7 @@ class Package:
 
     @property
     def whole_ratio(self) -> str | None:
-        """The deployment ratio as whole numbers, such as 7:1, where it is one of small numbers; else None."""
+        """The deployment ratio in small whole numbers, such as 7:1; None where it is no such ratio."""
         near = Fraction(self.ratio).limit_denominator(MAX_RATIO_DENOMINATOR)
         if abs(self.ratio - float(near)) > WHOLE_RATIO_TOLERANCE * self.ratio:
             return None
@@ -100,12 +100,12 @@ class Package:
 
     @property
     def heights(self) -> tuple[int, ...]:
-        """Numbers of panels on top of each other that occur, the least first."""
+        """Distinct numbers of stacked panels of the columns, in ascending order."""
         return tuple(sorted({column.panels for column in self.columns}))
 
     @property
-    def stepped(self) -> bool:
-        """Whether the package's top or bottom is no plane."""
+    def is_stepped(self) -> bool:
+        """Whether the package's top or bottom is not plane."""
         return len({(column.layers[0], column.layers[-1]) for column in self.columns}) > 1
 
     @property
@@ -115,12 +115,12 @@ class Package:
 
     @property
     def overlap_volume(self) -> float:
-        """Volume that panels fill twice: above 0, the pattern cannot be folded so."""
+        """Volume that panels fill twice; above 0, the pattern cannot be folded."""
         return self.thickness * sum(column.overlaps * column.area for column in self.columns)
 
 
 def folded_package(pattern: Pattern) -> Package:
-    """Geometry of the folded state of any pattern; PatternError where it has none."""
+    """Compute the geometry of a pattern's folded state; PatternError where it has none."""
     linkage = Linkage(pattern)
     residual, _ = linkage.closure(linkage.folded)
     solids = linkage.solids(linkage.folded)
@@ -136,16 +136,16 @@ def folded_package(pattern: Pattern) -> Package:
         raise PatternError(f"the folded state is lost in rounding, {error:.1e}: give thicker or less slender panels")
     shadows = [solid[0, :, :2] / size for solid in solids]
     areas: dict[tuple[int, ...], float] = {}
-    for area, over in _cells(shadows):
-        column = tuple(sorted(int(layers[k].round()) for k in over))
+    for area, covering in _cells(shadows):
+        column = tuple(sorted(int(layers[k].round()) for k in covering))
         areas[column] = areas.get(column, 0.0) + area * size * size
-    # areas that differ by rounding are one, so that the order is the same everywhere
+    # areas are rounded, so that the order does not depend on the platform
     ordered = sorted(areas.items(), key=lambda item: (-round(item[1] / (size * size), 6), item[0]))
     return Package(pattern.area, thickness, tuple(LayerColumn(filled, area) for filled, area in ordered))
 
 
 def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:
-    """Cells into which the edges of convex polygons cut the plane: area, and the polygons that cover it, if any."""
+    """Divide the plane by the edges of convex polygons; return each covered cell's area and covering polygons."""
     rings = [shapely.LinearRing(shadow) for shadow in shadows]
     lines = shapely.unary_union(rings, grid_size=EDGE_GRID_SHARE)
     polygons = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
@@ -153,11 +153,11 @@ def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:
     inside = shapely.get_coordinates(shapely.point_on_surface(polygons))
     covers = np.array([_contains(shadow, inside) for shadow in shadows])
     cells = zip(shapely.area(polygons).tolist(), covers.T, strict=True)
-    return [(area, np.flatnonzero(over).tolist()) for area, over in cells if over.any()]
+    return [(area, np.flatnonzero(covering).tolist()) for area, covering in cells if covering.any()]
 
 
 def _contains(polygon: Reals, points: Reals) -> NDArray[np.bool_]:
-    """Which points lie in a convex polygon, whichever way its corners run."""
+    """Return which points lie in a convex polygon of either orientation."""
     edges = np.roll(polygon, -1, axis=0) - polygon
     away = points[None] - polygon[:, None]
     side = edges[:, None, 0] * away[..., 1] - edges[:, None, 1] * away[..., 0]
@@ -165,11 +165,11 @@ def _contains(polygon: Reals, points: Reals) -> NDArray[np.bool_]:
 
 
 def flat_overlap(pattern: Pattern) -> float:
-    """Area that facets of a flat pattern cover twice, in square metres: 0, or the pattern cannot be made."""
+    """Return the area covered twice by facets of a flat pattern, in square metres; above 0, it cannot be made."""
     size = pattern.size
     facets = [np.array(facet) / size for facet in pattern.facets]
     union = shapely.unary_union([shapely.Polygon(facet) for facet in facets], grid_size=EDGE_GRID_SHARE)
     overlap = pattern.area - union.area * size * size
-    # turning a long pattern moves its far end more
+    # rotation errors grow with the extent of a pattern
     extent = size * float(np.ptp(np.concatenate(facets), axis=0).max())
     return 0.0 if abs(overlap) < SLIVER_AREA_SHARE * extent * extent else float(overlap)

@@ -1,4 +1,4 @@
-"""Arrays of rectangles: the deployed 4x4 array of chapter 4, the 6R element and its arrays (thesis 4.1, 6.1)."""
+"""Arrays of rectangles: the 4x4 array of chapter 4, and the 6R element with its arrays (thesis 4.1, 6.1)."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ THESIS_4X4_CIRCUIT, THESIS_4X4_CREASE = "rectangle:1233300011123321", 6
 """Circuit and flat crease of thesis Fig. 4.1(b); lengths run along the rows."""
 
 THESIS_PANEL_ORDER = (6, 7, 5, 4, 3, 2, 1, 12, 0, 13, 14, 15, 11, 10, 9, 8)
-"""Cells of that circuit in the order of the thesis's panels, the merged ones two by two: 0, 5, 6 and 7."""
+"""Cells of that circuit in the order of the thesis's panels; the merged ones, 0, 5, 6 and 7, have two cells each."""
 
 LOOP_PANELS = (0, 1, 2, 3, 4, 5, 8, 9, 10, 11)
 """Panels of the thesis's closed loop; 6 and 7 are a branch at 5."""
 
 ELEMENT_6R_JOINTS: tuple[FacetPair, ...] = ((1, 2), (2, 3), (3, 4), (5, 6), (6, 7), (0, 7))
-"""Facets that joints a_1 to a_6 of the 6R element lie between."""
+"""Pairs of facets at joints a_1 to a_6 of the 6R element."""
 
 
 def thesis_4x4(parameters: Parameters) -> Pattern:
-    """The 4x4 array with the panels on its mirror axis merged (thesis Fig. 4.1c).
+    """Return the 4x4 array with the panels on its mirror axis merged (thesis Fig. 4.1c).
 
     Panels as numbered in 4.1.2: 0 is held, 0 to 5 lead to the branch 5, 6, 7, and 5, 8 to 11 back to 0. Hinge i - 1
     is the thesis's joint i, on panel i; the last one, between 11 and 0, is c_1. The loop starts at panel 0.
@@ -47,7 +47,7 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
 
 
 def _renumbered(pattern: Pattern, order: Sequence[int]) -> Pattern:
-    """The pattern with its facets in another order, and hinges by the later of their facets."""
+    """Reorder the facets of a pattern, and sort hinges by the later of their facets."""
     number = {facet: k for k, facet in enumerate(order)}
     creases: dict[FacetPair, Crease] = {}
     for (i, j), crease in pattern.creases.items():
@@ -58,7 +58,7 @@ def _renumbered(pattern: Pattern, order: Sequence[int]) -> Pattern:
 
 
 def element_6r(parameters: Parameters) -> Pattern:
-    """The 6R element of eight squares (thesis Fig. 6.1b); its loop is joints a_1 to a_6.
+    """Return the 6R element of eight squares (thesis Fig. 6.1b); its loop is joints a_1 to a_6.
 
     Facets: P1 (two), P2, P3 from left to right in the top row, P4 (two), P5, P6 from right to left below. Joint a_i
     lies between P_i and P_{i+1}; the faces are those of the circuit's two-stack folding.
@@ -67,7 +67,7 @@ def element_6r(parameters: Parameters) -> Pattern:
 
 
 def _unit_element(thickness: float) -> Pattern:
-    """The 6R element on cells of 1 m by 1 m."""
+    """Return the 6R element with cells of 1 m by 1 m."""
     cells = ((0, 0), (1, 0), (2, 0), (3, 0), (3, -1), (2, -1), (1, -1), (0, -1))
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((float(i + x), float(j + y)) for x, y in corners) for i, j in cells)
@@ -77,13 +77,13 @@ def _unit_element(thickness: float) -> Pattern:
 
 
 def _sized(pattern: Pattern, parameters: Parameters) -> Pattern:
-    """A pattern of cells of 1 m by 1 m with those of the parameters: creases of one line keep it to the last bit."""
+    """Scale a pattern with cells of 1 m by 1 m to the parameters; creases on one line stay exactly collinear."""
     length, width = parameters.side, parameters.width
     return replace(pattern, vertices=tuple((length * x, width * y) for x, y in pattern.vertices))
 
 
 def array_6r(parameters: Parameters) -> Pattern:
-    """6R elements in columns and rows (thesis Fig. 6.4); loops are the elements, row by row from the top left.
+    """Return an array of 6R elements (thesis Fig. 6.4); loops are the elements, row by row from the top left.
 
     size : columns and rows of elements; two by two unless given. The element below another one is its inversion, with
         a_5 on b_1 and a_4 on b_2; the one to its right is a copy, with c_6 on a_3.
@@ -99,10 +99,11 @@ def array_6r(parameters: Parameters) -> Pattern:
 
 
 def stepwise_angles(pattern: Pattern, horizontal: Sequence[float], vertical: Sequence[float]) -> Reals:
-    """Fold angles of an array of 6R elements, shape (n_hinges,); closed where either stage of 6.1 allows it.
+    """Return fold angles (n_hinges,) of an array of 6R elements; loops close within either stage of 6.1.
 
-    horizontal : angle (rad) of the creases a_3, a_6 of the elements in each row. First stage: any, with `vertical` 0.
-    vertical : angle of a_1, a_2, a_4, a_5 in each column (6.1). Second stage: any, with `horizontal` pi.
+    horizontal : angle (rad) of the creases a_3, a_6 of the elements in each row. First stage: arbitrary, with
+    `vertical` 0.
+    vertical : angle of a_1, a_2, a_4, a_5 in each column (6.1). Second stage: arbitrary, with `horizontal` pi.
     """
     angles = np.zeros(len(pattern.hinges))
     for k, loop in enumerate(pattern.loops):
@@ -113,12 +114,12 @@ def stepwise_angles(pattern: Pattern, horizontal: Sequence[float], vertical: Seq
 
 
 def _between_element(parameters: Parameters) -> Reals:
-    """The 6R element in its second stage."""
+    """Return fold angles of the 6R element in its second stage."""
     return stepwise_angles(element_6r(parameters), [math.pi], [1.0])
 
 
 def _between_array(parameters: Parameters) -> Reals:
-    """An array in its second stage, every column at an angle of its own."""
+    """Return fold angles of an array in its second stage, with a different angle for each column."""
     columns, rows = parameters.size or (2, 2)
     return stepwise_angles(array_6r(parameters), [math.pi] * rows, np.linspace(1.0, 2.0, columns).tolist())
 

@@ -1,8 +1,8 @@
-"""Larger arrays of units I and II that share panels (thesis 5.4), and the search for all ways to lay two together.
+"""Tessellations of units I and II that share panels (thesis 5.4), and the search for all placements of two patterns.
 
-The thesis draws its tessellations and states how many joints merge, areas and footprints; the placements here are those
-of the search that fit these numbers (docs/explanation/assemblies.md). They are kept as joints that merge, so they serve
-every base angle, where the thesis has equilateral triangles.
+The thesis draws its tessellations and states areas, footprints and numbers of merged joints; the placements here are
+results of the search that agree with these numbers (docs/explanation/assemblies.md). They are stored as joints that
+merge, so they hold for every base angle, while the thesis has equilateral triangles.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _UNITS: dict[str, tuple[Callable[[Parameters], Pattern], str]] = {"I": (unit_i, 
 
 @dataclass(frozen=True)
 class TilingStep:
-    """A unit laid onto the first one: its kind, whether inverted, and joints that merge, its own first (`a1=c1`)."""
+    """A unit added to the first one; joints : those that merge, its own first (`a1=c1`)."""
 
     kind: str
     joints: str
@@ -37,7 +37,7 @@ class TilingStep:
 
 @dataclass(frozen=True)
 class Laying:
-    """One way to lay a pattern onto another one so that the union folds and moves as elements do.
+    """A placement of a pattern on another one whose union folds and moves as the elements do.
 
     merged : the creases that coincide.
     union : the tessellation; its loops are the elements of both, each once.
@@ -56,7 +56,7 @@ class Laying:
 
 
 def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Pattern:
-    """Lay units onto a first one. Loops are the elements, each once, those of the first unit first."""
+    """Add units to a first one; loops are the elements, each once, those of the first unit first."""
     build, names = _UNITS[first]
     pattern = build(parameters)
     for step in steps:
@@ -71,14 +71,14 @@ def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Patter
     return pattern
 
 
-def possible_layings(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
-    """All ways to lay one pattern of 8R elements onto another so that hinges merge and both still move.
+def possible_layings(fixed: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
+    """Yield all placements of a pattern of 8R elements on another one that merge hinges and remain mobile.
 
-    Left out are unions in which panels or creases contradict each other, elements cannot move alike along (5.24), or
-    panels share a place in the folded state.
+    Unions are excluded where panels or creases contradict each other, elements cannot move alike along (5.24), or
+    panels overlap in the folded state.
     """
-    for placement, merged, both in neighbouring_facets(still, moving):
-        union = _once(both)
+    for placement, merged, joined in neighbouring_facets(fixed, moving):
+        union = _once(joined)
         if joint_parts(union) is None:
             continue
         residual, _ = Linkage(union).closure(skew_symmetric_angles(union, alpha, math.pi / 3))
@@ -93,7 +93,7 @@ def possible_layings(still: Pattern, moving: Pattern, alpha: float) -> Iterator[
 
 
 def _once(pattern: Pattern) -> Pattern:
-    """The pattern with each loop once; elements that merge as a whole may begin at different joints."""
+    """Remove duplicate loops, which may begin at different joints where whole elements merge."""
     loops = {frozenset(loop): loop for loop in reversed(pattern.loops)}
     return replace(pattern, loops=tuple(loop for loop in pattern.loops if loops[frozenset(loop)] is loop))
 
@@ -107,7 +107,7 @@ def _assembly(
     published: Mapping[str, object],
     *notes: str,
 ) -> Assembly:
-    """An entry of the table of tessellations."""
+    """Return an entry of the table of tessellations."""
 
     def build(parameters: Parameters) -> Pattern:
         return tessellate(parameters, first, *steps)
@@ -117,7 +117,7 @@ def _assembly(
         title,
         f"section 5.4, Fig. {figure}",
         build,
-        apart=24 * (1 + len(steps)),
+        separate_hinge_count=24 * (1 + len(steps)),
         published={"dof": 1, **published},
         defaults=Parameters(alpha=math.pi / 3),
         notes=("every base angle will do; the thesis has equilateral triangles", *notes),

@@ -1,1 +1,1 @@
-"""Single-DoF units: copies of one element that overlap in panels and hinges, searched for and proved."""
+"""Search for single-DoF units, which are copies of one element that share panels and hinges, with their proofs."""

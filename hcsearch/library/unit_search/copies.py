@@ -1,12 +1,12 @@
-"""Copies of an element on one plane, pairs and rings of them: isometries that overlap panels and merge hinges.
+"""Copies of an element in one plane, in pairs and rings of four, that share panels and merge hinges.
 
-A copy is carried by an isometry of the plane and may have its faces exchanged. A reflection that exchanges them is
-the element turned over; one that does not, and an exchange alone, make its mirror image in space (the inversion of
-thesis 6.1). Points are complex numbers, lengths divided by the size of a facet.
+A copy is placed by an isometry of the plane, optionally with top and bottom faces exchanged. A reflection with exchange
+turns the element over; a reflection without exchange, or an exchange alone, gives its mirror image in space (the
+inversion of thesis 6.1). Points are complex numbers, in units of a facet's size.
 
-The thesis's rule (5.2): four copies A, B, C, D lie so that A and B, B and C, C and D, D and A merge hinges, and
-mountains and valleys agree wherever copies overlap. Arrangements are the same where their unions are congruent, turned
-over or inverted.
+By the thesis's rule (5.2) four copies A, B, C, D are arranged such that A and B, B and C, C and D, D and A merge
+hinges, and mountains and valleys agree wherever copies overlap. Arrangements are equivalent where their unions are
+congruent, possibly turned over or inverted.
 """
 
 from __future__ import annotations
@@ -31,46 +31,48 @@ from hcsearch.shape.pattern import Crease, Pattern
 ComplexArray = NDArray[np.complex128]
 
 SAME_POINT_DISTANCE_SHARE = 1e-6
-"""Points nearer than this share of a facet's size are the same."""
+"""Tolerance for equal points, in units of a facet's size."""
 SLIT_CODE = 99
-"""Code of two facets without a crease; the codes of hinges change sign with the face, that of a rigid crease is 0."""
+"""Code of two facets without a crease. Codes of hinges have opposite signs on opposite faces; a rigid crease has 0."""
 
 _STEP, _SHIFT = 1e-4, 0.3771
 _TURN = 1e-3
 
 
 class CopyPlacement(NamedTuple):
-    """Where a copy lies: an isometry of the plane; exchange : -1 where top and bottom faces are exchanged, else 1."""
+    """The placement of a copy: an isometry of the plane, and face_sign : -1 where faces are exchanged, else 1."""
 
-    plane: Isometry
-    exchange: int
+    isometry: Isometry
+    face_sign: int
 
     def __matmul__(self, first: CopyPlacement) -> CopyPlacement:
-        """The motion that comes of `first`, then this one."""
-        return CopyPlacement(self.plane @ first.plane, self.exchange * first.exchange)
+        """The composition of placements: `first`, then this one."""
+        return CopyPlacement(self.isometry @ first.isometry, self.face_sign * first.face_sign)
 
     @property
     def inverse(self) -> CopyPlacement:
-        """The motion that takes this one back."""
-        return CopyPlacement(self.plane.inverse, self.exchange)
+        """The inverse placement."""
+        return CopyPlacement(self.isometry.inverse, self.face_sign)
 
     @property
     def inverts(self) -> bool:
-        """Whether the copy is the element's mirror image in space: no rigid motion takes the element there."""
-        return self.plane.reflects == (self.exchange > 0)
+        """Whether the copy is the element's mirror image in space, which no rigid motion reaches."""
+        return self.isometry.reflects == (self.face_sign > 0)
 
     @property
     def key(self) -> int:
-        """A number that distinguishes motions, whatever the rounding of where they come from."""
+        """A number that identifies a placement up to rounding."""
         around = round(math.tau / _TURN)
-        angle = math.floor(self.plane.angle / _TURN + _SHIFT) % around
-        x, y = (math.floor(v / _STEP + _SHIFT) + (1 << 21) for v in (self.plane.shift.real, self.plane.shift.imag))
-        return ((((x << 22) | y) << 13) | angle) << 2 | self.plane.reflects << 1 | (self.exchange < 0)
+        angle = math.floor(self.isometry.angle / _TURN + _SHIFT) % around
+        x, y = (
+            math.floor(v / _STEP + _SHIFT) + (1 << 21) for v in (self.isometry.shift.real, self.isometry.shift.imag)
+        )
+        return ((((x << 22) | y) << 13) | angle) << 2 | self.isometry.reflects << 1 | (self.face_sign < 0)
 
     def of(self, pattern: Pattern, unit: float) -> Pattern:
-        """The pattern moved so; `unit` is the length (m) that shifts are counted in."""
-        turned = pattern.inverted() if self.inverts else pattern
-        return turned.placed(self.plane._replace(shift=unit * self.plane.shift))
+        """Return a pattern in this placement; unit : length unit of shifts, m."""
+        oriented = pattern.inverted() if self.inverts else pattern
+        return oriented.placed(self.isometry._replace(shift=unit * self.isometry.shift))
 
 
 IDENTITY_PLACEMENT = CopyPlacement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
@@ -78,24 +80,24 @@ IDENTITY_PLACEMENT = CopyPlacement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 
 @dataclass(frozen=True)
 class CopyOverlap:
-    """Where two copies lie on each other.
+    """The overlap of two copies.
 
-    facets, hinges : number that they share. crossed : number of creases of one that lie in a slit of the other.
-    agrees : whether no facets overlap in part and no creases differ.
+    facets, hinges : number of shared ones. creases_in_slits : number of creases of one copy in slits of the other.
+    agrees : whether no facets overlap partially and no creases differ.
     """
 
     facets: int
     hinges: int
-    crossed: int
+    creases_in_slits: int
     agrees: bool
 
 
 @dataclass(frozen=True)
 class CopySheet:
-    """The facets and creases of an element, as copies of it are compared.
+    """The facets and creases of an element, normalised for the comparison of copies.
 
-    unit : length (m) that everything is divided by. lattice : whether the facets are cells of a regular tiling, so that
-        copies that share an edge never overlap in part.
+    unit : unit of length, m. lattice : whether the facets are cells of a regular tiling, so that copies that share an
+        edge never overlap partially.
     """
 
     pattern: Pattern
@@ -108,17 +110,17 @@ class CopySheet:
 
     @cached_property
     def corners(self) -> list[ComplexArray]:
-        """Corners of the facets."""
+        """The corners of the facets, as complex numbers."""
         return [np.array([complex(x, y) / self.unit for x, y in facet], complex) for facet in self.pattern.facets]
 
     @cached_property
     def centres(self) -> ComplexArray:
-        """Middles of the facets, shape (n_facets,)."""
+        """The centres of the facets, shape (n_facets,)."""
         return np.array([points.mean() for points in self.corners])
 
     @cached_property
     def codes(self) -> WholeNumbers:
-        """Codes of the creases between facets, shape (n_facets, n_facets)."""
+        """The codes of the creases between facets, shape (n_facets, n_facets)."""
         codes = np.full((len(self.centres),) * 2, SLIT_CODE)
         for (i, j), crease in self.pattern.creases.items():
             codes[i, j] = codes[j, i] = crease_code_of(crease)
@@ -126,30 +128,30 @@ class CopySheet:
 
     @cached_property
     def creases(self) -> list[tuple[complex, complex, int]]:
-        """Both ends of each crease, and its code."""
+        """Both ends of each crease, and its code, as tuples."""
         ends = ((self.pattern.segment(pair), crease_code_of(crease)) for pair, crease in self.pattern.creases.items())
         return [(complex(*a) / self.unit, complex(*b) / self.unit, code) for (a, b), code in ends]
 
     def overlap(self, motion: CopyPlacement) -> CopyOverlap:
-        """How a copy lies on the element itself."""
-        centres = motion.plane(self.centres)
+        """Compute the overlap of a copy with the element."""
+        centres = motion.isometry(self.centres)
         same = np.abs(self.centres[:, None] - centres) < SAME_POINT_DISTANCE_SHARE
-        still, moved = np.nonzero(same)
-        own, other = self.codes[np.ix_(still, still)], self.codes[np.ix_(moved, moved)]
-        other = np.where(other == SLIT_CODE, SLIT_CODE, motion.exchange * other)
-        both = (own != SLIT_CODE) & (other != SLIT_CODE)
-        hinges = int(np.count_nonzero(both & (own == other) & (own != 0))) // 2
-        crossed = int(np.count_nonzero((own != SLIT_CODE) != (other != SLIT_CODE))) // 2
-        agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion))
-        return CopyOverlap(len(still), hinges, crossed, agrees)
+        fixed, moved = np.nonzero(same)
+        fixed_codes, moved_codes = self.codes[np.ix_(fixed, fixed)], self.codes[np.ix_(moved, moved)]
+        moved_codes = np.where(moved_codes == SLIT_CODE, SLIT_CODE, motion.face_sign * moved_codes)
+        both_creased = (fixed_codes != SLIT_CODE) & (moved_codes != SLIT_CODE)
+        hinges = int(np.count_nonzero(both_creased & (fixed_codes == moved_codes) & (fixed_codes != 0))) // 2
+        creases_in_slits = int(np.count_nonzero((fixed_codes != SLIT_CODE) != (moved_codes != SLIT_CODE))) // 2
+        agrees = bool((fixed_codes == moved_codes)[both_creased].all()) and (self.lattice or not self._clash(motion))
+        return CopyOverlap(len(fixed), hinges, creases_in_slits, agrees)
 
     def _clash(self, motion: CopyPlacement) -> bool:
-        """Whether facets overlap in part."""
-        moved = [motion.plane(points) for points in self.corners]
+        """Whether facets of a copy overlap those of the element partially."""
+        moved = [motion.isometry(points) for points in self.corners]
         return facets_clash(_facets(self.corners), _facets(moved), SAME_POINT_DISTANCE_SHARE)
 
     def placements(self) -> Iterator[CopyPlacement]:
-        """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
+        """Yield all placements that lay a hinge of a copy onto one of the element, each once, symmetries included."""
         known = set()
         hinges = [crease for crease in self.creases if crease[2]]
         for a, b, code in hinges:
@@ -165,7 +167,7 @@ class CopySheet:
 
 
 def crease_code_of(crease: Crease) -> int:
-    """0 for a rigid crease, else 1 or 2 (for hinges that stay flat), negative on the bottom face."""
+    """Return the code of a crease: 0 if rigid, 1 for a hinge, 2 for one that stays flat; negative on the bottom."""
     if crease.face is None:
         return 0
     return (1 if crease.closes else 2) * (1 if crease.face == "top" else -1)
@@ -177,7 +179,7 @@ def _facets(corners: Sequence[ComplexArray]) -> list[Facet]:
 
 UnionKey = tuple[tuple[int, ...], ...]
 PlacedMark = tuple[complex, int]
-"""A facet or a crease of a union: its middle and a code; facets have the code `_FACET`."""
+"""A facet or a crease of a union: its centre and a code; facets have the code `_FACET`."""
 
 _FACET = 50
 _PLACE_STEP, _PLACE_SHIFT = 1e-5, 0.3771
@@ -185,9 +187,9 @@ _PLACE_STEP, _PLACE_SHIFT = 1e-5, 0.3771
 
 @dataclass
 class CopyRings:
-    """The ways to lay copies of one element together, two or four at a time.
+    """The arrangements of two or four copies of one element.
 
-    strict : whether no crease of one copy may lie in a slit of another.
+    strict : whether to exclude creases of one copy in slits of another.
     """
 
     sheet: CopySheet
@@ -195,19 +197,19 @@ class CopyRings:
     _known: dict[int, CopyOverlap] = field(default_factory=dict)
 
     @cached_property
-    def own(self) -> list[CopyPlacement]:
-        """Motions that carry the element onto itself."""
+    def symmetries(self) -> list[CopyPlacement]:
+        """The symmetries of the element: placements that map it onto itself."""
         n = len(self.sheet.centres)
-        symmetries = (motion for motion in self.sheet.placements() if self._whole(motion, n))
-        return [IDENTITY_PLACEMENT, *(motion for motion in symmetries if motion.key != IDENTITY_PLACEMENT.key)]
+        placements = (motion for motion in self.sheet.placements() if self._whole(motion, n))
+        return [IDENTITY_PLACEMENT, *(motion for motion in placements if motion.key != IDENTITY_PLACEMENT.key)]
 
     def _whole(self, motion: CopyPlacement, n: int) -> bool:
         overlap = self.sheet.overlap(motion)
-        return overlap.agrees and overlap.facets == n and not overlap.crossed
+        return overlap.agrees and overlap.facets == n and not overlap.creases_in_slits
 
     @cached_property
     def placements(self) -> list[CopyPlacement]:
-        """Where a second copy can lie so that hinges merge, those that the element's symmetry makes equal once."""
+        """The placements of a second copy that merge hinges, one of each class under the element's symmetries."""
         distinct: dict[int, CopyPlacement] = {}
         for motion in self.sheet.placements():
             key = self.key(motion)
@@ -216,60 +218,63 @@ class CopyRings:
         return list(distinct.values())
 
     def key(self, motion: CopyPlacement) -> int:
-        """The number of a copy: the same for motions that differ by a symmetry of the element."""
-        return min((motion @ own).key for own in self.own)
+        """Return the number of a copy, equal for placements that differ by a symmetry of the element."""
+        return min((motion @ symmetry).key for symmetry in self.symmetries)
 
-    def plain(self, motion: CopyPlacement) -> CopyPlacement:
-        """The same copy, inverted only where it must be, and turned over only where it must be."""
-        return min((motion @ own for own in self.own), key=lambda same: (same.inverts, same.plane.reflects, same.key))
+    def simplest_placement(self, motion: CopyPlacement) -> CopyPlacement:
+        """Return the simplest equivalent placement: not inverted, and not turned over, where possible."""
+        return min(
+            (motion @ symmetry for symmetry in self.symmetries),
+            key=lambda same: (same.inverts, same.isometry.reflects, same.key),
+        )
 
     def overlap(self, motion: CopyPlacement) -> CopyOverlap:
-        """How a copy lies on the element."""
+        """Return the overlap of a copy with the element, from a cache."""
         key = motion.key
         if key not in self._known:
             self._known[key] = self.sheet.overlap(motion)
         return self._known[key]
 
     def fits(self, motion: CopyPlacement) -> bool:
-        """Whether a copy can lie there at all, overlapping or not."""
+        """Whether a copy is compatible with the element, overlapping or not."""
         overlap = self.overlap(motion)
-        return overlap.agrees and not (self.strict and overlap.crossed)
+        return overlap.agrees and not (self.strict and overlap.creases_in_slits)
 
     def _joins(self, motion: CopyPlacement) -> bool:
         overlap = self.overlap(motion)
         return self.fits(motion) and overlap.hinges > 0 and overlap.facets < len(self.sheet.centres)
 
     def pairs(self) -> Iterator[tuple[CopyPlacement, ...]]:
-        """Two copies, the first where the element is."""
+        """Yield arrangements of two copies, the first at the identity."""
         for motion in self.placements:
             yield IDENTITY_PLACEMENT, motion
 
     def rings(self) -> Iterator[tuple[CopyPlacement, ...]]:
-        """Four copies A, B, C, D, the first where the element is; B and D may be exchanged."""
+        """Yield arrangements of four copies A, B, C, D, A at the identity; exchanges of B and D are listed once."""
         across: dict[int, tuple[CopyPlacement, list[int]]] = {}
         for b, first in enumerate(self.placements):
             for second in self.placements:
                 motion = first @ second
                 across.setdefault(self.key(motion), (motion, []))[1].append(b)
-        still = self.key(IDENTITY_PLACEMENT)
-        beside: dict[tuple[int, int], bool] = {}
-        for key, (motion, between) in across.items():
-            if key == still or len(between) < 2 or not self.fits(motion):
+        identity_key = self.key(IDENTITY_PLACEMENT)
+        compatible: dict[tuple[int, int], bool] = {}
+        for key, (motion, middle_copies) in across.items():
+            if key == identity_key or len(middle_copies) < 2 or not self.fits(motion):
                 continue
-            for b, d in combinations(between, 2):
-                if (b, d) not in beside:
-                    beside[b, d] = self.fits(self.placements[b].inverse @ self.placements[d])
-                if beside[b, d]:
+            for b, d in combinations(middle_copies, 2):
+                if (b, d) not in compatible:
+                    compatible[b, d] = self.fits(self.placements[b].inverse @ self.placements[d])
+                if compatible[b, d]:
                     yield IDENTITY_PLACEMENT, self.placements[b], motion, self.placements[d]
 
     def marks(self, copies: Iterable[CopyPlacement]) -> list[PlacedMark]:
-        """Facets and creases of a union, each once."""
+        """Return the marks (facets and creases) of a union, each once."""
         distinct: dict[tuple[int, int, int], PlacedMark] = {}
         for motion in copies:
             for place, code in self._own_marks:
-                image = motion.plane(place)
-                seen = code if code == _FACET else motion.exchange * code
-                distinct[_rounded(image, seen)] = (image, seen)
+                image = motion.isometry(place)
+                image_code = code if code == _FACET else motion.face_sign * code
+                distinct[_rounded(image, image_code)] = (image, image_code)
         return list(distinct.values())
 
     @cached_property
@@ -278,13 +283,13 @@ class CopyRings:
 
 
 def marks_of_copies(sheet: CopySheet) -> list[PlacedMark]:
-    """Facets and creases of a pattern."""
+    """Return the marks (facets and creases) of a pattern."""
     creases = [((a + b) / 2, code) for a, b, code in sheet.creases]
     return [(complex(centre), _FACET) for centre in sheet.centres] + creases
 
 
 def least_kutzbach(marks: Sequence[PlacedMark]) -> int:
-    """A lower bound of the union's Kutzbach count, and so of its degrees of freedom: creases may be one hinge."""
+    """Return a lower bound of a union's Kutzbach count, since several creases may be one hinge."""
     counts: dict[int, int] = defaultdict(int)
     for _, code in marks:
         counts[code] += 1
@@ -293,7 +298,7 @@ def least_kutzbach(marks: Sequence[PlacedMark]) -> int:
 
 
 def congruence_key(marks: Sequence[PlacedMark]) -> UnionKey:
-    """The same for congruent unions, also inverted ones, and for no others: their marks seen from a farthest facet."""
+    """Return a canonical form of a union's marks, equal exactly for congruent unions, inverted ones included."""
     places = np.array([place for place, _ in marks])
     codes = np.array([code for _, code in marks])
     facets = codes == _FACET
@@ -303,10 +308,10 @@ def congruence_key(marks: Sequence[PlacedMark]) -> UnionKey:
     best: bytes | None = None
     rows = np.empty((0, 3), np.int64)
     for reflects in (False, True):
-        seen = places.conj() if reflects else places
+        reflected = places.conj() if reflects else places
         for turn in far.conj() if reflects else far:
-            spun = seen * (abs(turn) / turn)
-            xy = [np.floor(part / _PLACE_STEP + _PLACE_SHIFT).astype(np.int64) for part in (spun.real, spun.imag)]
+            rotated = reflected * (abs(turn) / turn)
+            xy = [np.floor(part / _PLACE_STEP + _PLACE_SHIFT).astype(np.int64) for part in (rotated.real, rotated.imag)]
             for exchange in (1, -1):
                 table = np.column_stack([*xy, np.where(facets, codes, exchange * codes)])
                 table = table[np.lexsort(table.T)]

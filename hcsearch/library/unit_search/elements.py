@@ -1,11 +1,11 @@
-"""Elements of the search: designs whose opposite flat creases are rigid, also of triangles that are not equilateral.
+"""Elements of the unit search: foldings with rigid flat creases, on regular grids or with isosceles triangles.
 
-Of all pairs of opposite creases only the flat ones of a two-stack folding can be rigid without losing the fold: any
-other crease is closed in the stacks, its panels lie on each other there and beside each other in the flat state.
+Of all pairs of opposite creases only the flat ones of a two-stack folding can be rigid: any other crease is closed in
+the stacks, where its panels lie on each other, while they lie side by side in the flat state.
 
-In the stacks every panel lies on one of two base triangles, beside each other along the flat creases. Unfolding each
+In the stacks every panel lies on one of two base triangles, which are adjacent along the flat creases. Unfolding each
 stack by reflections about its creases gives the flat state, where the second flat crease must fit and panels that
-share a corner on the regular grid must still share it. Source: thesis 5.3.2, which asks it of the circuit of ten.
+share a corner on the regular grid must still share it. Source: thesis 5.3.2, which requires it of the circuit of ten.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from hcsearch.shape.pattern import Pattern
 class Element:
     """A folding with rigid flat creases.
 
-    merged : whether panels that meet on a mirror axis through the flat creases are made one.
-    shape : of isosceles triangles, which corner is the apex and how the outer triangles lie; empty on regular grids.
+    merged : whether panels that meet on a mirror axis through the flat creases are merged.
+    shape : of isosceles triangles: the corner of the apex and the position of outer triangles; empty on regular grids.
     alpha : base angle of isosceles triangles in degrees; None on regular grids.
     """
 
@@ -49,7 +49,7 @@ class Element:
 
     @property
     def name(self) -> str:
-        """The folding's notation, with what else makes the element."""
+        """The folding's notation, with the merging, shape and base angle of the element."""
         parts = [self.folding.notation, "merged" if self.merged else "", self.shape]
         if self.alpha is not None:
             parts.append(f"alpha={self.alpha:g}")
@@ -62,7 +62,7 @@ class Element:
 
     @cached_property
     def dof(self) -> int | None:
-        """Degrees of freedom at a generic state; None undecided."""
+        """Degrees of freedom at a generic state; None if undecided."""
         return generic_rank(self.linkage).nullity
 
     @cached_property
@@ -73,11 +73,11 @@ class Element:
 
 @dataclass(frozen=True)
 class RigidPair:
-    """What becomes of a design when two opposite creases are made rigid.
+    """The effect of making two opposite creases of a design rigid.
 
-    verdict : `no fold` where other creases are flat or none are, `twisted`, `locked`, or `element`.
-    dof : degrees of freedom with the pair rigid; dof_merged : with mirror pairs of panels made one too; None where
-        there is no such element, or it is undecided.
+    verdict : `no fold` where these creases are not the flat ones of a folding, `twisted`, `locked`, or `element`.
+    dof : degrees of freedom with the pair rigid. dof_merged : with mirror pairs of panels merged, too. Both are None
+        where there is no such element or the number is undecided.
     """
 
     crease: int
@@ -88,7 +88,7 @@ class RigidPair:
 
 
 def rigid_pairs(circuit: Circuit) -> list[RigidPair]:
-    """Each pair of opposite creases of a design: whether both can be rigid, and what freedom that leaves."""
+    """Return for each pair of opposite creases whether both can be rigid, and the remaining freedom."""
     half = circuit.n // 2
     known = {folding.crease: folding for folding in foldings(circuit)}
     return [_rigid_pair(known.get(crease), crease, half) for crease in range(half if circuit.n % 2 == 0 else 0)]
@@ -99,13 +99,13 @@ def _rigid_pair(folding: Folding | None, crease: int, half: int) -> RigidPair:
         return RigidPair(crease, crease + half, "no fold")
     if twist(folding):
         return RigidPair(crease, crease + half, "twisted")
-    plain, *merged = elements_of(folding)
-    verdict = "locked" if plain.locked else "element"
-    return RigidPair(crease, crease + half, verdict, plain.dof, merged[0].dof if merged else None)
+    unmerged, *merged = elements_of(folding)
+    verdict = "locked" if unmerged.locked else "element"
+    return RigidPair(crease, crease + half, verdict, unmerged.dof, merged[0].dof if merged else None)
 
 
 def elements_of(folding: Folding) -> list[Element]:
-    """The element of a folding on its regular grid, and the one with mirror pairs merged where there are some."""
+    """Return the element of a folding on its regular grid, and that with merged mirror pairs if there are any."""
     size = default_panel(folding.circuit.grid.name)
     variants = [Element(folding, False, folding.pattern(size))]
     if folding.mirror_pairs:
@@ -114,7 +114,7 @@ def elements_of(folding: Folding) -> list[Element]:
 
 
 def elements_of_designs(grid: str, n: int) -> Iterator[Element]:
-    """The elements of all untwisted foldings of all designs of n panels, those without a folded state left out."""
+    """Yield the elements with a folded state of all untwisted foldings of n panels."""
     for folding in untwisted_foldings_of(grid, n):
         for element in elements_of(folding):
             if element.linkage.n_hinges and closes_when_folded(element.linkage):
@@ -122,7 +122,7 @@ def elements_of_designs(grid: str, n: int) -> Iterator[Element]:
 
 
 def untwisted_foldings_of(grid: str, n: int) -> Iterator[Folding]:
-    """The untwisted foldings of all designs of n panels."""
+    """Yield the untwisted foldings of all designs of n panels; SizeError for an odd or too small n."""
     tiling = grid_named(grid)
     if n % 2 or n < 4:
         raise SizeError(f"{n} panels do not fold into two stacks: give an even number from 4 up")
@@ -134,7 +134,7 @@ def untwisted_foldings_of(grid: str, n: int) -> Iterator[Folding]:
 
 
 BaseTriangleAngles = tuple[float, float, float]
-"""Of the base triangle after the first flat crease: at its right end and its left end, seen across it, and beyond."""
+"""Angles (rad) of the base triangle behind the first flat crease: at its right end, at its left end, and opposite."""
 TriangleCorner = tuple[int, int]
 BaseTriangle = Mapping[TriangleCorner, complex]
 
@@ -142,10 +142,10 @@ PARALLELOGRAM_KIND, KITE_KIND = "parallelogram", "kite"
 
 
 def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
-    """Elements of all untwisted foldings of n triangles that isosceles ones make with closed slits.
+    """Yield elements of isosceles triangles with closed slits from all untwisted foldings of n triangles.
 
-    alpha : base angle in degrees. The shape of an element names its outer panels and the place of the apex: across from
-        the flat crease in a rhombus, on its right or on its left in a parallelogram or a kite.
+    alpha : base angle in degrees. The shape of an element names its outer panels and the position of the apex: opposite
+        the flat crease in a rhombus, at its right or left end in a parallelogram or a kite.
     """
     for folding in untwisted_foldings_of("triangle", n):
         for shape, kind, angles in isosceles_shapes(alpha):
@@ -162,7 +162,7 @@ def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
 
 
 def isosceles_shapes(alpha: float) -> list[tuple[str, str, BaseTriangleAngles]]:
-    """The five ways to give the base triangles an apex: name, kind of outer panels, angles in rad."""
+    """Return the five shapes of isosceles base triangles: name, kind of outer panels, angles in rad."""
     check_base_angle(alpha)
     a, c = math.radians(alpha), math.radians(180 - 2 * alpha)
     shapes = [("rhombus", PARALLELOGRAM_KIND, (a, a, c))]
@@ -174,9 +174,9 @@ def isosceles_shapes(alpha: float) -> list[tuple[str, str, BaseTriangleAngles]]:
 def element_with_triangles(
     folding: Folding, angles: BaseTriangleAngles, kind: str, *, merged: bool = False
 ) -> Pattern | None:
-    """The folding's element with other triangles; None where they do not fit or overlap.
+    """Return the folding's element with triangles of other angles; None where they do not fit or overlap.
 
-    kind : whether the two triangles at a flat crease are each other turned by pi (a parallelogram) or reflected.
+    kind : whether the two triangles at a flat crease are related by a rotation by pi (parallelogram) or a reflection.
     """
     triangles = unfolded_corners(folding, angles, kind)
     places: dict[TriangleCorner, complex] = {}
@@ -197,10 +197,10 @@ def element_with_triangles(
 
 
 def unfolded_corners(folding: Folding, angles: BaseTriangleAngles, kind: str) -> list[dict[TriangleCorner, complex]]:
-    """Places of each panel's corners in the flat state, by the corners of the regular grid, counterclockwise.
+    """Return the positions of each panel's corners in the flat state, by corners of the regular grid, counterclockwise.
 
-    The side across from the second greatest angle has length 1.
-    Each stack is unfolded from its lowest panel up; the two meet at the first flat crease, and need not at the second.
+    The side opposite the second greatest angle has length 1. Each stack is unfolded from its lowest panel upwards; the
+    stacks meet at the first flat crease, but not necessarily at the second.
     """
     circuit = folding.circuit
     regular = list(map(circuit.grid.lattice_corners, circuit.cells))
@@ -221,35 +221,35 @@ def unfolded_corners(folding: Folding, angles: BaseTriangleAngles, kind: str) ->
 def _first(
     corners: list[TriangleCorner], edge: list[TriangleCorner], angles: BaseTriangleAngles
 ) -> dict[TriangleCorner, complex]:
-    """The base triangle after the flat crease, which runs along the real axis from its left end at 0."""
-    (beyond,) = (corner for corner in corners if corner not in edge)
-    k = corners.index(beyond)
-    # counterclockwise after the corner beyond comes the left end, as seen from the crease into the panel
-    left, right = corners[(k + 1) % 3], corners[(k + 2) % 3]
+    """Return the base triangle behind the flat crease, which lies on the real axis with its left end at 0."""
+    (opposite,) = (corner for corner in corners if corner not in edge)
+    k = corners.index(opposite)
+    # counterclockwise after the opposite corner comes the left end, seen from the crease into the panel
+    left_end, right_end = corners[(k + 1) % 3], corners[(k + 2) % 3]
     sines = [math.sin(angle) for angle in angles]
     scale = sorted(sines)[1]
     width, side = sines[2] / scale, sines[1] / scale
     turn = complex(math.cos(math.pi - angles[0]), math.sin(math.pi - angles[0]))
-    return {left: 0j, right: complex(width), beyond: width + side * turn}
+    return {left_end: 0j, right_end: complex(width), opposite: width + side * turn}
 
 
 def _beside(
     start: BaseTriangle, edge: list[TriangleCorner], corners: list[TriangleCorner], kind: str
 ) -> dict[TriangleCorner, complex]:
-    """The other base triangle, on the other side of the flat crease."""
+    """Return the other base triangle, on the near side of the flat crease."""
     a, b = edge
-    (own,) = (place for corner, place in start.items() if corner not in edge)
-    (beyond,) = (corner for corner in corners if corner not in edge)
-    place = start[a] + start[b] - own if kind == PARALLELOGRAM_KIND else _mirror(own, start[a], start[b])
-    return {a: start[a], b: start[b], beyond: place}
+    (apex,) = (place for corner, place in start.items() if corner not in edge)
+    (opposite,) = (corner for corner in corners if corner not in edge)
+    place = start[a] + start[b] - apex if kind == PARALLELOGRAM_KIND else _mirror(apex, start[a], start[b])
+    return {a: start[a], b: start[b], opposite: place}
 
 
 def _reflected(triangle: BaseTriangle, corners: list[TriangleCorner]) -> dict[TriangleCorner, complex]:
-    """The next triangle of a stack, unfolded: the last one reflected about the crease between them."""
+    """Return the next triangle of a stack, unfolded: the last one reflected about their common crease."""
     a, b = (corner for corner in corners if corner in triangle)
-    (beyond,) = (corner for corner in corners if corner not in triangle)
-    (own,) = (place for corner, place in triangle.items() if corner not in (a, b))
-    return {a: triangle[a], b: triangle[b], beyond: _mirror(own, triangle[a], triangle[b])}
+    (opposite,) = (corner for corner in corners if corner not in triangle)
+    (apex,) = (place for corner, place in triangle.items() if corner not in (a, b))
+    return {a: triangle[a], b: triangle[b], opposite: _mirror(apex, triangle[a], triangle[b])}
 
 
 def _mirror(point: complex, a: complex, b: complex) -> complex:

@@ -1,7 +1,7 @@
-"""Proofs that a union of elements is a unit: its folded package, its rank, and its motion from flat to folded.
+"""Numerical evidence that a union of elements is a unit: its folded package, rank, and motion from folded to flat.
 
-All of it is floating point at sampled states: ranks by gaps in singular values, the motion by its states, contact at
-them and between. Nothing here is a proof over all of the motion, as `motion.collision` gives of clearance.
+Everything is computed in floating point at sampled states: ranks by gaps in singular values, contact at states of the
+motion and between them. Unlike the clearance proofs of `motion.collision`, nothing here is proved over all of a motion.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 SAME_FOLDED_FACET_SHARE = 1e-3
-"""Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""
+"""Distance of centres of folded facets in one place, over the thickness; layers are a thickness apart."""
 CONTACT_SAMPLE_SHARES = (1 / 3, 2 / 3)
-"""Where contact is looked for between two states of a motion, as shares of the step."""
+"""Positions of contact tests between two states of a motion, as shares of the step."""
 
 
 @dataclass(frozen=True)
 class UnitProof:
     """The kinematics of one pattern.
 
-    dof, dof_folded, dof_flat : nullity at a generic state of the motion and at its ends; None undecided.
-    rank_gap : least singular value that counts over the noise, at the generic state.
+    dof, dof_folded, dof_flat : nullity at a generic state of the motion and at its ends; None if undecided.
+    rank_gap : ratio of the least nonzero singular value to the noise, at the generic state.
     deployment_ratio : flat area over footprint of the folded package; overlap : volume that panels fill twice (m^3).
-    ways : number of finite motions out of the folded state, within the stops, that the search reports.
-    path : `flat` where one smooth motion leads from folded to flat; `stopped` where those out of the folded state
-        come to stops, from where others may go on; `stepwise` where springs find a way that is no smooth motion; `none`
-        where the search reports nothing; `has_locked_end` where nothing moves.
-    path_dof : nullities between its ends, each once. closure_error : greatest residual on it (rad, or gap over size).
-    contact : whether panels cut through each other at a state of it; None without such a motion.
+    path_count : number of finite motions from the folded state, within the stops, that the search reports.
+    path : `flat` where one smooth motion leads from folded to flat; `stopped` where all motions from the folded state
+        end at stops, from which others may continue; `stepwise` where springs find a path that is not a smooth motion;
+        `none` where the search finds no motion; `has_locked_end` where no motion is possible.
+    path_dof : distinct nullities between its ends. closure_error : greatest residual on it (rad, or gap over size).
+    contact : whether panels penetrate each other at a state of it; None without such a motion.
     """
 
     dof: int | None
@@ -53,7 +53,7 @@ class UnitProof:
     rank_gap: float
     deployment_ratio: float
     overlap: float
-    ways: int = 0
+    path_count: int = 0
     path: str = "none"
     path_dof: tuple[int, ...] = ()
     closure_error: float | None = None
@@ -61,9 +61,9 @@ class UnitProof:
 
     @property
     def verdict(self) -> str:
-        """`unit` where it moves from folded to flat with one degree of freedom all the way, else what is against it.
+        """`unit` where it moves from folded to flat with one degree of freedom throughout, else the reason against it.
 
-        `no motion found` proves nothing; `stopped` and `several motions` prove it unless a motion was missed.
+        `no motion found` proves nothing; `stopped` and `several motions` are conclusive unless a motion was missed.
         """
         if self.dof != 1:
             return "undecided" if self.dof is None else f"{self.dof} degrees of freedom"
@@ -81,9 +81,9 @@ class UnitProof:
 
 @dataclass(frozen=True, eq=False)
 class _Motion(ByValue):
-    """A motion from folded to flat, or what became of the search for one."""
+    """A motion from folded to flat, or the outcome of the search for one."""
 
-    ways: int
+    path_count: int
     path: str
     nullities: tuple[int, ...] = ()
     residual: float | None = None
@@ -91,7 +91,7 @@ class _Motion(ByValue):
 
 
 def generic_freedom(pattern: Pattern) -> int | None:
-    """Degrees of freedom at a generic state; None where undecided, or where the loops stay open when folded."""
+    """Return the degrees of freedom at a generic state; None where undecided or without a folded state."""
     linkage = Linkage(pattern)
     if not closes_when_folded(linkage):
         return None
@@ -99,15 +99,15 @@ def generic_freedom(pattern: Pattern) -> int | None:
 
 
 def closes_when_folded(linkage: Linkage) -> bool:
-    """Whether the loops are closed with every hinge folded."""
+    """Whether the loops close in the folded state."""
     residual, _ = linkage.closure(linkage.folded)
     return float(np.abs(residual).max(initial=0.0)) <= CLOSED_LOOP_RESIDUAL
 
 
 def has_shared_places(linkage: Linkage) -> bool:
-    """Whether two facets have one place when folded: a quick test of what `package` measures.
+    """Whether two facets coincide in the folded state: a quick test for overlaps measured by `package`.
 
-    It misses facets that overlap in part, which those of regular grids cannot.
+    It misses partial overlaps, which regular grids exclude.
     """
     middles = (
         np.array([solid.mean(axis=(0, 1)) for solid in linkage.solids(linkage.folded)]) / linkage.pattern.thickness
@@ -117,14 +117,14 @@ def has_shared_places(linkage: Linkage) -> bool:
 
 
 def has_locked_end(linkage: Linkage) -> bool:
-    """Whether the flat or the folded state is proved locked, by hinges at stops and panels that lie on each other."""
+    """Whether the flat or the folded state is proved locked, by hinges at stops and panels in contact."""
     return lock_at(linkage, linkage.flat).locked or lock_at(linkage, linkage.folded, contact_rows(linkage)).locked
 
 
 def prove_unit(pattern: Pattern) -> UnitProof:
-    """Rank, package and motion of a pattern; PatternError where it has no folded state.
+    """Compute rank, package and motion of a pattern; PatternError where it has no folded state.
 
-    The motion is searched only with one degree of freedom at a generic state, and no two panels in one place folded.
+    The motion is searched for only with one degree of freedom at a generic state and without overlaps when folded.
     """
     linkage = Linkage(pattern)
     if not closes_when_folded(linkage):
@@ -132,14 +132,14 @@ def prove_unit(pattern: Pattern) -> UnitProof:
     generic = generic_rank(linkage)
     folded = folded_package(pattern)
     overlap = 0.0 if folded.overlap_volume < 1e-9 * pattern.thickness * pattern.area else folded.overlap_volume
-    ends = [rank_at(linkage, state).nullity for state in (linkage.folded, linkage.flat)]
-    proof = UnitProof(generic.nullity, ends[0], ends[1], generic.gap, folded.ratio, overlap)
+    end_nullities = [rank_at(linkage, state).nullity for state in (linkage.folded, linkage.flat)]
+    proof = UnitProof(generic.nullity, end_nullities[0], end_nullities[1], generic.gap, folded.ratio, overlap)
     if generic.nullity != 1 or overlap:
         return proof
     motion = _motion(linkage)
     return replace(
         proof,
-        ways=motion.ways,
+        path_count=motion.path_count,
         path=motion.path,
         path_dof=motion.nullities,
         closure_error=motion.residual,
@@ -148,59 +148,66 @@ def prove_unit(pattern: Pattern) -> UnitProof:
 
 
 def _motion(linkage: Linkage) -> _Motion:
-    """The motion out of the folded state; where no branch leads to the flat state, one that springs find."""
+    """Search for a motion from the folded state; where no branch reaches the flat state, one driven by springs."""
     if has_locked_end(linkage):
         return _Motion(0, "locked")
-    paths = [follow_path(linkage, linkage.folded, way, limits=PathLimits(goal="flat")) for way in _ways(linkage)]
+    paths = [
+        follow_path(linkage, linkage.folded, velocity, limits=PathLimits(goal="flat"))
+        for velocity in _velocities(linkage)
+    ]
     for path in paths:
         if path.outcome == "flat":
             return _followed(len(paths), "flat", path)
-    sprung = _searched(linkage, len(paths))
+    by_springs = _searched(linkage, len(paths))
     # the search for branches may have missed one, so springs are tried even where all come to a stop
     stopped = bool(paths) and all(path.outcome == "stopped" for path in paths)
-    return replace(sprung, path="stopped", residual=None, states=None) if stopped and sprung.path != "flat" else sprung
+    return (
+        replace(by_springs, path="stopped", residual=None, states=None)
+        if stopped and by_springs.path != "flat"
+        else by_springs
+    )
 
 
-def _ways(linkage: Linkage) -> list[Reals]:
-    """Velocities of the motions out of the folded state, within the stops."""
+def _velocities(linkage: Linkage) -> list[Reals]:
+    """Return the velocities of motions from the folded state, within the stops."""
     local = local_at(linkage, linkage.folded)
-    if local.nullity == 1:  # there can be no other, in one sense or the other
+    if local.nullity == 1:  # the only motion, in either sense
         only = local.null_space()[:, 0]
         opening = np.where(linkage.folded > 0.0, -only, only)
         senses = ((only, opening), (-only, -opening))
         return [velocity for velocity, opens in senses if opens.min() > -1e-9]
     finite = find_branches(linkage, linkage.folded, stops=True).finite
-    return [way.direction for way in finite if way.within_stops]
+    return [branch.direction for branch in finite if branch.within_stops]
 
 
-def _searched(linkage: Linkage, ways: int) -> _Motion:
-    """A motion that springs make, and followed both ways from its middle where it is one motion and not several."""
+def _searched(linkage: Linkage, path_count: int) -> _Motion:
+    """Search for a motion by springs, and follow it in both directions from its middle where it is a single motion."""
     springs = find_descent(linkage).path
     if springs.outcome != "flat":
-        return _Motion(ways, "none", _between(springs))
+        return _Motion(path_count, "none", _between(springs))
     middle = springs.angles[len(springs.angles) // 2]
-    forth = follow_path(linkage, middle, linkage.flat - middle, limits=PathLimits(goal="flat"))
-    back = follow_path(linkage, middle, linkage.folded - middle, limits=PathLimits(goal="folded"))
-    if (forth.outcome, back.outcome) != ("flat", "folded"):
-        return _followed(ways, "stepwise", springs)
-    return _followed(ways, "flat", back, forth)
+    to_flat = follow_path(linkage, middle, linkage.flat - middle, limits=PathLimits(goal="flat"))
+    to_folded = follow_path(linkage, middle, linkage.folded - middle, limits=PathLimits(goal="folded"))
+    if (to_flat.outcome, to_folded.outcome) != ("flat", "folded"):
+        return _followed(path_count, "stepwise", springs)
+    return _followed(path_count, "flat", to_folded, to_flat)
 
 
 def _denser(linkage: Linkage, states: Reals) -> Reals:
-    """The states of a motion with closed ones between them."""
+    """Insert closed states between the states of a motion."""
     denser = [states[-1]]
-    for one, two in pairwise(states):
-        denser.append(one)
-        denser += [close_linkage(linkage, one + share * (two - one)).angles for share in CONTACT_SAMPLE_SHARES]
+    for first, second in pairwise(states):
+        denser.append(first)
+        denser += [close_linkage(linkage, first + share * (second - first)).angles for share in CONTACT_SAMPLE_SHARES]
     return np.array(denser)
 
 
-def _followed(ways: int, outcome: str, *paths: MotionPath) -> _Motion:
-    """The motion along one path, or back along the first of two and on along the other."""
+def _followed(path_count: int, outcome: str, *paths: MotionPath) -> _Motion:
+    """Return the motion along one path, or along the first of two reversed and then the second."""
     nullities = sorted({nullity for path in paths for nullity in _between(path)})
     residual = max(float(path.residuals.max()) for path in paths)
     states = np.vstack([*(path.angles[::-1] for path in paths[:-1]), paths[-1].angles])
-    return _Motion(ways, outcome, tuple(nullities), residual, states)
+    return _Motion(path_count, outcome, tuple(nullities), residual, states)
 
 
 def _between(path: MotionPath) -> tuple[int, ...]:

@@ -1,8 +1,8 @@
-"""The search for single-DoF units: copies of an element laid together two or four at a time.
+"""The search for single-DoF units: arrangements of two or four copies of an element.
 
-The rule is the thesis's (5.2): consecutive copies overlap in panels and merge hinges, and no mountain lies on a
-valley. We also ask that no crease of a copy lies in a slit of another, since such unions have no folded state or close
-the slit for good; and we allow inverted copies, as in 6.1.
+By the thesis's rule (5.2) consecutive copies share panels and merge hinges, and no mountain lies on a valley. We also
+require that no crease of a copy lies in a slit of another, since such unions have no folded state or close the slit
+permanently; and we allow inverted copies, as in 6.1.
 """
 
 from __future__ import annotations
@@ -43,20 +43,20 @@ UnitSearchProgress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class Unit:
-    """Copies of one element that move together from folded to flat with one degree of freedom, and what shows it.
+    """A union of copies of one element whose generic state has one degree of freedom, with its proof.
 
-    copies : where each lies, the first where the element is. pattern : their union.
-    known : name that `hcsearch assembly` knows it by, or empty.
+    copies : placements, the first at the identity. pattern : their union. known_name : its name in `hcsearch assembly`,
+    or empty.
     """
 
     element: Element
     copies: tuple[CopyPlacement, ...]
     pattern: Pattern
     proof: UnitProof
-    known: str
+    known_name: str
 
     def row(self) -> dict[str, object]:
-        """The columns that the store keeps."""
+        """Return the columns for the store."""
         folding, pattern, proof = self.element.folding, self.pattern, self.proof
         return {
             "grid": folding.circuit.grid.name,
@@ -79,23 +79,23 @@ class Unit:
             "dof_flat": proof.dof_flat,
             "rank_gap": float(proof.rank_gap),
             "deployment_ratio": proof.deployment_ratio,
-            "ways": proof.ways,
+            "ways": proof.path_count,
             "path": proof.path,
             "closure_error": proof.closure_error,
             "contact": None if proof.contact is None else int(proof.contact),
-            "known": self.known,
+            "known": self.known_name,
         }
 
     @property
     def placements(self) -> str:
-        """Where the copies lie, as JSON: turned over, inverted, turn (degrees) and shift (mm), in this order."""
+        """The placements of the copies as JSON: turned over, inverted, turn (degrees) and shift (mm), in this order."""
         unit = CopySheet(self.element.pattern, lattice=True).unit
         rows = [
             {
-                "over": motion.plane.reflects,
+                "over": motion.isometry.reflects,
                 "inverted": motion.inverts,
-                "turn": _tidy(math.degrees(motion.plane.angle) % 360.0, 6) % 360.0,
-                "shift": [_tidy(1e3 * unit * v, 6) for v in (motion.plane.shift.real, motion.plane.shift.imag)],
+                "turn": _tidy(math.degrees(motion.isometry.angle) % 360.0, 6) % 360.0,
+                "shift": [_tidy(1e3 * unit * v, 6) for v in (motion.isometry.shift.real, motion.isometry.shift.imag)],
             }
             for motion in self.copies
         ]
@@ -104,23 +104,23 @@ class Unit:
 
 @dataclass(frozen=True)
 class ElementSearchResult:
-    """What the search over one element came to.
+    """The result of the search over one element.
 
-    placements : ways to lay a copy onto the element. unions : arrangements up to congruence; of these `light` have a
-        Kutzbach count that leaves one degree of freedom possible. Of these `tried` were looked at, `folding` have a
-        folded state with a place for every panel, `single` one degree of freedom at a generic state, and `units` pass
-        all tests of `prove`.
-    skipped : why the element was left out, or empty. complete : whether all arrangements were looked at within the
-        limits. refuted : those of `single` that no smooth motion of one degree of freedom takes from folded to flat.
+    placements : number of placements of a copy on the element. unions : number of arrangements up to congruence.
+    low_kutzbach : unions whose Kutzbach count admits one degree of freedom; of these `tested` were tested, `foldable`
+        have a folded state without coincident panels, `single_dof` one degree of freedom at a generic state, and
+        `units` pass all tests of `prove`.
+    skipped : why the element was not searched, or empty. complete : whether all arrangements were tested within the
+        limits. refuted : unions of `single_dof` without a smooth motion of one degree of freedom from folded to flat.
     """
 
     element: Element
     placements: int = 0
     unions: int = 0
-    light: int = 0
-    tried: int = 0
-    folding: int = 0
-    single: int = 0
+    low_kutzbach: int = 0
+    tested: int = 0
+    foldable: int = 0
+    single_dof: int = 0
     units: tuple[Unit, ...] = ()
     refuted: tuple[Unit, ...] = ()
     skipped: str = ""
@@ -130,7 +130,7 @@ class ElementSearchResult:
 
 @dataclass(frozen=True)
 class UnitSearchLimits:
-    """What bounds the search over one element: numbers of unions, and seconds."""
+    """Limits of the search over one element: number of unions, and seconds."""
 
     unions: int = 20_000
     seconds: float = math.inf
@@ -144,9 +144,9 @@ def find_units(
     strict: bool = True,
     progress: UnitSearchProgress | None = None,
 ) -> ElementSearchResult:
-    """Lay copies of an element together in all ways and test which unions are single-DoF units.
+    """Enumerate the arrangements of copies of an element, and test which unions are single-DoF units.
 
-    copies : 2 for pairs, 4 for rings of four. strict : whether no crease may lie in a slit of another copy.
+    copies : 2 for pairs, 4 for rings of four. strict : whether to exclude creases in slits of another copy.
     """
     return _Search(element, limits or UnitSearchLimits(), strict, progress).run(copies)
 
@@ -159,25 +159,25 @@ def search_elements(
     limits: UnitSearchLimits | None = None,
     progress: UnitSearchProgress | None = None,
 ) -> Iterator[ElementSearchResult]:
-    """Search one element after another; congruent ones once, and none that is locked or is an open chain.
+    """Search elements in turn, skipping congruent and locked ones and open chains.
 
-    max_dof : elements with more degrees of freedom are left out.
+    max_dof : elements with more degrees of freedom are skipped.
     """
-    known: dict[UnionKey, str] = {}
+    first_names: dict[UnionKey, str] = {}
     for element in elements:
-        skipped = _reason(element, max_dof, known)
+        skipped = _reason(element, max_dof, first_names)
         if skipped:
             yield ElementSearchResult(element, skipped=skipped)
         else:
             yield find_units(element, copies=copies, limits=limits, progress=progress)
 
 
-def _reason(element: Element, max_dof: int | None, known: dict[UnionKey, str]) -> str:
-    """Why an element is not searched, or an empty text."""
+def _reason(element: Element, max_dof: int | None, first_names: dict[UnionKey, str]) -> str:
+    """Return why an element is skipped, or an empty text."""
     key = congruence_key(marks_of_copies(CopySheet(element.pattern, lattice=True)))
-    same = known.setdefault(key, element.name)
-    if same != element.name:
-        return f"as {same}"
+    first_name = first_names.setdefault(key, element.name)
+    if first_name != element.name:
+        return f"as {first_name}"
     if not element.linkage.loops:
         return "open chain"
     if element.locked:
@@ -191,7 +191,7 @@ def _reason(element: Element, max_dof: int | None, known: dict[UnionKey, str]) -
 
 @dataclass
 class _Search:
-    """The search over one element while it runs."""
+    """The state of a search over one element."""
 
     element: Element
     limits: UnitSearchLimits
@@ -203,33 +203,33 @@ class _Search:
         sheet = CopySheet(self.element.pattern, lattice=self.element.alpha is None)
         rings = CopyRings(sheet, strict=self.strict)
         unions, complete = self._unions(rings, copies)
-        light = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
-        known = _known_units(self.element.alpha)
+        low_kutzbach = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
+        known_names = _known_units(self.element.alpha)
         units: list[Unit] = []
         refuted: list[Unit] = []
-        tried = folding = 0
-        for number, (key, ring) in enumerate(light):
-            if self._late():
+        tested = foldable = 0
+        for number, (key, ring) in enumerate(low_kutzbach):
+            if self._is_over_time():
                 complete = False
                 break
             if self.progress is not None:
-                self.progress(number + 1, len(light), self.element.name)
-            tried += 1
-            copies_there = tuple(map(rings.plain, ring))
-            pattern = self._folding(sheet, copies_there)
+                self.progress(number + 1, len(low_kutzbach), self.element.name)
+            tested += 1
+            placements = tuple(map(rings.simplest_placement, ring))
+            pattern = self._folding(sheet, placements)
             if pattern is None:
                 continue
-            folding += 1
+            foldable += 1
             if generic_freedom(pattern) == 1:
-                unit = Unit(self.element, copies_there, pattern, prove_unit(pattern), known.get(key, ""))
+                unit = Unit(self.element, placements, pattern, prove_unit(pattern), known_names.get(key, ""))
                 (units if unit.proof.holds else refuted).append(unit)
         return ElementSearchResult(
             self.element,
             len(rings.placements),
             len(unions),
-            len(light),
-            tried,
-            folding,
+            len(low_kutzbach),
+            tested,
+            foldable,
             len(units) + len(refuted),
             tuple(units),
             tuple(refuted),
@@ -237,28 +237,28 @@ class _Search:
             seconds=time.monotonic() - self.began,
         )
 
-    def _late(self) -> bool:
+    def _is_over_time(self) -> bool:
         return time.monotonic() - self.began > self.limits.seconds
 
     def _unions(
         self, rings: CopyRings, copies: tuple[int, ...]
     ) -> tuple[dict[UnionKey, tuple[tuple[CopyPlacement, ...], list[PlacedMark]]], bool]:
-        """One arrangement of each class of congruent unions, and whether the list is complete."""
+        """Return one arrangement of each class of congruent unions, and whether the list is complete."""
         unions: dict[UnionKey, tuple[tuple[CopyPlacement, ...], list[PlacedMark]]] = {}
-        seen = set()
+        visited = set()
         for ring in _arrangements(rings, copies):
             keys = frozenset(map(rings.key, ring))
-            if keys in seen:
+            if keys in visited:
                 continue
-            seen.add(keys)
-            if len(unions) >= self.limits.unions or self._late():
+            visited.add(keys)
+            if len(unions) >= self.limits.unions or self._is_over_time():
                 return unions, False
             marks = rings.marks(ring)
             unions.setdefault(congruence_key(marks), (ring, marks))
         return unions, True
 
     def _folding(self, sheet: CopySheet, ring: tuple[CopyPlacement, ...]) -> Pattern | None:
-        """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
+        """Return the union if it is a valid pattern with a folded state without coincident panels, else None."""
         try:
             pattern = overlay([motion.of(self.element.pattern, sheet.unit) for motion in ring])
             linkage = Linkage(pattern)
@@ -277,7 +277,7 @@ def _arrangements(rings: CopyRings, copies: tuple[int, ...]) -> Iterator[tuple[C
 
 @lru_cache(maxsize=8)
 def _known_units(alpha: float | None) -> dict[UnionKey, str]:
-    """Congruence keys of the units that have a name; regular triangles are those of 60 degrees."""
+    """Return the names of known units by congruence key; alpha : base angle in degrees, None for 60."""
     parameters = Parameters(alpha=math.radians(60.0 if alpha is None else alpha))
     names = {}
     for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii), ("unit-iii", unit_iii)):
@@ -286,7 +286,7 @@ def _known_units(alpha: float | None) -> dict[UnionKey, str]:
 
 
 def _directions(pattern: Pattern) -> int:
-    """Number of directions of the hinges in the flat state: 1 where all are parallel, and the motion planar."""
+    """Count the directions of the hinges in the flat state: 1 where all are parallel and the motion is planar."""
     angles = [math.atan2(h.end[1] - h.start[1], h.end[0] - h.start[0]) % math.pi for h in pattern.hinges]
     return len({round(angle, 6) % round(math.pi, 6) for angle in angles})
 

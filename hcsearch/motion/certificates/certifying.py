@@ -120,7 +120,7 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
 
 def read_certificate(path: str) -> Any:
     """Read the data of a certificate; InputFileError as of `read_text_file`, and for a file that is not JSON."""
-    text = read_text_file(path, "the certificate", most=MAX_CERTIFICATE_BYTES)
+    text = read_text_file(path, "the certificate", max_bytes=MAX_CERTIFICATE_BYTES)
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -30,12 +30,12 @@ _FEW = 100_000
 
 
 class Search(Protocol):
-    """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into shards named by prefixes."""
+    """Interface of `PolygonSearch`, `FoldedSearch` and `ArraySearch`: an enumeration in shards named by prefixes."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
     def __hash__(self) -> int:
-        """Searches for the same thing are equal."""
+        """Equal searches have equal hashes."""
 
     @property
     def grid(self) -> Grid:
@@ -47,36 +47,36 @@ class Search(Protocol):
 
     @property
     def lists(self) -> str:
-        """What is listed, in the words of `--keep`: `all` circuits, or only those that fold, or untwisted ones."""
+        """Which circuits are listed, as a value of `--keep`: `all`, those that fold, or untwisted ones."""
 
     @property
     def target(self) -> str:
-        """Canonical notation of the array searched; '' for all arrays."""
+        """Canonical notation of the searched array; '' for all arrays."""
 
     @property
     def group_order(self) -> int:
-        """Order of the group that circuits are congruent under; group_order / symmetry circuits make a class."""
+        """Order of the group that defines congruence; a class holds group_order / symmetry circuits."""
 
     @property
     def expected(self) -> float | None:
-        """About how many circuits it lists; None where only working on some shards can show it."""
+        """Estimated number of listed circuits; None where only a probe of some shards can give it."""
 
     @property
     def prefixes(self) -> list[str]:
-        """Keys of the shards; together they hold every class of circuits once."""
+        """Keys of the shards, which together contain every class of circuits once."""
 
     def circuits(self, prefix: str, batch_size: int = ...) -> Iterator[CircuitBatch]:
-        """The canonical circuits of one shard, lazily."""
+        """Yield batches of the canonical circuits of one shard, lazily."""
 
     def batches(self, batch_size: int = ...) -> Iterator[CircuitBatch]:
-        """All canonical circuits, lazily."""
+        """Yield batches of all canonical circuits, lazily."""
 
 
 def search_all(grid: Grid, n: int, keep: str = "all") -> Search:
-    """The search over all arrays of n cells for the designs that `--keep` names: all, two-stack or untwisted.
+    """Return the search over all arrays of n cells for a value of `--keep`: all, two-stack or untwisted.
 
-    What folds is joined from half-chains, unless all circuits are so few that listing them takes no time: then they
-    are listed, and counted too.
+    Circuits that fold are joined from half-chains, unless all circuits are few enough to be listed at once, which
+    counts them, too.
     """
     if keep == "all":
         return PolygonSearch(grid, n)
@@ -102,7 +102,7 @@ def enumerate_circuits(
     >>> [circuit.array == wall for circuit in enumerate_circuits(array=wall, limit=2)]
     [True, True]
 
-    The iterator is lazy and holds `batch_size` circuits at a time, whatever n is; `limit` ends it after so many.
+    The iterator is lazy and holds `batch_size` circuits in memory, whatever n is; `limit` is the most it yields.
     `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()` give whole batches as NumPy arrays.
 
     Errors: SizeError for n below 3 or too large, and for an array that is too wide.

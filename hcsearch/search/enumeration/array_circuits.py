@@ -1,8 +1,8 @@
-"""Every circuit of one array, one a class under the array's symmetries, without dead ends.
+"""Enumeration of the circuits of one array, one per class under its symmetries, without dead ends.
 
-The frontier states of a sweep form a layered graph whose paths are the circuits. Its last layers are written out as
-tails, edge sets that complete a state; the first ones are walked, and each walk is joined with the tails of the state
-it reaches. Circuits therefore have numbers, and the search can begin at any of them.
+The frontier states of a sweep form a layered graph whose paths are the circuits. Its last layers are stored as tails,
+the edge sets that complete a state; the first ones are traversed, and each path is joined with the tails of the state
+that it reaches. Circuits are numbered in this order, and the search can start at any number.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class ArraySearch:
 
     @cached_property
     def target(self) -> str:
-        """The notation of the array that is searched, in its canonical position."""
+        """The notation of the searched array, in its canonical position."""
         return self.array.canonical().notation
 
     @cached_property
@@ -67,12 +67,12 @@ class ArraySearch:
 
     @cached_property
     def n_circuits(self) -> int:
-        """The number of circuits, in which congruent ones count separately, up to 2^61."""
+        """The number of circuits, congruent ones counted separately, saturated at 2^61."""
         return 0 if self._dag is None else self._dag.total
 
     @property
     def expected(self) -> float:
-        """An estimate of the number of circuits that are listed, since most have no symmetry."""
+        """Estimated number of listed circuits: most have no symmetry."""
         return self.n_circuits / self.group_order
 
     @cached_property
@@ -87,12 +87,12 @@ class ArraySearch:
         return [str(first) for first in range(0, self.n_circuits, _SHARD_SIZE)]
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits of a shard, lazily, at most `batch_size` at a time."""
+        """Yield the canonical circuits of a shard lazily, in batches of at most `batch_size`."""
         first = int(prefix)
         return self._between(first, min(first + _SHARD_SIZE, self.n_circuits), batch_size)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        """Yield all canonical circuits lazily, in batches of at most `batch_size`."""
         return self._between(0, self.n_circuits, batch_size)
 
     def _between(self, first: int, last: int, batch_size: int) -> Iterator[CircuitBatch]:
@@ -106,7 +106,7 @@ class ArraySearch:
             yield CircuitBatch(self.grid.name, canonical, symmetry)
 
     def masks(self, batch_size: int = 1 << 16) -> Iterator[tuple[NDArray[np.uint64], NDArray[np.int16]]]:
-        """One circuit of each class as bits of edges, from bit 63 of the first word, and its symmetry order."""
+        """Yield one circuit of each class as bits of edges, from bit 63 of the first word, and its symmetry order."""
         if self._dag is not None:
             yield from self._dag.masks(0, self._dag.total, batch_size)
 
@@ -119,10 +119,10 @@ class ArraySearch:
 class _Dag(ByValue):
     """The layered graph of frontier states, and the tails below one of its layers.
 
-    offsets : number of the first state of each layer; child, counts : as in
-        `kernels.circuits.frontier`, all layers joined.
+    offsets : number of the first state of each layer. child, counts : as in `kernels.circuits.frontier`, with all
+        layers concatenated.
     edges : shape (n_edges, 3), cells and direction of each edge, in the sweep's order.
-    permutations : shape (order of the group - 1, n_edges), how the array's symmetries act on the edges.
+    permutations : shape (order of the group - 1, n_edges), actions of the array's symmetries on the edges.
     start, tails, tail_images : the tails of layer `layer`.
     """
 
@@ -141,7 +141,7 @@ class _Dag(ByValue):
         return int(self.counts[0])
 
     def masks(self, first: int, last: int, batch_size: int) -> Iterator[tuple[NDArray[np.uint64], NDArray[np.int16]]]:
-        """Least edge sets of the classes among circuits number first .. last - 1."""
+        """Yield the least edge set and the symmetry of each class among circuits number first .. last - 1."""
         rank = np.array([first, last])
         masks = np.empty((batch_size, self.tails.shape[1]), np.uint64)
         symmetry = np.empty(batch_size, np.int16)
@@ -164,7 +164,7 @@ class _Dag(ByValue):
 
 
 def array_sweep(array: Array) -> Sweep | None:
-    """A sweep over the array's grid graph; None when a cell has fewer than two neighbours or there are under three."""
+    """Plan a sweep over the array's grid graph; None below three cells or for a cell with under two neighbours."""
     edges = [(u, v) for u, v, _ in array.edges()]
     degree = np.bincount(np.array(edges, np.int64).ravel(), minlength=array.n)
     if array.n < 3 or degree.min() < 2:
@@ -173,7 +173,7 @@ def array_sweep(array: Array) -> Sweep | None:
 
 
 def sweep_ranks(grid: Grid, points: tuple[LatticePoint, ...]) -> list[list[int]]:
-    """Ranks of the points along sweeps by rows and by diagonals, in every direction of the tiling."""
+    """Return ranks of points along sweeps by rows and by diagonals, for every isometry of the tiling's point group."""
     ranks = []
     for isometry in grid.tiling.point_group:
         moved = [isometry(p) for p in points]
@@ -206,7 +206,7 @@ def _build_dag(array: Array) -> _Dag | None:
     offsets = np.cumsum([0] + [len(child) for child in layers])
     child = np.concatenate(layers)
     joined = np.concatenate(counts[:-1])
-    # circuits may close at any edge of the last cell, so the tails begin before those
+    # circuits may close at any edge of the last cell, so tails start before those edges
     last_cell = int(np.flatnonzero(sweep.steps[:, frontier.SWEEP_ENTERED])[0])
     sizes = [min(int(c.clip(max=_MAX_TAILS + 1).sum()), _MAX_TAILS + 1) for c in counts[: last_cell + 1]]
     layer = next((k for k, size in enumerate(sizes) if size <= _MAX_TAILS), last_cell)
@@ -223,7 +223,7 @@ def _build_dag(array: Array) -> _Dag | None:
 
 
 def _children(sweep: Sweep) -> list[NDArray[np.int32]] | None:
-    """The children of every layer's states; None when no state survives. SizeError beyond MAX_STATES."""
+    """Return the children of every layer's states; None when no state survives. SizeError beyond MAX_STATES."""
     layers = []
     total = 0
     for child, _ in frontier_layers(sweep):
@@ -238,9 +238,9 @@ def _children(sweep: Sweep) -> list[NDArray[np.int32]] | None:
 
 
 def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArray[np.int32], int]]:
-    """Decide edge after edge; yield each layer's children and the number of states after it, until none is left.
+    """Decide edges in order; yield each layer's children and the number of states after it, until no state is left.
 
-    odd : whether a cycle must use an odd number of marked edges; otherwise an even one.
+    odd : whether cycles have an odd number of marked edges, else an even one.
     Raises SizeError beyond MAX_LAYER states.
     """
     lo, hi = np.zeros(1, np.uint64), np.zeros(1, np.uint64)
@@ -263,7 +263,7 @@ def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArra
 
 
 def _edge_permutations(array: Array, sweep: Sweep) -> NDArray[np.int32]:
-    """How each symmetry of the array but the identity permutes the edges, in the sweep's order."""
+    """Return the permutation of the edges, in the sweep's order, by each symmetry of the array but the identity."""
     listed = array.edges()
     points = array.points
     place = {array.grid.edge(points[listed[e][0]], points[listed[e][1]]): k for k, e in enumerate(sweep.order)}

@@ -1,4 +1,4 @@
-"""Every circuit of n panels that folds, one a congruence class, joined from half-chains; what does not is never met."""
+"""Enumeration of the circuits of n panels that fold, one per congruence class, joined from half-chains."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _MAX_CHAINS = 2e10
 class FoldedSearch:
     """All circuits of n panels that fold into two stacks, or only the untwisted ones, split into shards.
 
-    A circuit's folding cuts it at its two flat creases into two half-chains, each of which carries one flat crease to
-    the other by itself. So half-chains are listed by key (last place, exit), joined with those of the key that meets
-    it, and kept where their cells are disjoint; for untwisted ones only opposite sums of turns are joined. Of the keys
-    that are images of each other one is enough. A shard is a range of keys, or part of one. Memory holds the
-    half-chains of one key at a time.
+    The two flat creases of a folding cut the circuit into two half-chains, each of which leads from one flat crease to
+    the other. Half-chains are listed by key (last place, exit) and joined with those of the matching key; a pair is
+    kept where its cells are disjoint. For untwisted circuits only opposite sums of turns are joined. Of keys that are
+    images of each other, one suffices. A shard is a range of keys, or part of one key. Memory holds the half-chains of
+    one key at a time.
 
-    Empty for odd n. Raises SizeError below 3 panels and where a listing of all would have no end.
+    Empty for odd n. Raises SizeError below 3 panels and where the half-chains are too many to list.
     """
 
     grid: Grid
@@ -50,31 +50,31 @@ class FoldedSearch:
     def __post_init__(self) -> None:
         check_length(self.n)
         longest = int(math.log(_MAX_CHAINS) / math.log(connective_constant(self.grid)))
-        most = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
-        if self.n % 2 == 0 and self.n > most:
+        max_panels = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
+        if self.n % 2 == 0 and self.n > max_panels:
             raise SizeError(
                 f"--n {self.n} has too many half-chains on this grid: use --n {self._longest_listed} or "
-                f"less to list designs, or count them with `hcsearch count --keep {self.lists}` up to --n {most}"
+                f"less to list designs, or count them with `hcsearch count --keep {self.lists}` up to --n {max_panels}"
             )
 
     @property
     def target(self) -> str:
-        """Name of the array that the search is bound to: none."""
+        """Notation of the searched array: empty, as the search covers all arrays."""
         return ""
 
     @property
     def lists(self) -> str:
-        """What is listed, in the words of `--keep`."""
+        """Which circuits are listed, as a value of `--keep`."""
         return "untwisted" if self.untwisted else "two-stack"
 
     @property
     def group_order(self) -> int:
-        """Order of the grid's point group: circuits that differ by more than a translation are different."""
+        """Order of the grid's point group: fixed circuits that differ by more than a translation are distinct."""
         return len(self.grid.point_group)
 
     @property
     def expected(self) -> None:
-        """Unknown: the share of pairs that become circuits differs from grid to grid."""
+        """None: the share of pairs that become circuits depends on the grid."""
         return
 
     @cached_property
@@ -89,7 +89,7 @@ class FoldedSearch:
 
     @property
     def _longest_listed(self) -> int:
-        """The greatest n of which all is listed: pairs are counted for small n, and grow as circuits do from there."""
+        """The greatest n that can be listed, extrapolated from the pairs of small n by the growth of circuits."""
         n, pairs = 4, 0.0
         while pairs < 1e-3 * _MAX_LISTED:
             n += 2
@@ -98,7 +98,7 @@ class FoldedSearch:
 
     @property
     def counting_shards(self) -> list[str]:
-        """Names of larger shards, for `count`, the largest first: small ones last leave no worker idle for long."""
+        """Names of larger shards for `count`, the largest first, so that workers finish at nearly the same time."""
         size = max(_COUNTED_PAIRS, int(self.n_pairs / _MAX_COUNTED))
         return sorted(self.shards(size), key=lambda shard: -self.pairs[list(_range(shard))].sum())
 
@@ -120,15 +120,15 @@ class FoldedSearch:
         return [*names, f"{first}-{len(self.pairs) - 1}"] if joined else names
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits of one shard, lazily, at most `batch_size` at a time."""
+        """Yield the canonical circuits of one shard lazily, in batches of at most `batch_size`."""
         return self._listed(self._join(prefix), batch_size)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        """Yield all canonical circuits lazily, in batches of at most `batch_size`."""
         return self._listed(_Join(self, range(len(self.keys))), batch_size)
 
     def count(self, shard: str) -> tuple[int, int]:
-        """Number of classes and of fixed circuits of a shard, without listing them."""
+        """Count the classes and the fixed circuits of a shard, without listing them."""
         if len(self.grid.first_directions) > 1:  # circuits that differ by a quarter turn are compared by words
             classes = fixed = 0
             for batch in self.circuits(shard):
@@ -139,13 +139,13 @@ class FoldedSearch:
 
     @property
     def pairs(self) -> NDArray[np.int64]:
-        """Number of pairs of half-chains for each key: what the search will take is in proportion."""
+        """Number of pairs of half-chains for each key, to which the cost of the search is proportional."""
         pairs: NDArray[np.int64] = self.keys[:, 2] * self.keys[:, 3]
         return pairs
 
     @property
     def n_pairs(self) -> float:
-        """Number of pairs of half-chains, all keys together."""
+        """Number of pairs of half-chains of all keys."""
         return float(self.pairs.sum(dtype=float))
 
     def _join(self, shard: str) -> _Join:
@@ -166,7 +166,7 @@ class FoldedSearch:
 
     @cached_property
     def plane(self) -> chains.Plane:
-        """The lattice around home, as kernels walk it."""
+        """The lattice around home, as kernels traverse it."""
         places, h = self._places, self.n // 2 - 1
         return chains.Plane(
             moves=places.moves,
@@ -180,19 +180,19 @@ class FoldedSearch:
         )
 
     def half_chains(self, key: int) -> HalfChainLists:
-        """The half-chains of a key and of the one that it meets; those of the last key asked for are kept."""
-        if self._kept.get("key") != key:
-            self._kept.update(key=key, lists=chains.list_chains(self.plane, self.keys[key]))
-        lists: HalfChainLists = self._kept["lists"]
+        """Return the half-chains of a key and of the matching key; the last result is cached."""
+        if self._cache.get("key") != key:
+            self._cache.update(key=key, lists=chains.list_chains(self.plane, self.keys[key]))
+        lists: HalfChainLists = self._cache["lists"]
         return lists
 
     @cached_property
-    def _kept(self) -> dict[str, Any]:
+    def _cache(self) -> dict[str, Any]:
         return {}
 
     @cached_property
     def keys(self) -> NDArray[np.int64]:
-        """Keys that are the least of their images, shape (n_keys, 5), as `joining.join_chains` takes them."""
+        """Keys that are the least of their images, shape (n_keys, 5), as input of `joining.join_chains`."""
         if self.n % 2:
             return np.empty((0, 5), np.int64)
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
@@ -207,7 +207,7 @@ class FoldedSearch:
         return np.array(keys, np.int64).reshape(-1, 5)
 
     def _images(self, end: int, face: int) -> list[tuple[int, int]]:
-        """The key of each of a folding's eight roots (`kernels.circuits.chains`), given that of the first."""
+        """Return the keys of a folding's eight roots (`kernels.circuits.chains`), given that of the first."""
         places, m = self._places, self.grid.directions
         turns = {g.offset: g for g in places.grid.point_group if g.sign == 1}
         mirror = next(g for g in places.grid.point_group if (g.sign, g.offset) == (-1, 0))
@@ -221,13 +221,13 @@ class FoldedSearch:
 
 
 def _range(shard: str) -> range:
-    """The keys that a shard takes from."""
+    """Return the range of keys of a shard."""
     first, _, last = shard.partition(":")[0].partition("-")
     return range(int(first), int(last or first) + 1)
 
 
 class _Join:
-    """A resumable join of half-chains over some keys."""
+    """A resumable join of the half-chains of several keys."""
 
     def __init__(self, search: FoldedSearch, keys: range, part: int = 0, parts: int = 1) -> None:
         self.search, self.keys, self.part, self.parts = search, iter(keys), part, parts
@@ -235,7 +235,7 @@ class _Join:
         self.key = next(self.keys, None)
 
     def more(self, size: int) -> NDArray[np.int8]:
-        """The next words, at most `size`; fewer only at the end."""
+        """Return the next words, at most `size`; fewer only at the end."""
         words = np.empty((size, self.search.n), np.int8)
         written = 0
         while self.key is not None and written < size:
@@ -243,7 +243,7 @@ class _Join:
         return words[:written].copy()
 
     def count(self) -> tuple[int, int]:
-        """Number of classes and of fixed circuits of all keys."""
+        """Count the classes and the fixed circuits of all keys."""
         totals = np.zeros(2, np.int64)
         while self.key is not None:
             self._run(self.key, np.empty((0, self.search.n), np.int8), totals)

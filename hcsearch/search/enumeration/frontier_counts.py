@@ -1,10 +1,9 @@
-"""Exact numbers of circuits of an array without listing them, and the published growth of all circuits.
+"""Exact counts of the circuits of an array without listing them, and the asymptotic growth of all circuits.
 
-The number of classes is the mean, over the array's symmetries, of the number of circuits each one fixes (Burnside).
-Those are counted on a smaller graph (docs/explanation/theory.md): for a reflection the half array with one more vertex
-for the mirror, for a rotation the quotient by it, where a circuit must cross a cut from the centre outwards an odd
-number of
-times.
+The number of classes is the mean, over the array's symmetries, of the number of circuits that each one fixes
+(Burnside). These are counted on a smaller graph (docs/explanation/theory.md): for a reflection, the half array with an
+additional vertex for the other half; for a rotation, the quotient graph, where a circuit must cross a cut from the
+centre outwards an odd number of times.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class ArrayCount:
 def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCount:
     """Count the circuits of an array without listing them, in exact integers of any size.
 
-    progress : called after each edge with the number of edges that are done, of all edges, and of states.
+    progress : called after each edge with the numbers of edges done and in all, and the number of states as a text.
 
     Errors: SizeError when the frontier that sweeps over the array is wider than 24 cells.
 
@@ -62,8 +61,8 @@ def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCou
             continue
         order = array.grid.directions // math.gcd(isometry.offset, array.grid.directions)
         if order not in fixed:
-            least = next(g for g in symmetries if g[0].sign > 0 and g[0].offset == array.grid.directions // order)
-            fixed[order] = _count_rotated(array, least[0], _images(array, least), progress)
+            generator = next(g for g in symmetries if g[0].sign > 0 and g[0].offset == array.grid.directions // order)
+            fixed[order] = _count_rotated(array, generator[0], _images(array, generator), progress)
         total += fixed[order]
     classes, rest = divmod(total, len(symmetries))
     assert rest == 0, "the fixed circuits do not add up to whole classes"
@@ -71,69 +70,72 @@ def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCou
 
 
 def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: CountProgress | None = None) -> int:
-    """Number of Hamiltonian cycles of a planned graph; of those with an odd number of marked edges where asked."""
+    """Count the Hamiltonian cycles of a planned graph.
+
+    odd : whether to count those with an odd number of marked edges, else those with an even one.
+    """
     if sweep is None:
         return 0
     counts = np.ones((1, 1), np.int64)
     total = 0
     for done, (child, size) in enumerate(frontier_layers(sweep, odd=odd), 1):
-        after = np.zeros((size, counts.shape[1]), np.int64)
+        next_counts = np.zeros((size, counts.shape[1]), np.int64)
         closed = np.zeros(counts.shape[1], np.int64)
-        frontier.add_counts(child, counts, after, closed)
+        frontier.add_counts(child, counts, next_counts, closed)
         total += sum(int(limb) << 32 * place for place, limb in enumerate(closed))
-        if frontier.carry_limbs(after):
-            after = np.column_stack([after, np.zeros(size, np.int64)])
-            frontier.carry_limbs(after)
-        counts = after
+        if frontier.carry_limbs(next_counts):
+            next_counts = np.column_stack([next_counts, np.zeros(size, np.int64)])
+            frontier.carry_limbs(next_counts)
+        counts = next_counts
         if progress is not None:
             progress(done, len(sweep.order), f"{size:,} states")
     return total
 
 
 def _images(array: Array, symmetry: tuple[LatticeIsometry, LatticePoint]) -> list[int]:
-    """The symmetry as a permutation of the cells."""
+    """Return a symmetry as a permutation of the cells."""
     isometry, (dx, dy) = symmetry
     index = {point: i for i, point in enumerate(array.points)}
     return [index[x + dx, y + dy] for x, y in map(isometry, array.points)]
 
 
 def _count_mirrored(array: Array, image: list[int], progress: CountProgress | None) -> int:
-    """Circuits that a reflection fixes: cycles of one half and the axis, with a vertex in place of the other half."""
+    """Count the circuits fixed by a reflection: cycles of one half and the axis, plus a vertex for the other half."""
     points = array.points
     axis = [i for i in range(array.n) if image[i] == i]
     if len(axis) > 2:
         return 0
     # the vectors from mirror images to their originals are parallel: their direction gives the side
     half = [i for i in range(array.n) if image[i] != i and points[i] > points[image[i]]]
-    kept = half + axis
-    number = {i: k for k, i in enumerate(kept)}
-    apex = len(kept)
+    vertices = half + axis
+    vertex_of = {i: k for k, i in enumerate(vertices)}
+    apex = len(vertices)
     edges: list[tuple[int, int]] = []
     for u, v, _ in array.edges():
         if image[u] == v:
-            inside = u if u in number else v
-            edges.append((number[inside], apex))
-        elif u in number and v in number and not (u in axis and v in axis):
-            edges.append((number[u], number[v]))
+            inside = u if u in vertex_of else v
+            edges.append((vertex_of[inside], apex))
+        elif u in vertex_of and v in vertex_of and not (u in axis and v in axis):
+            edges.append((vertex_of[u], vertex_of[v]))
     forced = frozenset(range(len(edges), len(edges) + len(axis)))
-    edges.extend((number[i], apex) for i in axis)
+    edges.extend((vertex_of[i], apex) for i in axis)
     if not _all_meet_two(edges, apex + 1):
         return 0
     ranks = []
-    for rank in sweep_ranks(array.grid, tuple(points[i] for i in kept)):
-        ranks.append([*(2 * r for r in rank), -1])
-        ranks.append([*(2 * r for r in rank), 2 * len(kept)])
+    for point_ranks in sweep_ranks(array.grid, tuple(points[i] for i in vertices)):
+        ranks.append([*(2 * r for r in point_ranks), -1])
+        ranks.append([*(2 * r for r in point_ranks), 2 * len(vertices)])
     return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced), progress=progress)
 
 
 def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: CountProgress | None) -> int:
-    """Circuits that a rotation by 2 pi / m fixes: cycles of the quotient graph that wind around the centre once.
+    """Count the circuits fixed by a rotation by 2 pi / m: cycles of the quotient graph that wind once round the centre.
 
     A circuit winds 0 or 1 times, so the parity of its crossings of a cut from the centre outwards decides.
     """
     orbits = _orbits(image)
     m = max(map(len, orbits))
-    if min(map(len, orbits)) < m:  # a cell at the centre would have to be a fixed point of the circuit
+    if min(map(len, orbits)) < m:  # a cell at the centre would be a fixed point of the circuit, which is impossible
         return 0
     points = array.points
     firsts: list[int] = []  # of each orbit, the cell in the sector between the cut and its image
@@ -166,20 +168,20 @@ def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], pr
 
 
 def _orbits(image: list[int]) -> list[list[int]]:
-    """Orbits of the cells under a permutation's powers, each in the order of the powers."""
+    """Return the orbits of the cells under a permutation, each in the order of its powers."""
     orbits = []
-    left = set(range(len(image)))
-    while left:
-        orbit = [min(left)]
+    remaining = set(range(len(image)))
+    while remaining:
+        orbit = [min(remaining)]
         while image[orbit[-1]] != orbit[0]:
             orbit.append(image[orbit[-1]])
-        left -= set(orbit)
+        remaining -= set(orbit)
         orbits.append(orbit)
     return orbits
 
 
 def _in_sector(vector: LatticePoint, rotation: LatticeIsometry) -> bool:
-    """Whether a vector from the centre lies between the first lattice axis and its image; the axis belongs to it."""
+    """Whether a vector from the centre lies between the first lattice axis (included) and its image (excluded)."""
     x, y = vector
     rx, ry = rotation((1, 0))
     return ((y > 0 or (y == 0 and x > 0)) and x * ry - y * rx > 0) or (y == 0 and x > 0)
@@ -202,12 +204,12 @@ _GROWTH = {
 
 
 def connective_constant(grid: Grid) -> float:
-    """Factor by which one more step multiplies the number of walks."""
+    """Return the asymptotic growth factor of the number of walks per step."""
     return _GROWTH[grid.name][0]
 
 
 def expected_circuits(grid: Grid, n: int) -> float:
-    """Number of circuits of n panels up to symmetry, to a few per cent from n = 16 on."""
+    """Estimate the number of circuits of n panels up to symmetry, within a few per cent from n = 16 on."""
     growth, amplitude = _GROWTH[grid.name]
     circuits: float = amplitude * growth**n / n**2.5
     return circuits / len(grid.point_group)

@@ -1,4 +1,4 @@
-"""The lattice points around home, as kernels walk them, and congruence classes of circuits that were listed there."""
+"""The lattice points around a start point (home), numbered for kernels, and canonical batches of listed circuits."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from hcsearch.kernels.circuits.words import canonicalise
 class LatticePlane(ByValue):
     """Lattice points within reach of home.
 
-    moves : what a step in each direction adds to the number of a place.
-    distance : steps from home to each place, FAR beyond reach.
+    moves : increment of a place's number by a step in each direction.
+    distance : steps from home to each place, UNREACHED_DISTANCE beyond reach.
     home : the number of home, a triangle that points up where the tiling has two kinds.
     width : places in a row.
     """
@@ -32,7 +32,7 @@ class LatticePlane(ByValue):
 
     @staticmethod
     def around_home(grid: Grid, reach: int) -> LatticePlane:
-        """The places within `reach` steps, with a margin of one step that is beyond reach."""
+        """Return the places within `reach` steps of home, and a margin of one step beyond."""
         radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
         width = 2 * radius + 1
         distance = np.full(width * width, UNREACHED_DISTANCE, np.int16)
@@ -52,24 +52,24 @@ class LatticePlane(ByValue):
         return LatticePlane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
 
     def point(self, place: int) -> LatticePoint:
-        """Where a place lies, seen from home."""
+        """Return the lattice point of a place, relative to home."""
         y, x = divmod(place, self.width)
         return (x - self.width // 2, y - self.width // 2)
 
     def place(self, point: LatticePoint) -> int:
-        """The number of the place at a point seen from home."""
+        """Return the number of the place at a point relative to home."""
         return self.home + point[0] + point[1] * self.width
 
 
 def canonical_batch(grid: Grid, words: NDArray[np.int8]) -> CircuitBatch:
-    """The canonical circuits of some words, one of each class of squares, triangles or hexagons."""
+    """Return the canonical circuits of words, one per class of squares, triangles or hexagons."""
     canonical, symmetry = np.empty_like(words), np.empty(len(words), np.int16)
     canonicalise(words, grid.directions, 1, canonical, symmetry)
     return split_by_axis(grid, CircuitBatch(grid.name, canonical, symmetry))
 
 
 def split_by_axis(grid: Grid, batch: CircuitBatch) -> CircuitBatch:
-    """The classes of a grid without quarter turns: each circuit lying and standing, unless those are congruent."""
+    """Split classes on a grid without quarter turns: each circuit lying and standing, unless these are congruent."""
     if len(grid.first_directions) == 1:
         return batch
     both = np.concatenate([batch.words, (batch.words + 1) % grid.directions]).astype(np.int8)

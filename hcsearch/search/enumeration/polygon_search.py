@@ -1,4 +1,4 @@
-"""Every circuit of n panels on any array, one a congruence class: self-avoiding polygons of n steps."""
+"""Enumeration of the circuits of n panels on any array, one per congruence class: self-avoiding polygons of n steps."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class PolygonSearch:
 
     @property
     def target(self) -> str:
-        """The notation of the array that is searched; empty, as this search is not limited to one."""
+        """Notation of the searched array: empty, as the search covers all arrays."""
         return ""
 
     @property
@@ -58,12 +58,12 @@ class PolygonSearch:
 
     @property
     def expected(self) -> float:
-        """An estimate of the number of circuits, from the published growth of this number."""
+        """Estimated number of circuits, from their published asymptotic growth."""
         return 0.0 if self._empty else expected_circuits(self.grid, self.n)
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """The keys of the shards, in order; together the shards hold every circuit once.
+        """The keys of the shards, in order, which together contain every circuit once.
 
         Raises SizeError when there are more than about 1e11 circuits, too many to list them all.
         """
@@ -74,14 +74,14 @@ class PolygonSearch:
             raise SizeError(_too_large(self.grid, self.n, about))
         words: list[tuple[int, ...]] = [()]
         depth = 0
-        # shards differ in size, the largest hold several times the mean, so aim lower
+        # the largest shards hold several times the mean, so the aim is lower
         while len(words) < min(4 * self.expected / _SHARD_SIZE, _MAX_SHARDS) and depth < self.n - 3:
             words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
             depth += 1
         return ["".join(map(str, word)) for word in words]
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits whose turn word begins with a prefix, lazily, at most `batch_size` at a time."""
+        """Yield the canonical circuits whose turn word begins with a prefix lazily, in batches up to `batch_size`."""
         if self._empty:
             return
         walk = _Walk(self._plane, self.n, tuple(map(int, prefix)))
@@ -92,12 +92,12 @@ class PolygonSearch:
                 yield split_by_axis(self.grid, batch)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        """Yield all canonical circuits lazily, in batches of at most `batch_size`."""
         return self.circuits("", batch_size)
 
     @property
     def _empty(self) -> bool:
-        """Whether colouring the cells black and white shows that no circuit has this length."""
+        """Whether no circuit can have this length because the cells can be coloured in two colours."""
         return self.n % 2 == 1 and self.grid.name != "hex"
 
     @cached_property
@@ -106,7 +106,7 @@ class PolygonSearch:
 
 
 class _Walk:
-    """The resumable state of one depth-first walk below a prefix of turn letters."""
+    """The resumable state of a depth-first search below a prefix of turn letters."""
 
     def __init__(self, plane: LatticePlane, n: int, prefix: tuple[int, ...]) -> None:
         self.plane, self.n, self.prefix = plane, n, prefix
@@ -123,7 +123,7 @@ class _Walk:
         for k, letter in enumerate(prefix, 1):
             self.impossible |= not self._step(k, letter)
         self.state = np.array([len(prefix) + 1, 1, 0])
-        # so many steps left are worth a look for the way home: a closed-off walk would go on for about 3e5 steps
+        # remaining steps from which a test for a way home pays: an enclosed walk would go on for about 3e5 steps
         self._trap = round(math.log(3e5) / math.log(connective_constant(plane.grid)))
 
     @property
@@ -131,7 +131,7 @@ class _Walk:
         return bool(self.state[2])
 
     def _step(self, k: int, letter: int) -> bool:
-        """Take step k with a turn, unless that leaves the prenecklaces, meets itself or cannot get home."""
+        """Take step k with a turn; False if the word is no prenecklace or the walk meets itself or cannot return."""
         before = self.period[k - 1]
         if k > 1 and letter < self.letters[k - before]:
             return False
@@ -145,7 +145,7 @@ class _Walk:
         return True
 
     def extensions(self) -> Iterator[tuple[int, ...]]:
-        """The prefixes one letter longer."""
+        """Yield the feasible prefixes that are one letter longer."""
         k = len(self.prefix) + 1
         for letter in range(len(self.turns)):
             if self._step(k, letter):
@@ -153,7 +153,7 @@ class _Walk:
                 yield (*self.prefix, letter)
 
     def more(self, size: int) -> tuple[NDArray[np.int8], NDArray[np.int16]]:
-        """The next circuits' words and the orders of their symmetry groups (of the full point group)."""
+        """Return the words of the next circuits, and the orders of their symmetry groups (in the full point group)."""
         words, symmetry = np.empty((size, self.n), np.int8), np.empty(size, np.int16)
         plane = self.plane
         written = walk_polygons(
@@ -177,7 +177,7 @@ class _Walk:
 
 
 def check_length(n: int) -> None:
-    """Refuse circuits of n panels, on any array, where n is none or too small; SizeError names the remedy."""
+    """Check a number of panels; SizeError, with the remedy, below 3."""
     expect_kind("n", n, Integral, "a whole number of panels")
     if n < 3:
         raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")

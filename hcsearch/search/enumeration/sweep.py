@@ -1,4 +1,4 @@
-"""Sweeps: the order in which the edges of a graph are decided, and which frontier slot each vertex holds meanwhile."""
+"""Sweeps: the order in which the edges of a graph are decided, and the frontier slot of each vertex."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from hcsearch.kernels.circuits import frontier
 
 @dataclass(frozen=True, eq=False)
 class Sweep(ByValue):
-    """A graph made ready for `kernels.circuits.frontier`.
+    """A graph prepared for `kernels.circuits.frontier`.
 
     order : the edges' numbers in the graph, in the order of decision.
-    steps : shape (n_edges, 9), one row a decision, columns as named in `kernels.circuits.frontier`.
+    steps : shape (n_edges, 9), one row per decision, columns as named in `kernels.circuits.frontier`.
     full : shape (n_edges, 2), the state in which a closing edge completes a Hamiltonian cycle, without the parity bit.
-    width : most slots in use at a time.
+    width : greatest number of slots in use at a time.
     """
 
     order: tuple[int, ...]
@@ -37,9 +37,9 @@ def plan_sweep(
     forced: frozenset[int] = frozenset(),
     marked: frozenset[int] = frozenset(),
 ) -> Sweep:
-    """The best sweep among several vertex orders, each given as the rank of every vertex.
+    """Plan the cheapest sweep among several vertex orders, each given by the ranks of the vertices.
 
-    forced : edges that every cycle must use; marked : edges whose parity is kept. Parallel edges are welcome, loops
+    forced : edges that every cycle must use. marked : edges whose parity is tracked. Parallel edges are allowed, loops
     are not. Raises SizeError when the frontier of the best order needs more slots than a state has.
     """
     candidates = [_edge_order(edges, rank) for rank in ranks]
@@ -49,34 +49,41 @@ def plan_sweep(
     slots, width = _assign_slots(first, last, ordered)
     steps = np.zeros((len(order), 9), np.int64)
     full = np.zeros((len(order), 2), np.uint64)
-    left = [0] * n_vertices
+    remaining_degree = [0] * n_vertices
     for u, v in edges:
-        left[u] += 1
-        left[v] += 1
+        remaining_degree[u] += 1
+        remaining_degree[v] += 1
     all_entered = max(first)
     last_forced = max((k for k, e in enumerate(order) if e in forced), default=-1)
-    used: set[int] = set()
+    occupied: set[int] = set()
     for k, (u, v) in enumerate(ordered):
-        left[u] -= 1
-        left[v] -= 1
-        used |= {slots[u], slots[v]}
+        remaining_degree[u] -= 1
+        remaining_degree[v] -= 1
+        occupied |= {slots[u], slots[v]}
         steps[k] = (
-            *(slots[u], slots[v], 2 - left[u], 2 - left[v], left[u] == 0, left[v] == 0),
+            *(
+                slots[u],
+                slots[v],
+                2 - remaining_degree[u],
+                2 - remaining_degree[v],
+                remaining_degree[u] == 0,
+                remaining_degree[v] == 0,
+            ),
             *(k >= all_entered and k >= last_forced, order[k] in forced, order[k] in marked),
         )
-        for slot in used:
+        for slot in occupied:
             full[k, slot // 12] |= np.uint64(1 << 5 * (slot % 12))
-        used -= {slots[w] for w in (u, v) if left[w] == 0}
+        occupied -= {slots[w] for w in (u, v) if remaining_degree[w] == 0}
     return Sweep(tuple(order), steps, full, width)
 
 
 def _edge_order(edges: Sequence[tuple[int, int]], rank: Sequence[int]) -> list[int]:
-    """Edges by their later vertex, then by their earlier one."""
+    """Sort edges by their later vertex, then by their earlier one."""
     return sorted(range(len(edges)), key=lambda e: sorted((rank[edges[e][0]], rank[edges[e][1]]), reverse=True))
 
 
 def _spans(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
-    """First and last step at which each vertex takes part."""
+    """Return the first and the last step in which each vertex occurs."""
     first, last = [-1] * n_vertices, [-1] * n_vertices
     for k, edge in enumerate(ordered):
         for vertex in edge:
@@ -87,7 +94,7 @@ def _spans(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> tuple[list[in
 
 
 def _cost(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> float:
-    """Rough number of states: each vertex in the frontier multiplies them by about 2.2 (seen on squares)."""
+    """Estimate the number of states: each frontier vertex multiplies it by about 2.2 (measured on squares)."""
     first, last = _spans(n_vertices, ordered)
     change = [0] * (len(ordered) + 1)
     for begin, end in zip(first, last, strict=True):
@@ -101,7 +108,7 @@ def _cost(n_vertices: int, ordered: Sequence[tuple[int, int]]) -> float:
 
 
 def _assign_slots(first: list[int], last: list[int], ordered: Sequence[tuple[int, int]]) -> tuple[list[int], int]:
-    """The lowest free slot for each vertex, from its first step to its last."""
+    """Assign a free slot to each vertex from its first step to its last; return the slots and their number."""
     slots = [-1] * len(first)
     free: list[int] = []
     width = 0

@@ -1,1 +1,1 @@
-"""Patterns of the user's own: FOLD files read, recognised as designs, and taken through every stage."""
+"""Patterns of users: FOLD files are read, recognised as designs, and taken through every stage."""

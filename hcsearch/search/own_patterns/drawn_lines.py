@@ -1,8 +1,8 @@
-"""Lines and points of a drawing: the plane that they lie in, and lines split where they meet.
+"""Lines and points of a drawing: projection onto their plane, and splitting of lines where they meet.
 
-Programs draw lines of any length, each with ends of its own. Points nearer to each other than a tolerance are one
-place, at their mean. A line that is shorter vanishes, and a line is split at each place on it and at each line that it
-crosses.
+Programs draw lines of any length, each with its own end points. Points nearer to each other than a tolerance are merged
+into one place at their mean. Lines shorter than the tolerance vanish; others are split at the places on them and where
+they cross.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.shape.mesh import PlanePoint
 
 MAX_LINE_PAIRS_AT_ONCE = 4_000_000
-"""Pairs of lines that are looked at together, at most."""
+"""Limit of the pairs of lines that are tested together."""
 
 
 _SHARE, _REACH = 0.25, 0.26
-"""The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
+"""The tolerance over the cell size of the lookup grid, and the lookup radius in cells, rounding included."""
 
 
 class CrossingError(ValueError):
-    """Lines that cross more often than is allowed."""
+    """Lines cross more often than allowed."""
 
 
 class SplitLines(NamedTuple):
     """Lines that meet at their ends only.
 
-    points : places, those of the ends first, then crossings. place : of each point that was given, -1 where no line
-    ends there. ways : of each line that was given, the places along it, from its first end to its second; none where it
-    vanishes.
+    points : coordinates of the places, those of ends first, then crossings. place_of_point : place of each given point,
+    -1 where no line ends there. places_along : for each given line, the places along it from its first end to its
+    second; empty where it vanishes.
     """
 
     points: list[PlanePoint]
-    place: list[int]
-    ways: list[list[int]]
+    place_of_point: list[int]
+    places_along: list[list[int]]
 
 
 class PointNumbers:
-    """Numbers of points of the plane, the same for points nearer than a tolerance."""
+    """Numbering of points of the plane that gives points nearer than a tolerance the same number."""
 
     def __init__(self, tolerance: float) -> None:
         self._step = tolerance / _SHARE
@@ -51,7 +51,7 @@ class PointNumbers:
         self._count = 0
 
     def number(self, point: PlanePoint) -> int:
-        """The number of a point: that of the first one that is the same."""
+        """Return the number of a point: that of the first known point within the tolerance, or a new one."""
         x, y = point[0] / self._step, point[1] / self._step
         rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
         for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):
@@ -64,154 +64,156 @@ class PointNumbers:
         return self._count - 1
 
 
-def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float, most: int) -> SplitLines:
-    """Split lines, given by numbers of points, shape (k, 2); CrossingError where they cross more than `most` times."""
-    places, own, place = _merged(points, lines, tolerance)
-    ends = [(place[a], place[b]) for a, b in lines]
+def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float, max_crossings: int) -> SplitLines:
+    """Split lines, given by indices of points (k, 2), where they meet; CrossingError above `max_crossings`."""
+    places, merged_points, place_of_point = _merged(points, lines, tolerance)
+    ends = [(place_of_point[a], place_of_point[b]) for a, b in lines]
     distinct = sorted({(min(pair), max(pair)) for pair in ends if pair[0] != pair[1]})
     number = {pair: k for k, pair in enumerate(distinct)}
     along: list[dict[int, float]] = [{} for _ in distinct]
     if distinct:
-        table, sides = np.array(own), np.array(distinct)
-        for v, k, share in _on_lines(table, sides, tolerance, most):
+        table, sides = np.array(merged_points), np.array(distinct)
+        for v, k, share in _on_lines(table, sides, tolerance, max_crossings):
             along[k][v] = share
-        for j, k, x, shares in _crossings(table, sides, along, most):
+        for j, k, x, shares in _crossings(table, sides, along, max_crossings):
             v = places.number(x)
-            if v == len(own):
-                own.append(x)
+            if v == len(merged_points):
+                merged_points.append(x)
             for line, share in ((j, shares[0]), (k, shares[1])):
                 if v not in distinct[line]:
                     along[line].setdefault(v, share)
-    ways: list[list[int]] = []
+    places_along: list[list[int]] = []
     for a, b in ends:
         if a == b:
-            ways.append([])
+            places_along.append([])
             continue
         low, high = min(a, b), max(a, b)
         within = along[number[low, high]]
-        way = [low, *sorted(within, key=within.__getitem__), high]
-        ways.append(way if a < b else way[::-1])
-    return SplitLines(own, place, ways)
+        path = [low, *sorted(within, key=within.__getitem__), high]
+        places_along.append(path if a < b else path[::-1])
+    return SplitLines(merged_points, place_of_point, places_along)
 
 
 def _merged(
     points: Reals, lines: Sequence[tuple[int, int]], tolerance: float
 ) -> tuple[PointNumbers, list[PlanePoint], list[int]]:
-    """The places of points at which lines end: to look them up, where they are, and the place of each point."""
-    places, place = PointNumbers(tolerance), [-1] * len(points)
+    """Merge the end points of lines; return the lookup of places, their coordinates, and the place of each point."""
+    places, place_of_point = PointNumbers(tolerance), [-1] * len(points)
     members: list[list[int]] = []
     for v in dict.fromkeys(v for line in lines for v in line):
-        place[v] = places.number((float(points[v, 0]), float(points[v, 1])))
-        if place[v] == len(members):
+        place_of_point[v] = places.number((float(points[v, 0]), float(points[v, 1])))
+        if place_of_point[v] == len(members):
             members.append([])
-        members[place[v]].append(v)
-    own = []
+        members[place_of_point[v]].append(v)
+    merged_points = []
     for group in members:
         first = points[group[0]]
         x, y = first + (points[group] - first).mean(axis=0)  # points that are the same keep their digits
-        own.append((float(x), float(y)))
-    return places, own, place
+        merged_points.append((float(x), float(y)))
+    return places, merged_points, place_of_point
 
 
-def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, most: int) -> list[tuple[int, int, float]]:
-    """Places that lie within lines, each with its line and its share of the way along it."""
+def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, max_crossings: int) -> list[tuple[int, int, float]]:
+    """Return the places in the interior of lines: place, line, and share of the line's length."""
     import shapely  # noqa: PLC0415 - only drawings need it
 
-    starts, ways = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
-    found: list[tuple[int, int, float]] = []
+    starts, vectors = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
+    interior: list[tuple[int, int, float]] = []
     tree = shapely.STRtree(shapely.points(points))
-    for part, (low, high) in _boxes(points, lines, tolerance):
+    for first_line, (low, high) in _boxes(points, lines, tolerance):
         k, v = tree.query(shapely.box(*low.T, *high.T))
-        k = k + part
-        arms, own = points[v] - starts[k], ways[k]
-        squares = (own * own).sum(axis=1)
-        shares = (arms * own).sum(axis=1) / squares
-        off = np.abs(own[:, 0] * arms[:, 1] - own[:, 1] * arms[:, 0]) / np.sqrt(squares)
-        on = (off < tolerance) & (shares > 0.0) & (shares < 1.0) & (lines[k] != v[:, None]).all(axis=1)
-        found += zip(v[on].tolist(), k[on].tolist(), shares[on].tolist(), strict=True)
-        if len(found) > most:
+        k = k + first_line
+        arms, line_vectors = points[v] - starts[k], vectors[k]
+        squares = (line_vectors * line_vectors).sum(axis=1)
+        shares = (arms * line_vectors).sum(axis=1) / squares
+        distances = np.abs(line_vectors[:, 0] * arms[:, 1] - line_vectors[:, 1] * arms[:, 0]) / np.sqrt(squares)
+        on = (distances < tolerance) & (shares > 0.0) & (shares < 1.0) & (lines[k] != v[:, None]).all(axis=1)
+        interior += zip(v[on].tolist(), k[on].tolist(), shares[on].tolist(), strict=True)
+        if len(interior) > max_crossings:
             raise CrossingError
-    return found
+    return interior
 
 
 def _crossings(
-    points: Reals, lines: WholeNumbers, along: Sequence[dict[int, float]], most: int
+    points: Reals, lines: WholeNumbers, along: Sequence[dict[int, float]], max_crossings: int
 ) -> list[tuple[int, int, PlanePoint, tuple[float, float]]]:
-    """Where two lines cross that no place on both of them joins: the lines, the point, and its shares of both ways."""
+    """Return crossings of lines without a common place: both lines, the point, and its shares of their lengths."""
     import shapely  # noqa: PLC0415
 
-    starts, ways = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
-    found: list[tuple[int, int, PlanePoint, tuple[float, float]]] = []
+    starts, vectors = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
+    crossings: list[tuple[int, int, PlanePoint, tuple[float, float]]] = []
     boxes = _boxes(points, lines, 0.0)
     tree = shapely.STRtree(np.concatenate([shapely.box(*low.T, *high.T) for _, (low, high) in boxes]))
-    for part, (low, high) in boxes:
+    for first_line, (low, high) in boxes:
         j, k = tree.query(shapely.box(*low.T, *high.T))
-        j = j + part
+        j = j + first_line
         j, k = j[j < k], k[j < k]
-        a, b, apart = ways[j], ways[k], starts[k] - starts[j]
+        a, b, apart = vectors[j], vectors[k], starts[k] - starts[j]
         across = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             s = (apart[:, 0] * b[:, 1] - apart[:, 1] * b[:, 0]) / across
             t = (apart[:, 0] * a[:, 1] - apart[:, 1] * a[:, 0]) / across
         meet = (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
-        for one, two, share, other in zip(j[meet].tolist(), k[meet].tolist(), s[meet], t[meet], strict=True):
-            if not _joined(lines[one].tolist(), lines[two].tolist(), along[one], along[two]):
-                x, y = starts[one] + share * ways[one]
-                found.append((one, two, (float(x), float(y)), (float(share), float(other))))
-                if len(found) > most:
+        for first, second, first_share, second_share in zip(
+            j[meet].tolist(), k[meet].tolist(), s[meet], t[meet], strict=True
+        ):
+            if not _joined(lines[first].tolist(), lines[second].tolist(), along[first], along[second]):
+                x, y = starts[first] + first_share * vectors[first]
+                crossings.append((first, second, (float(x), float(y)), (float(first_share), float(second_share))))
+                if len(crossings) > max_crossings:
                     raise CrossingError
-    return found
+    return crossings
 
 
-def _joined(one: list[int], two: list[int], on_one: dict[int, float], on_two: dict[int, float]) -> bool:
-    """Whether two lines have a place in common already, so that they meet there."""
-    return any(v in one or v in on_one for v in two) or any(v in on_two for v in (*one, *on_one))
+def _joined(first: list[int], second: list[int], on_first: dict[int, float], on_second: dict[int, float]) -> bool:
+    """Whether two lines already have a place in common."""
+    return any(v in first or v in on_first for v in second) or any(v in on_second for v in (*first, *on_first))
 
 
-def _boxes(points: Reals, lines: WholeNumbers, wider: float) -> list[tuple[int, tuple[Reals, Reals]]]:
-    """Boxes around lines, in parts: the number of the first, and the lower and upper corners of all."""
+def _boxes(points: Reals, lines: WholeNumbers, margin: float) -> list[tuple[int, tuple[Reals, Reals]]]:
+    """Return bounding boxes of lines in chunks: number of the first line, and lower and upper corners."""
     ends = points[lines]
-    low, high = ends.min(axis=1) - wider, ends.max(axis=1) + wider
+    low, high = ends.min(axis=1) - margin, ends.max(axis=1) + margin
     size = max(1, MAX_LINE_PAIRS_AT_ONCE // max(len(lines), len(points)))
     return [(k, (low[k : k + size], high[k : k + size])) for k in range(0, len(lines), size)]
 
 
 FLAT_COORDINATE_SHARE = 1e-6
-"""A coordinate that changes by less than this share of the greatest extent is the same for all points."""
+"""A coordinate whose extent is below this share of the greatest extent counts as constant."""
 
 _UP = (
     (2, np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])),
     (1, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])),
     (0, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])),
 )
-"""Axes that may be upright on a drawing, z before y as in most programs, and the x and y of one that lies square to it,
-seen from above the axis."""
+"""Candidate normals of a drawing's plane, z before y as in most programs, each with the projection onto x and y as seen
+from the tip of the axis."""
 
 
 def in_plane(points: Reals) -> tuple[Reals, Reals]:
-    """Points, shape (k, 3), in the plane that they lie in: (k, 2), and how far each is off it, (k,).
+    """Project points (k, 3) onto their plane; return coordinates (k, 2) and distances from the plane (k,).
 
-    The plane has the least squares of distances. It is seen from the side that the nearest axis points to, without a
-    turn about its normal; points that lie square to an axis keep their coordinates.
+    The plane is fitted by least squares. It is seen from the side to which the nearest axis points, without a rotation
+    about its normal; points in a plane normal to an axis keep their coordinates.
     """
     extent: Reals = np.ptp(points, axis=0)
-    for axis, across in _UP:
+    for axis, projection in _UP:
         if extent[axis] <= FLAT_COORDINATE_SHARE * extent.max():
-            return points @ across.T, np.zeros(len(points))
+            return points @ projection.T, np.zeros(len(points))
     middle = points.mean(axis=0)
-    _, _, ways = np.linalg.svd(points - middle, full_matrices=False)
-    normal = ways[2]
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+    normal = axes[2]
     nearest = max((abs(normal[axis]) * (1.0 + FLAT_COORDINATE_SHARE * axis), axis) for axis, _ in _UP)[1]
-    axis, across = next(up for up in _UP if up[0] == nearest)
+    axis, projection = next(up for up in _UP if up[0] == nearest)
     normal = normal * math.copysign(1.0, normal[axis])
     upright = np.zeros(3)
     upright[axis] = 1.0
-    # the rotation by the least angle that takes the axis to the normal
-    turned = across - np.outer(across @ normal, upright + normal) / (1.0 + normal[axis])
+    # the minimal rotation that takes the axis to the normal
+    turned = projection - np.outer(projection @ normal, upright + normal) / (1.0 + normal[axis])
     return points @ turned.T, np.abs((points - middle) @ normal)
 
 
 def place_text(point: Sequence[float], side: float) -> str:
-    """A point as messages write it, rounded to a thousandth of a side."""
+    """Format a point for messages, rounded to about a thousandth of a side."""
     decimals = 3 - math.floor(math.log10(side)) if side > 0.0 and math.isfinite(side) else 9
     return "(" + ", ".join(f"{round(float(x), decimals) + 0.0:.12g}" for x in point) + ")"

@@ -1,7 +1,7 @@
-"""FOLD files read back: facets, and what joins each two that share an edge.
+"""Reading of FOLD files: facets, and the joints of facets that share an edge.
 
-Takes what drawing programs write, too: slits as `C` edges or as two boundary edges, faces that are not listed, lines
-that cross or end on each other, points that stand there twice, sheets in any plane, `J` edges within a facet.
+Accepts the variants of drawing programs: slits as `C` edges or as two boundary edges, unlisted faces, lines that cross
+or end on each other, duplicate points, sheets in any plane, `J` edges within a facet.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from hcsearch.system.reading import read_text_file
 
 MAX_FOLD_FILE_BYTES = 32 * 2**20
 POINT_ERROR_SHARE = 1e-3
-"""Share of a side that points may be off, in both directions of the plane and square to it, as drawings are rounded."""
+"""Error of points, in the plane and normal to it, over the length of a side: drawings are rounded."""
 SAME_DRAWN_POINT_SHARE = 3.0 * POINT_ERROR_SHARE
-"""Two points that are off by so much are nearer to each other than this share of a side."""
+"""Greatest distance of two images of one point with such errors, over the length of a side."""
 STRAIGHT_SIDE_SHARE = 5.0 * POINT_ERROR_SHARE
-"""How far a point in the middle of a side may be off it, over the root of a panel's area."""
+"""Greatest distance of a point from the side that it lies on, over the root of a panel's area."""
 JOIN_TOLERANCES = (SAME_DRAWN_POINT_SHARE, 3.0 * SAME_DRAWN_POINT_SHARE, 10.0 * SAME_DRAWN_POINT_SHARE)
-"""Shares of a typical edge within which points are one: a greater one where all lines meet with it alone."""
+"""Tolerances for merging points, over the length of a typical edge, tried in turn until all lines meet."""
 EDGE_LENGTH_RATIO = 1.5
-"""Edges are drawn longer or shorter than panels are where they differ by this factor."""
+"""Factor from which edges count as longer or shorter than the sides of panels."""
 
 FacetSide = tuple[int, int]
 _T = TypeVar("_T")
@@ -50,7 +50,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class FacetJoin:
-    """What joins two facets: M, V, F or U; the face of a hinge where the file says so."""
+    """The joint of two facets: assignment M, V, F or U, and the face of a hinge where the file states it."""
 
     assignment: str
     face: PanelFace | None = None
@@ -58,13 +58,13 @@ class FacetJoin:
 
 @dataclass(frozen=True)
 class PatternDrawing:
-    """A flat pattern as a file has it.
+    """A flat pattern as read from a file.
 
-    facets : corners counterclockwise, seen from above, in units of the file. joins : of pairs of facets, the lower
-        first; other pairs that share an edge have a slit between them.
-    unit : metres to a unit, None where the file has no physical one. thickness : in units, None where it has none.
-    notation : of the design or assembly that it was written from, or empty. loops : as of `Pattern`.
-    remarks : what a user should know of how the file was read, a sentence each.
+    facets : corners counterclockwise, seen from above, in units of the file. joins : joints of pairs of facets, the
+        lower number first; other pairs that share an edge have a slit between them.
+    unit : metres per unit, None where the file has no physical unit. thickness : in units, None where it is not stated.
+    notation : of the design or assembly that was exported, or empty. loops : as in `Pattern`.
+    remarks : sentences for users on the interpretation of the file.
     """
 
     facets: tuple[Facet, ...]
@@ -77,12 +77,12 @@ class PatternDrawing:
 
 
 def read_fold(path: str) -> PatternDrawing:
-    """The drawing in a file; InputFileError as of `read_text`, and for what is no FOLD file of a flat pattern."""
-    return parse_fold(read_text_file(path, most=MAX_FOLD_FILE_BYTES), path)
+    """Read a FOLD file; InputFileError as of `read_text`, and where it holds no flat pattern."""
+    return parse_fold(read_text_file(path, max_bytes=MAX_FOLD_FILE_BYTES), path)
 
 
 def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
-    """The drawing in a FOLD text; path : named in messages."""
+    """Parse a FOLD text; path : name of the file for messages."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -95,11 +95,11 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
 
 
 def pattern_of(drawing: PatternDrawing, thickness: float | None = None) -> Pattern:
-    """The pattern of thick panels that a drawing shows, m.
+    """Return the pattern of thick panels that a drawing shows, m.
 
     thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
-    rigid unless the file says which face carries a hinge. InputFileError where creases are unassigned, or nothing says
-    how thick panels are.
+    rigid unless the file states which face carries a hinge. InputFileError for unassigned creases, and without a
+    thickness.
     """
     unit = 1.0 if drawing.unit is None else drawing.unit
     if thickness is None:
@@ -119,7 +119,7 @@ def pattern_of(drawing: PatternDrawing, thickness: float | None = None) -> Patte
 
 
 class _Reader:
-    """One crease pattern of a file: its points, edges and faces, as they are listed."""
+    """The points, edges and faces of one crease pattern, as listed in a file."""
 
     def __init__(self, values: FrameValues) -> None:
         self.values = values
@@ -128,7 +128,7 @@ class _Reader:
         self.faces = values.faces(len(points))
         if not self.edges and not self.faces:
             raise values.wrong("it has neither edges nor faces")
-        self.named = bool(self.edges)  # else edges are those of faces, of which the file says nothing
+        self.named = bool(self.edges)  # else edges are the sides of faces, without assignments
         sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in _sides(face))
         if not self.edges:
             self.edges = list(sides)
@@ -140,31 +140,34 @@ class _Reader:
         drawn = np.cumsum(lengths)
         if not drawn[-1] > 0.0:
             raise values.wrong("all of its edges are points")
-        # half, and a quarter, of all that is drawn is in shorter edges: specks count little, however many there are
+        # edge lengths below which half and a quarter of the total drawn length lie, so that many specks count little
         self.median, self.short = (float(lengths[np.searchsorted(drawn, share * drawn[-1])]) for share in (0.5, 0.25))
         self.points = self._flat(points)
 
     def _flat(self, points: Reals) -> Reals:
-        """The points in the plane of those at which lines end."""
+        """Project the points at which lines end onto their plane; InputFileError where the sheet is folded."""
         used = np.array(sorted({v for line in self.lines for v in line}))
-        own, off = in_plane(points[used])
-        worst = int(off.argmax())
-        if off[worst] > SAME_DRAWN_POINT_SHARE * self.median:
-            where, far = place_text(points[used[worst]].tolist(), self.median), place_text([off[worst]], self.median)
+        projected, distances = in_plane(points[used])
+        worst = int(distances.argmax())
+        if distances[worst] > SAME_DRAWN_POINT_SHARE * self.median:
+            where, far = (
+                place_text(points[used[worst]].tolist(), self.median),
+                place_text([distances[worst]], self.median),
+            )
             raise self.values.wrong(
                 f"it is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
                 "others; put the flat crease pattern first"
             )
         flat = np.zeros((len(points), 2))
-        flat[used] = own
+        flat[used] = projected
         return flat
 
     def drawing(self) -> PatternDrawing:
-        """The facets and what joins them.
+        """Read the facets and their joints, with the tolerance at which all lines meet.
 
-        Points that are nearer than a share of a typical edge are one. Where lines then end at no other, greater shares
-        are tried, and that of a shorter edge, until all lines meet. Edges may be drawn across several panels or in
-        parts: where the sides of the panels have another length than edges, that length counts.
+        Points nearer than a share of a typical edge are merged. Where lines then have loose ends, greater shares, and a
+        share of a shorter edge, are tried until all lines meet. Edges may be drawn across several panels or in parts:
+        where the sides of panels differ in length from edges, their length is used for the tolerance.
         """
         tolerances = [share * self.median for share in JOIN_TOLERANCES]
         if self.short < self.median / EDGE_LENGTH_RATIO:
@@ -194,9 +197,9 @@ class _Reader:
 
 
 class _Reading:
-    """The panels of a pattern with points nearer than a tolerance made one.
+    """The interpretation of a pattern with points nearer than a tolerance merged.
 
-    loose : how many lines end at no other.
+    loose : number of lines with a loose end.
     """
 
     def __init__(self, whole: _Reader, tolerance: float) -> None:
@@ -205,25 +208,25 @@ class _Reading:
             split = split_lines(whole.points, whole.lines, tolerance, MAX_FOLD_ENTRIES)
         except CrossingError:
             raise self.values.wrong(f"its lines cross more than {MAX_FOLD_ENTRIES} times") from None
-        self.points, self.place = split.points, split.place
-        self.ways = split.ways[: len(whole.edges)]
-        self.between = {(way[0], way[-1]): way for way in split.ways if way}
+        self.points, self.place_of_point = split.points, split.place_of_point
+        self.places_of_edge = split.places_along[: len(whole.edges)]
+        self.places_along = {(places[0], places[-1]): places for places in split.places_along if places}
         self.marks = self._marks()
         self.loose = 0
         self.faces = self._panels()
-        if sum(facet_area([self.points[v] for v in face]) for face in self.faces) < 0.0:  # drawn as seen from below
+        if sum(facet_area([self.points[v] for v in face]) for face in self.faces) < 0.0:  # drawn from below
             self.points = [(-x, y) for x, y in self.points]
         self.facets, self.sides = self._facets()
         self.joins = self._joins()
 
     @property
     def side(self) -> float:
-        """The median side of the panels."""
+        """The median length of the panels' sides."""
         lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
         return lengths[(len(lengths) - 1) // 2]
 
     def drawing(self) -> PatternDrawing:
-        """What was read."""
+        """Return the result, with remarks on loose lines and units."""
         values = self.values
         unit, remark = values.unit()
         remarks = [] if remark is None else [remark]
@@ -240,15 +243,15 @@ class _Reading:
         )
 
     def _at(self, *places: int) -> str:
-        """Places as messages write them."""
+        """Format places for messages."""
         return " to ".join(place_text(self.points[v], self.whole.median) for v in places)
 
     def _facets(self) -> tuple[list[Facet], dict[FacetSide, int]]:
-        """The corners of each face, and the face on the left of each side."""
+        """Return the corners of each face, and the face on the left of each side."""
         facets = []
         sides: dict[FacetSide, int] = {}
         for f, listed in enumerate(self.faces):
-            # some programs list faces in either sense
+            # some programs list faces clockwise
             face = listed if facet_area([self.points[v] for v in listed]) >= 0.0 else listed[::-1]
             self.faces[f] = face
             corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT_SIDE_SHARE))
@@ -265,7 +268,7 @@ class _Reading:
         return facets, sides
 
     def _panels(self) -> list[list[int]]:
-        """The faces, with those made one that `J` edges join; those between the edges where no faces are listed."""
+        """Return the listed faces, or else those bounded by edges; faces joined by `J` edges are merged."""
         marks = self.marks
         if self.whole.faces:
             rings = [self._ring(face) for face in self.whole.faces]
@@ -283,28 +286,28 @@ class _Reading:
         return faces
 
     def _first_loose(self) -> str:
-        """The first edge that ends at no other one, as a sentence."""
+        """Describe the first edge with a loose end."""
         drawn = [pair for pair, mark in self.marks.items() if mark.assignment != "J"]
         closed = set(without_dead_ends(drawn))
-        for k, way in enumerate(self.ways):
-            for pair in pairwise(way):
+        for k, places in enumerate(self.places_of_edge):
+            for pair in pairwise(places):
                 if (min(pair), max(pair)) not in closed:
-                    return f"edge {k} from {self._at(way[0], way[-1])} ends at no other edge"
+                    return f"edge {k} from {self._at(places[0], places[-1])} ends at no other edge"
         return "edges end at no others"  # pragma: no cover
 
     def _ring(self, face: Sequence[int]) -> list[int]:
-        """A listed face with the places that lie on its sides, and without lines that end within it."""
+        """Return a listed face with the places on its sides inserted, and without spurs."""
         ring: list[int] = []
-        for a, b in _sides([self.place[v] for v in face]):
-            ring += self._way(a, b)[:-1] if a != b else []
+        for a, b in _sides([self.place_of_point[v] for v in face]):
+            ring += self._places_between(a, b)[:-1] if a != b else []
         return without_spurs(ring)
 
-    def _way(self, a: int, b: int) -> list[int]:
-        """The places along a line between two."""
-        return self.between[a, b] if (a, b) in self.between else self.between[b, a][::-1]
+    def _places_between(self, a: int, b: int) -> list[int]:
+        """Return the places along a line between two end places."""
+        return self.places_along[a, b] if (a, b) in self.places_along else self.places_along[b, a][::-1]
 
     def _joins(self) -> dict[FacetPair, FacetJoin]:
-        """What joins each two faces that share an edge."""
+        """Return the joints of faces that share an edge; InputFileError where their marks contradict each other."""
         joins: dict[FacetPair, FacetJoin] = {}
         kinds: dict[FacetPair, dict[FacetJoin | None, FacetSide]] = defaultdict(dict)
         for (a, b), f in self.sides.items():
@@ -312,52 +315,52 @@ class _Reading:
             if g > f:
                 mark = self.marks.get((min(a, b), max(a, b)), FacetJoin("U"))
                 kinds[f, g][None if mark.assignment in {"B", "C"} else mark] = (a, b)
-        for pair, own in sorted(kinds.items()):
-            if len(own) > 1:
-                own.pop(FacetJoin("U"), None)
-            if len(own) > 1:
+        for pair, joint_sides in sorted(kinds.items()):
+            if len(joint_sides) > 1:
+                joint_sides.pop(FacetJoin("U"), None)
+            if len(joint_sides) > 1:
                 where = " and ".join(
                     f"{'slit' if join is None else join.assignment} from {self._at(*side)}"
-                    for join, side in own.items()
+                    for join, side in joint_sides.items()
                 )
                 raise self.values.wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments: {where}")
-            join = next(iter(own))
+            join = next(iter(joint_sides))
             if join is not None:
                 joins[pair] = join
         return joins
 
     def _ordered(self) -> dict[FacetPair, FacetJoin]:
-        """Joins in the order of the file's edges, which numbers hinges."""
-        at: dict[FacetPair, int] = {}
-        for k, way in enumerate(self.ways):
-            for a, b in pairwise(way):
-                beside = sorted({self.sides.get((a, b), -1), self.sides.get((b, a), -1)})
-                if len(beside) == 2 and beside[0] >= 0:
-                    at.setdefault((beside[0], beside[1]), k)
-        return dict(sorted(self.joins.items(), key=lambda item: at.get(item[0], len(self.ways))))
+        """Sort joints in the order of the file's edges, by which hinges are numbered."""
+        first_edge: dict[FacetPair, int] = {}
+        for k, places in enumerate(self.places_of_edge):
+            for a, b in pairwise(places):
+                faces = sorted({self.sides.get((a, b), -1), self.sides.get((b, a), -1)})
+                if len(faces) == 2 and faces[0] >= 0:
+                    first_edge.setdefault((faces[0], faces[1]), k)
+        return dict(sorted(self.joins.items(), key=lambda item: first_edge.get(item[0], len(self.places_of_edge))))
 
     def _marks(self) -> dict[tuple[int, int], FacetJoin]:
-        """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
+        """Return the mark of each edge, by its two places; InputFileError where coincident edges differ."""
         letters, angles, hinges = (
             self.values.of_edges(key) if self.whole.named else None
             for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
         )
         marks: dict[tuple[int, int], FacetJoin] = {}
-        of: dict[tuple[int, int], list[int]] = defaultdict(list)
-        for k, way in enumerate(self.ways):
-            for a, b in pairwise(way):
-                of[min(a, b), max(a, b)].append(k)
-        own = [self._mark(k, letters, angles, hinges) for k in range(len(self.ways))]
-        for pair, edges in of.items():
-            if letters is None and len(edges) > 1 and all(own[k].assignment == "U" for k in edges):
-                marks[pair] = FacetJoin("B")  # an edge that stands there twice is a slit
+        edges_between: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for k, places in enumerate(self.places_of_edge):
+            for a, b in pairwise(places):
+                edges_between[min(a, b), max(a, b)].append(k)
+        edge_marks = [self._mark(k, letters, angles, hinges) for k in range(len(self.places_of_edge))]
+        for pair, edges in edges_between.items():
+            if letters is None and len(edges) > 1 and all(edge_marks[k].assignment == "U" for k in edges):
+                marks[pair] = FacetJoin("B")  # a duplicate edge without an assignment is a slit
                 continue
             for k in edges:
-                mark, other = own[k], marks.get(pair)
+                mark, other = edge_marks[k], marks.get(pair)
                 if other is None or other == FacetJoin("U"):
                     marks[pair] = mark
                 elif mark not in (other, FacetJoin("U")) and {mark.assignment, other.assignment} != {"B", "C"}:
-                    first = next(j for j in edges if own[j] == other)
+                    first = next(j for j in edges if edge_marks[j] == other)
                     raise self.values.wrong(
                         f"edge {k} ({mark.assignment}) lies on edge {first}, another one with another assignment "
                         f"({other.assignment}), from {self._at(*pair)}"
@@ -365,7 +368,7 @@ class _Reading:
         return marks
 
     def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> FacetJoin:
-        """What the file says of an edge."""
+        """Return the assignment of an edge, or else that of the sign of its fold angle, and its hinge face."""
         if letters is not None:
             letter = str(letters[k]).upper()
         elif angles is not None and angles[k]:
@@ -383,10 +386,10 @@ class _Reading:
 
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], FacetJoin]) -> bool:
-    """Whether a face has borders alone: a panel would hang on nothing."""
+    """Whether all sides of a face are borders, so that it would be an unattached panel."""
     return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
 
 
 def _sides(ring: Sequence[_T]) -> list[tuple[_T, _T]]:
-    """Each corner with the next."""
+    """Return each corner of a ring with the next."""
     return list(zip(ring, [*ring[1:], *ring[:1]], strict=True))

@@ -1,4 +1,4 @@
-"""Frames of a FOLD file, with what they inherit, and their values, of the types and lengths that the format gives."""
+"""Frames of a FOLD file with inheritance, and typed access to their values."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from hcsearch.designs.grid.arrays import MAX_CELLS
 from hcsearch.shape.pattern import FacetPair
 
 _OWN = ("frame_parent", "frame_inherit")
-"""What a frame says of itself alone."""
+"""Keys that are not inherited."""
 _NO_PANELS = {"graph", "linkage"}
 """Classes of frames whose edges bound no panels."""
 
 
 @dataclass(frozen=True)
 class FoldFileFrame:
-    """A frame with the values that it inherits; name : what messages call it."""
+    """A frame, inherited values included; name : for messages."""
 
     name: str
     values: Mapping[str, Any]
 
 
 def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
-    """The frame that is read; InputFileError where frames are no list, or inherit from what is none.
+    """Return the frame with the crease pattern; InputFileError for invalid frames or inheritance.
 
-    That is the first, among those with points and edges or faces, that says it is a crease pattern; without one, the
-    first that says neither that it is folded nor that it has no panels; then one without panels, then a folded one.
-    Where no frame has points and edges or faces, it is the first with points, or the key frame.
+    Among frames with points and edges or faces, the classes are tried in this order: a crease pattern; one of no class
+    that excludes a flat pattern of panels; a graph or linkage; a folded form. Without such a frame, it is the first one
+    with points, or else the key frame.
     """
     listed = data.get("file_frames") or []
     if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
         raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
-    frames = [_given(frame) for frame in (data, *listed)]
+    frames = [_without_empty(frame) for frame in (data, *listed)]
     pointed = None
     for k in sorted(range(len(frames)), key=lambda k: _rank(frames[k])):
         frame = FoldFileFrame(_name(k, len(frames), path), _with_inherited(frames, k, path))
@@ -51,7 +51,7 @@ def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
 
 
 def _rank(frame: Mapping[str, Any]) -> int:
-    """How late a frame is tried."""
+    """Return the rank of a frame's class: frames of lower rank are preferred."""
     classes = _classes(frame)
     if "creasePattern" in classes:
         return 0
@@ -61,35 +61,35 @@ def _rank(frame: Mapping[str, Any]) -> int:
 
 
 def _name(number: int, count: int, path: str) -> str:
-    """The file and, of several frames, which: 0 is the key frame, others follow as they are listed."""
+    """Name a frame for messages: the file, and the number where there are several; 0 is the key frame."""
     if count == 1:
         return path
     return f"frame {number} of {path}" if number else f"the first frame of {path}"
 
 
 def _with_inherited(frames: list[Mapping[str, Any]], number: int, path: str) -> Mapping[str, Any]:
-    """The values of a frame, and of its parent and those before it what it does not have."""
+    """Return the values of a frame, with those inherited from its ancestors."""
     values: dict[str, Any] = dict(frames[number])
-    seen = [number]
-    while frames[seen[-1]].get("frame_inherit"):
-        parent = frames[seen[-1]].get("frame_parent", 0)
+    lineage = [number]
+    while frames[lineage[-1]].get("frame_inherit"):
+        parent = frames[lineage[-1]].get("frame_parent", 0)
         if type(parent) is not int or not 0 <= parent < len(frames):
             raise InputFileError(
-                f"{path} is no sound FOLD file: frame {seen[-1]} inherits from {parent!r}, which is no frame; "
+                f"{path} is no sound FOLD file: frame {lineage[-1]} inherits from {parent!r}, which is no frame; "
                 "export it anew"
             )
-        if parent in seen:
-            way = " from ".join(f"frame {k}" for k in (*seen[seen.index(parent) :], parent)[:5])
+        if parent in lineage:
+            chain = " from ".join(f"frame {k}" for k in (*lineage[lineage.index(parent) :], parent)[:5])
             raise InputFileError(
-                f"{path} is no sound FOLD file: {way} inherits in a circle; write frame_inherit false in one of them"
+                f"{path} is no sound FOLD file: {chain} inherits in a circle; write frame_inherit false in one of them"
             )
-        seen.append(parent)
+        lineage.append(parent)
         values = {**frames[parent], **values}
     return {key: value for key, value in values.items() if key not in _OWN}
 
 
-def _given(frame: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What a frame says: programs that write every key leave null or an empty list where they have nothing."""
+def _without_empty(frame: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Drop keys with null or an empty list, which some programs write for missing values."""
     return {key: value for key, value in frame.items() if value is not None and value != []}
 
 
@@ -99,10 +99,10 @@ def _classes(frame: Mapping[str, Any]) -> set[str]:
 
 
 MAX_FOLD_ENTRIES = 10 * MAX_CELLS
-"""Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
+"""Limit of the numbers of points, edges and faces: more than the largest array has, points within edges included."""
 
 MAX_COORDINATE = 1e12
-"""Coordinates are below this, so that areas do not overflow."""
+"""Limit of coordinates, so that areas do not overflow."""
 
 _METRES = {
     "in": (0.0254, ("inch", "inches", '"')),
@@ -116,17 +116,17 @@ _METRES = {
 }
 _UNIT_NAMES = {name: metres for unit, (metres, others) in _METRES.items() for name in (unit, *others)}
 _NO_UNITS = ("", "unit", "units")
-"""Units of length by the names that programs give them, and names of none."""
+"""Units of length by the names that programs use, and names that stand for no physical unit."""
 
 
 class FrameValues:
-    """The values of one frame; InputFileError, which names frame and key, for what has not the format's type."""
+    """Typed access to the values of one frame; InputFileError, with frame and key, for invalid values."""
 
     def __init__(self, frame: FoldFileFrame) -> None:
         self._frame, self._name = frame.values, frame.name
 
     def points(self) -> Reals:
-        """`vertices_coords`, shape (k, 3); the third is 0 where a file has two."""
+        """Return `vertices_coords`, shape (k, 3); the third coordinate is 0 where a file has two."""
         rows = self._listed("vertices_coords")
         if not rows:
             raise self.wrong("it has no vertices_coords")
@@ -138,7 +138,7 @@ class FrameValues:
         return np.array([[*map(float, row), 0.0][:3] for row in rows])
 
     def edges(self, n_points: int) -> list[tuple[int, int]]:
-        """`edges_vertices`, which may be missing."""
+        """Return `edges_vertices`; empty where it is missing."""
         edges = [self._vertices(row, n_points) for row in self._listed("edges_vertices")]
         for k, edge in enumerate(edges):
             if len(edge) != 2:
@@ -146,7 +146,7 @@ class FrameValues:
         return [(edge[0], edge[1]) for edge in edges]
 
     def faces(self, n_points: int) -> list[list[int]]:
-        """`faces_vertices`, which may be missing."""
+        """Return `faces_vertices`; empty where it is missing."""
         faces = [self._vertices(row, n_points) for row in self._listed("faces_vertices")]
         for k, face in enumerate(faces):
             if len(face) < 3:
@@ -154,7 +154,7 @@ class FrameValues:
         return faces
 
     def of_edges(self, key: str) -> list[Any] | None:
-        """A value for each edge; None where the frame has none."""
+        """Return a value for each edge; None where the frame lacks the key."""
         if key not in self._frame:
             return None
         values, edges = self._listed(key), self._listed("edges_vertices")
@@ -163,7 +163,7 @@ class FrameValues:
         return values
 
     def length(self, key: str) -> float | None:
-        """A positive length; None where the frame has none."""
+        """Return a positive length; None where the frame lacks the key."""
         value = self._frame.get(key)
         if value is None:
             return None
@@ -172,16 +172,16 @@ class FrameValues:
         return float(value)
 
     def unit(self) -> tuple[float | None, str | None]:
-        """Metres to a unit of `frame_unit`, None where it is no physical one; what to say of one that is unknown."""
+        """Return metres per unit of `frame_unit`, None without a physical unit, and a remark on an unknown unit."""
         return metres_of(self._frame.get("frame_unit"))
 
     def text(self, key: str) -> str:
-        """A text; empty where the frame has none."""
+        """Return a text; empty where the frame lacks the key."""
         value = self._frame.get(key, "")
         return value if isinstance(value, str) else ""
 
     def loops(self, key: str) -> tuple[tuple[FacetPair, ...], ...]:
-        """Lists of pairs of whole numbers."""
+        """Return loops, as lists of pairs of facets."""
         loops = self._listed(key)
         for loop in loops:
             if not (isinstance(loop, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in loop)):
@@ -191,7 +191,7 @@ class FrameValues:
         return tuple(tuple((i, j) for i, j in loop) for loop in loops)
 
     def wrong(self, what: str) -> InputFileError:
-        """The error for a frame whose pattern is wrong."""
+        """Return the error for a frame that is no flat pattern."""
         return InputFileError(f"{self._name} is no flat pattern: {what}; draw panels edge to edge, and export anew")
 
     def _unsound(self, what: str) -> InputFileError:
@@ -221,7 +221,7 @@ def _is_number(value: Any) -> bool:
 
 
 def metres_of(unit: object) -> tuple[float | None, str | None]:
-    """Metres to a unit, None where it is no physical one; and what a user should know of a name that is none."""
+    """Return metres per unit, None without a physical unit, and a remark on an unknown unit."""
     if unit is None:
         return None, None
     name = unit.strip().rstrip(".").lower() if isinstance(unit, str) else None

@@ -1,7 +1,7 @@
-"""Designs in drawings: the grid of equal panels, the circuit through their creases, and the folding.
+"""Recognition of designs in drawings: the grid of equal panels, the circuit through their creases, and the foldings.
 
-How long panels are and how they are turned is taken from all of them, and each is placed by a neighbour that is placed:
-so drawings may be rounded, or stretched a little, however many panels lie in a row.
+Size and orientation are averaged over all panels, and each panel is located relative to a located neighbour. Drawings
+may therefore be rounded or slightly stretched, however many panels lie in a row.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import FacetPair
 
 CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
-"""Share of a side that corners of a panel may be off those of a cell at the same middle."""
+"""Tolerance of corners of a panel from those of a cell with the same centre, over the length of a side."""
 CELL_STEP_TOLERANCE = 0.1
-"""Share of a side that the middles of two neighbours may be off a step of the grid."""
+"""Tolerance of the vector between the centres of neighbours from a step of the grid, over the length of a side."""
 _GRID_OF = {3: "triangle", 4: "square", 6: "hex"}
 _SHAPES = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}
 
 
 @dataclass(frozen=True)
 class DrawingGrid:
-    """A grid laid under a drawing.
+    """A grid fitted to a drawing.
 
-    turn : unit number by which the grid is turned. length, width : of a panel, in units of the drawing. places : the
+    turn : unit complex number that rotates the grid. length, width : of a panel, in units of the drawing. places : the
     lattice point of each panel.
     """
 
@@ -51,7 +51,7 @@ class DrawingGrid:
 
 
 def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
-    """The grid that the facets of a drawing are cells of; PatternError names a panel that is none."""
+    """Fit a grid whose cells are the facets of a drawing; PatternError names a panel that does not fit."""
     corners = _corners_of(drawing)
     try:
         return _fitted(drawing, corners, len(drawing.facets))
@@ -60,7 +60,7 @@ def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
 
 
 def _fitted(drawing: PatternDrawing, corners: int, count: int) -> DrawingGrid:
-    """The grid whose cells are as long, and turned, as the first panels of a drawing are."""
+    """Fit a grid to a drawing, with size and orientation from its first `count` panels."""
     turn, sizes = _laid(drawing.facets[:count], corners)
     grid = GRIDS[_GRID_OF[corners]]
     if corners == 4 and (_differ(sizes) or drawing.notation.startswith("rectangle:")):
@@ -72,13 +72,13 @@ def _fitted(drawing: PatternDrawing, corners: int, count: int) -> DrawingGrid:
 
 
 def panel_named(drawing: PatternDrawing, panel: int) -> str:
-    """A panel by its number and its middle, as drawings seldom show numbers."""
+    """Name a panel by its number and its centre, since drawings seldom show numbers."""
     facet = drawing.facets[panel]
     return f"panel {panel} at {place_text(np.mean(facet, axis=0).tolist(), math.dist(facet[0], facet[1]))}"
 
 
 def _corners_of(drawing: PatternDrawing) -> int:
-    """The number of corners that all panels have."""
+    """Return the number of corners of all panels; PatternError where it differs or belongs to no grid."""
     numbers = Counter(map(len, drawing.facets))
     corners, _ = numbers.most_common(1)[0]
     if corners in _GRID_OF and len(numbers) == 1:
@@ -94,7 +94,7 @@ def _corners_of(drawing: PatternDrawing) -> int:
 
 
 def _laid(facets: Sequence[Facet], corners: int) -> tuple[complex, tuple[Reals, Reals]]:
-    """How the grid is turned, and the lengths of sides: those along its first direction, and the others."""
+    """Return the rotation of the grid, and the lengths of sides along its first direction and of the others."""
     rings = np.array(facets)
     table = rings[..., 0] + 1j * rings[..., 1]
     sides = np.roll(table, -1, axis=1) - table
@@ -105,31 +105,31 @@ def _laid(facets: Sequence[Facet], corners: int) -> tuple[complex, tuple[Reals, 
         first += 2 * (sides[0, first].real < 0.0)
     model = GRIDS[_GRID_OF[corners]].corners((0, 0, 0) if corners == 3 else (0, 0))
     start = 3 if corners == 4 else 0  # the lower side of a rectangle, in the order of its corners
-    own = complex(*model[(start + 1) % corners]) - complex(*model[start])
-    turn = sides[0, first] / abs(sides[0, first]) * abs(own) / own
-    ways = sides / turn
+    side_vector = complex(*model[(start + 1) % corners]) - complex(*model[start])
+    turn = sides[0, first] / abs(sides[0, first]) * abs(side_vector) / side_vector
+    relative = sides / turn
     symmetry = {3: 6, 4: 4, 6: 6}[corners]  # directions of sides, those of triangles pointing down among them
-    off = np.angle((ways / np.abs(ways) * abs(own) / own) ** symmetry) / symmetry
-    turn *= cmath.exp(1j * float(np.median(off)))
-    ways = sides / turn
-    along = np.abs(ways.real) > np.abs(ways.imag) if corners == 4 else np.ones_like(ways, bool)
-    lengths = np.abs(ways)
+    deviations = np.angle((relative / np.abs(relative) * abs(side_vector) / side_vector) ** symmetry) / symmetry
+    turn *= cmath.exp(1j * float(np.median(deviations)))
+    relative = sides / turn
+    along = np.abs(relative.real) > np.abs(relative.imag) if corners == 4 else np.ones_like(relative, bool)
+    lengths = np.abs(relative)
     return complex(turn), (lengths[along], lengths[~along])
 
 
 def _differ(sizes: tuple[Reals, Reals]) -> bool:
-    """Whether lengths and widths differ by more than a drawing may be off, and than those of one kind do."""
-    length, width = (float(np.median(own)) for own in sizes)
-    spread = max(float(np.abs(own - np.median(own)).max()) for own in sizes)
+    """Whether lengths and widths differ by more than the error of drawings and the spread of either."""
+    length, width = (float(np.median(kind)) for kind in sizes)
+    spread = max(float(np.abs(kind - np.median(kind)).max()) for kind in sizes)
     return abs(length - width) > POINT_ERROR_SHARE * length + min(spread, 2.0 * POINT_ERROR_SHARE * length)
 
 
 class _Laying:
-    """A drawing whose panels are placed on a grid, one by the other."""
+    """The assignment of the panels of a drawing to the points of a grid, from neighbour to neighbour."""
 
     def __init__(self, drawing: PatternDrawing, grid: Grid, turn: complex, length: float, width: float) -> None:
         self.drawing, self.grid, self.turn, self.length, self.width = drawing, grid, turn, length, width
-        # seen from the grid, from the first panel on
+        # in the axes of the grid
         self.facets = [[complex(*corner) / turn for corner in facet] for facet in drawing.facets]
         self.middles = [sum(facet) / len(facet) for facet in self.facets]
         self.beside: dict[int, list[int]] = defaultdict(list)
@@ -138,12 +138,12 @@ class _Laying:
             self.beside[j].append(i)
 
     def tiling(self) -> DrawingGrid:
-        """The places of all panels, and the size that fits them best."""
+        """Locate all panels, and fit their size; PatternError where a panel does not fit."""
         places: dict[int, LatticePoint] = {}
         for start in range(len(self.facets)):
             if start in places:
                 continue
-            # panels that no crease leads to are placed by the first one
+            # panels that no crease connects to located ones are located relative to the first panel
             origin = self._cell_like(start) if not places else self._beyond(start, places[0])
             self._check(start, origin)
             places[start] = origin
@@ -163,38 +163,40 @@ class _Laying:
         return complex(self.length * x, self.width * y)
 
     def _cell_like(self, panel: int) -> LatticePoint:
-        """A lattice point near the origin whose cell is turned as a panel is: of triangles up, or else down."""
+        """Return a lattice point at the origin whose cell is oriented like a panel: a triangle points up or down."""
         if not self.grid.is_triangle:
             return (0, 0)
         up, down = self.grid.point((0, 0, 0)), self.grid.point((0, 0, 1))
         return min((up, down), key=lambda place: self._off(panel, place))
 
     def _beyond(self, panel: int, first: LatticePoint) -> LatticePoint:
-        """The lattice point that is nearest to a panel, counted from the first one."""
-        way = self.middles[panel] - self.middles[0]
+        """Return the lattice point nearest to a panel, relative to that of the first one."""
+        offset = self.middles[panel] - self.middles[0]
         basis = np.array([self.grid.position((1, 0)), self.grid.position((0, 1))]).T
-        x, y = np.linalg.solve(basis, [way.real / self.length, way.imag / self.width]).round().astype(int).tolist()
+        x, y = (
+            np.linalg.solve(basis, [offset.real / self.length, offset.imag / self.width]).round().astype(int).tolist()
+        )
         place = (first[0] + x, first[1] + y)
         return place if self.grid.point(self.grid.cell(place)) == place else first
 
-    def _stepped(self, one: int, two: int, place: LatticePoint) -> LatticePoint:
-        """The place of a panel beside another one."""
-        way = self.middles[two] - self.middles[one]
-        steps = [(self._way(to, place), to) for _, to in self.grid.neighbours(place)]
-        off, best = min((abs(step - way), to) for step, to in steps)
+    def _stepped(self, neighbour: int, panel: int, place: LatticePoint) -> LatticePoint:
+        """Return the lattice point of a panel from that of a neighbour; PatternError where no step fits."""
+        offset = self.middles[panel] - self.middles[neighbour]
+        steps = [(self._vector(to, place), to) for _, to in self.grid.neighbours(place)]
+        off, best = min((abs(step - offset), to) for step, to in steps)
         if off > CELL_STEP_TOLERANCE * max(self.length, self.width):
-            raise self._wrong(two)
+            raise self._wrong(panel)
         return best
 
-    def _way(self, to: LatticePoint, place: LatticePoint) -> complex:
+    def _vector(self, to: LatticePoint, place: LatticePoint) -> complex:
         return self._scaled(*self.grid.position((to[0] - place[0], to[1] - place[1])))
 
     def _off(self, panel: int, place: LatticePoint) -> float:
-        """How far a corner of a panel is off those of a cell that is moved to its middle."""
+        """Return the greatest distance of a panel's corners from those of a cell moved to its centre."""
         middle = self._scaled(*self.grid.position(place))
         cell = [self._scaled(*corner) - middle for corner in self.grid.corners(self.grid.cell(place))]
-        own = [corner - self.middles[panel] for corner in self.facets[panel]]
-        return max(min(abs(corner - other) for other in cell) for corner in own)
+        panel_corners = [corner - self.middles[panel] for corner in self.facets[panel]]
+        return max(min(abs(corner - other) for other in cell) for corner in panel_corners)
 
     def _check(self, panel: int, place: LatticePoint) -> None:
         if self._off(panel, place) > CELL_CORNER_TOLERANCE * self.length:
@@ -209,7 +211,7 @@ class _Laying:
         )
 
     def _check_places(self, places: dict[int, LatticePoint]) -> None:
-        """Refuse two panels on one cell, and panels with a common edge on cells without."""
+        """Refuse two panels on one cell, and joined panels on cells that are no neighbours; PatternError."""
         at: dict[LatticePoint, int] = {}
         for panel, place in sorted(places.items()):
             if at.setdefault(place, panel) != panel:
@@ -223,7 +225,7 @@ class _Laying:
                 raise self._wrong(j)
 
     def _fitted(self, places: list[LatticePoint]) -> tuple[float, float]:
-        """The length and the width of panels for which all middles come nearest to where they are drawn."""
+        """Fit length and width of panels to the drawn centres by least squares."""
         if len(places) < 2:
             return self.length, self.width
         cells = np.array([self.grid.position(place) for place in places])
@@ -242,26 +244,26 @@ class _Laying:
 
 @dataclass(frozen=True)
 class RecognisedDesign:
-    """A design in a drawing.
+    """A design recognised in a drawing.
 
-    circuit : in the canonical order. creases : of the foldings that the assignment allows, which are all where nothing
-        is assigned. assigned : whether any crease is mountain, valley or flat. length, width : of a panel, in units.
+    circuit : in the canonical order. creases : of the foldings that fit the assignment; all where nothing is assigned.
+        has_assignments : whether any crease is mountain, valley or flat. length, width : of a panel, in units.
     """
 
     circuit: Circuit
     creases: tuple[int, ...]
-    assigned: bool
+    has_assignments: bool
     length: float
     width: float
 
     @property
     def foldings(self) -> tuple[Folding, ...]:
-        """The foldings that the assignment allows."""
+        """The foldings that fit the assignment."""
         return tuple(Folding(self.circuit, crease) for crease in self.creases)
 
 
 def recognise_design(drawing: PatternDrawing) -> RecognisedDesign:
-    """The design that a drawing shows, in any position, direction and scale; PatternError says where there is none."""
+    """Recognise the design in a drawing of any position, orientation and scale; PatternError says why there is none."""
     check_size(len(drawing.facets), "the drawing")
     tiling = drawing_grid_of(drawing)
     places = tiling.places
@@ -285,59 +287,60 @@ def recognise_design(drawing: PatternDrawing) -> RecognisedDesign:
 
 
 def _circuit(drawing: PatternDrawing, n: int) -> list[int]:
-    """The facets in the order of the one closed walk along creases; flat edges that join others are left out."""
+    """Return the facets in the order of the closed walk along creases, ignoring the flat edges of merged panels."""
     joins = dict(drawing.joins)
-    near = _beside(joins, n)
-    if any(len(own) > 2 for own in near) and any(join.assignment == "F" for join in joins.values()):
+    neighbours = _beside(joins, n)
+    if any(len(near) > 2 for near in neighbours) and any(join.assignment == "F" for join in joins.values()):
         joins = _without_merged(joins, n)
-        near = _beside(joins, n)
-    for facet, own in enumerate(near):
-        if len(own) > 2:
+        neighbours = _beside(joins, n)
+    for facet, near in enumerate(neighbours):
+        if len(near) > 2:
+            listed = ", ".join(map(str, sorted(near)))
             raise PatternError(
-                f"{panel_named(drawing, facet)} has {len(own)} creases, to panels {', '.join(map(str, sorted(own)))}: "
+                f"{panel_named(drawing, facet)} has {len(near)} creases, to panels {listed}: "
                 "a circuit has two at each panel; make the others slits"
             )
-        if len(own) < 2:
+        if len(near) < 2:
             raise PatternError(
-                f"{panel_named(drawing, facet)} has {'one crease' if own else 'no crease'}: a circuit has two at each "
+                f"{panel_named(drawing, facet)} has {'one crease' if near else 'no crease'}: a circuit has two at each "
                 "panel; join it to its neighbours"
             )
     walk = [0]
     while len(walk) < 2 or walk[-1] != 0:
         before = walk[-2] if len(walk) > 1 else -1
-        walk.append(next((other for other in sorted(near[walk[-1]]) if other != before), 0))
+        walk.append(next((other for other in sorted(neighbours[walk[-1]]) if other != before), 0))
     if len(walk) - 1 < n:
-        missed = min(set(range(n)) - set(walk))
+        unvisited = min(set(range(n)) - set(walk))
         raise PatternError(
             f"the creases are more than one closed walk: one runs through {len(walk) - 1} of {n} panels, and not "
-            f"through {panel_named(drawing, missed)}; draw one circuit through all"
+            f"through {panel_named(drawing, unvisited)}; draw one circuit through all"
         )
     return walk[:-1]
 
 
 def _without_merged(joins: dict[FacetPair, FacetJoin], n: int) -> dict[FacetPair, FacetJoin]:
-    """Joins without the flat edges by which mirror pairs of panels are one: those at panels with two folds already."""
+    """Drop the flat edges of merged mirror pairs: those at panels that already have two folds."""
     folds = {pair: join for pair, join in joins.items() if join.assignment != "F"}
-    full = [len(own) == 2 for own in _beside(folds, n)]
+    full = [len(near) == 2 for near in _beside(folds, n)]
     return {pair: join for pair, join in joins.items() if pair in folds or not (full[pair[0]] or full[pair[1]])}
 
 
 def _beside(joins: dict[FacetPair, FacetJoin], n: int) -> list[set[int]]:
-    near: list[set[int]] = [set() for _ in range(n)]
+    neighbours: list[set[int]] = [set() for _ in range(n)]
     for i, j in joins:
-        near[i].add(j)
-        near[j].add(i)
-    return near
+        neighbours[i].add(j)
+        neighbours[j].add(i)
+    return neighbours
 
 
 def _in_order(circuit: Circuit, letters: str) -> str:
-    """Letters of creases in the canonical order of the circuit; mirror images exchange nothing here."""
+    """Return the creases' letters in the canonical order of the circuit; mirror images do not exchange M and V."""
     word, m, n = circuit.canonical().word, circuit.grid.directions, circuit.n
     target = bytes(word)
-    ways = [(circuit.word, letters), ([(d + m // 2) % m for d in reversed(circuit.word)], letters[::-1])]
-    for own, marks in ways:
+    senses = [(circuit.word, letters), ([(d + m // 2) % m for d in reversed(circuit.word)], letters[::-1])]
+    for steps, marks in senses:
         for isometry in circuit.grid.point_group:
-            image = bytes((isometry.sign * d + isometry.offset) % m for d in own)
+            image = bytes((isometry.sign * d + isometry.offset) % m for d in steps)
             at = (image + image).find(target)
             if at >= 0:
                 return (marks + marks)[at : at + n]
@@ -345,10 +348,10 @@ def _in_order(circuit: Circuit, letters: str) -> str:
 
 
 def _fits(folding: Folding, letters: str) -> bool:
-    """Whether a folding has the assignment, or the one of the sheet turned over; U fits all."""
-    own = ["F" if fold == "flat" else "V" if fold == "valley" else "M" for fold in folding.assignment]
-    over = [{"V": "M", "M": "V"}.get(letter, letter) for letter in own]
-    return any(all(b in ("U", a) for a, b in zip(side, letters, strict=True)) for side in (own, over))
+    """Whether a folding has the given assignment, directly or with the sheet turned over; U fits all."""
+    letters_up = ["F" if fold == "flat" else "V" if fold == "valley" else "M" for fold in folding.assignment]
+    letters_down = [{"V": "M", "M": "V"}.get(letter, letter) for letter in letters_up]
+    return any(all(b in ("U", a) for a, b in zip(side, letters, strict=True)) for side in (letters_up, letters_down))
 
 
 def _direction(grid: Grid, here: LatticePoint, there: LatticePoint) -> int:
@@ -360,9 +363,9 @@ def _pair(i: int, j: int) -> FacetPair:
 
 
 def drawn_panel_size(design: RecognisedDesign, drawing: PatternDrawing) -> str | None:
-    """The size of a panel as `--panel` takes it, in mm; None where the drawing has no physical unit.
+    """Return the panel size as a value of `--panel`, in mm; None where the drawing has no physical unit.
 
-    A drawing that says nothing of their thickness has panels as slender as those of the scene `default`.
+    Where the drawing states no thickness, panels have the slenderness of those in the scene `default`.
     """
     if drawing.unit is None:
         return None

@@ -1,4 +1,4 @@
-"""One circuit through all stages: what becomes of each of its foldings in a scene."""
+"""All stages for a single circuit, with a verdict on each of its foldings in a scene."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from hcsearch.search.stages.statuses import folding_statuses
 
 @dataclass(frozen=True)
 class FoldingVerdict:
-    """What is known of one folding.
+    """The verdict on one folding.
 
-    twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided, or the folding is
-    twisted. status : None where it is twisted. reason : in a sentence. scene : the name of the one in which springs
-    bring it flat, for `hcsearch deploy`; None where none do. needed_margin, least_gap : m, of the motion that gives it
-    its status, as of `records.play_of`; None without one.
+    twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided or the folding is
+    twisted. status : None where it is twisted. reason : a sentence. scene : name of a scene in which springs deploy it,
+    for `hcsearch deploy`; None without one. needed_margin, least_gap : m, of the motion on which the status rests, as
+    of `records.play_of`; None without one.
     """
 
     folding: Folding
@@ -42,9 +42,9 @@ class FoldingVerdict:
 
 @dataclass(frozen=True)
 class CheckedCircuit:
-    """A circuit in the canonical order, and what the stages say of it.
+    """A circuit in the canonical order, with the verdicts of the stages.
 
-    scene : in which they were checked. two_stack : number of its foldings. verdicts : of those that were checked.
+    scene : of the verdicts. two_stack : number of its foldings. verdicts : on the foldings that were checked.
     """
 
     circuit: Circuit
@@ -54,7 +54,7 @@ class CheckedCircuit:
 
     @property
     def funnel(self) -> dict[str, int]:
-        """How many foldings are left after each stage."""
+        """Number of foldings that pass each stage."""
         statuses = [verdict.status for verdict in self.verdicts]
         moves = sum(status in ("deploys", "movable") for status in statuses)
         return {
@@ -68,7 +68,7 @@ class CheckedCircuit:
 
     @property
     def deploys(self) -> bool:
-        """Whether springs bring a folding flat, certified clear."""
+        """Whether springs deploy a folding, certified free of collisions."""
         return any(verdict.status == "deploys" for verdict in self.verdicts)
 
 
@@ -80,10 +80,10 @@ def check_circuit(
 ) -> CheckedCircuit:
     """Take a circuit through every stage in a scene.
 
-    circuit : in any position, order and direction. creases : of the foldings to look at, in its canonical order; all
-    unless given. progress : called with the number of untwisted foldings that are done, that of all, and the stage that
-    the next one is in. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would
-    take more memory than `planning.sizes` allows.
+    circuit : in any position, order and direction. creases : of the foldings to check, in its canonical order; all
+    unless given. progress : called with the numbers of untwisted foldings done and in all, and the stage of the next
+    one. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would take more memory
+    than `planning.sizes` allows.
     """
     check_memory(circuit.n)
     circuit = circuit.canonical()
@@ -101,34 +101,34 @@ def check_circuit(
     assert designs.twists is not None
     untwisted = designs.twists == 0
     verdicts = {
-        int(crease): _twisted(Folding(circuit, int(crease)), int(lk))
-        for crease, lk in zip(designs.folded.crease, designs.twists, strict=True)
-        if lk
+        int(crease): _twisted(Folding(circuit, int(crease)), int(linking_number))
+        for crease, linking_number in zip(designs.folded.crease, designs.twists, strict=True)
+        if linking_number
     }
-    plain = np.flatnonzero(untwisted)
-    known = [Folding(circuit, int(designs.folded.crease[place])) for place in plain]
-    standing = np.array(representatives(known, [0] * len(known), panel_of(scene, circuit.grid.name)), int)
+    untwisted_rows = np.flatnonzero(untwisted)
+    known = [Folding(circuit, int(designs.folded.crease[place])) for place in untwisted_rows]
+    representative_of = np.array(representatives(known, [0] * len(known), panel_of(scene, circuit.grid.name)), int)
     done = 0
-    for first in np.unique(standing):  # congruent foldings are judged together
-        alike = plain[standing == first]
-        some = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), alike))
+    for first in np.unique(representative_of):  # congruent foldings are judged together
+        congruent = untwisted_rows[representative_of == first]
+        class_designs = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), congruent))
         for stage in (STAGES[name] for name in ("mobility", "motion", "deployment")):
-            progress(done, len(plain), stage.name)
-            some, _ = run_stages(some, [stage], scene)
-        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, some, scene)}
-        done += len(alike)
+            progress(done, len(untwisted_rows), stage.name)
+            class_designs, _ = run_stages(class_designs, [stage], scene)
+        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, class_designs, scene)}
+        done += len(congruent)
     return CheckedCircuit(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
 
 
-def _twisted(folding: Folding, lk: int) -> FoldingVerdict:
-    """The verdict on a folding that no stage after the twist looks at."""
+def _twisted(folding: Folding, linking_number: int) -> FoldingVerdict:
+    """Return the verdict on a twisted folding, which later stages skip."""
     n = folding.circuit.n
-    reason = f"twisted, with linking number {lk}: no motion leads from packed to flat"
-    return FoldingVerdict(folding, lk, dof=None, kutzbach=6 * (n - 1) - 5 * n, status=None, reason=reason)
+    reason = f"twisted, with linking number {linking_number}: no motion leads from packed to flat"
+    return FoldingVerdict(folding, linking_number, dof=None, kutzbach=6 * (n - 1) - 5 * n, status=None, reason=reason)
 
 
 def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[FoldingVerdict]:
-    """The verdicts on untwisted foldings that have been through all stages."""
+    """Return the verdicts on untwisted foldings after all stages."""
     mobility, motion, deployment = designs.mobility, designs.motion, designs.deployment
     assert mobility is not None
     assert motion is not None

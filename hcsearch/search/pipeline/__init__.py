@@ -1,4 +1,4 @@
-"""The pipeline: runs a stage where its result is missing or older, one transaction a batch."""
+"""The pipeline: runs stages whose results are missing or outdated, one transaction per batch."""
 
 from hcsearch.search.pipeline.estimate import (
     DesignCount,

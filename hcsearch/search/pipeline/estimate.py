@@ -1,4 +1,4 @@
-"""What a run will take, before it begins; counts of designs without listing them where that is possible."""
+"""Estimates of a run's time and space, and counts of designs, without listing them where possible."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 @dataclass(frozen=True)
 class RunEstimate:
-    """About how many circuits are listed and designs kept, core seconds to find them, bytes and seconds to store."""
+    """Estimated numbers of listed circuits and kept designs, core seconds of search, bytes and seconds of storage."""
 
     circuits: float
     designs: float
@@ -33,7 +33,7 @@ class RunEstimate:
     store_seconds: float
 
     def sentence(self, crew: WorkerPool) -> str:
-        """One line for people; one process writes while the others work."""
+        """Return the estimate as a sentence; one process writes while the others compute."""
         if crew.scheduler is not None:
             cores, store = duration_text(self.core_seconds), duration_text(self.store_seconds)
             time = f"{cores} of core time on the cluster, {store} to store"
@@ -44,29 +44,29 @@ class RunEstimate:
 
 
 def estimate_run(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
-    """What the rest of a plan will take; None where that is a matter of seconds.
+    """Estimate the remaining work of a plan; None where it takes only seconds.
 
-    finished : shards that are done already. A few of the others, spread over the search, are worked on as a probe; the
-    first one is not timed, since it compiles.
+    finished : shards that are done already. A sample of the others, spread over the search, is processed as a probe,
+    after one shard that is not timed, since it compiles kernels.
     """
     search = plan.search
     shards = [shard for shard in search.prefixes if shard not in finished]
-    if plan.small or not shards:
+    if plan.is_small or not shards:
         return None
     expected = None if search.expected is None else search.expected * len(shards) / len(search.prefixes)
-    # motions are not probed: a few shards of them would take as long as many of the others
-    job = ShardJob(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
+    # motions are not probed: they take far longer than listing
+    job = ShardJob(search, plan.listing_stages, plan.keep, with_rows=stored, with_candidates=bool(plan.scene_stages))
     job(shards[-1])
     sample = shards[:: -(-len(shards) // _PROBE)]
-    begun = time.perf_counter()
+    start_time = time.perf_counter()
     outputs = [job(shard) for shard in sample]
-    seconds = time.perf_counter() - begun
+    seconds = time.perf_counter() - start_time
     listed = sum(output.results[0].passed for output in outputs)
-    kept = sum(output.kept for output in outputs)
+    kept_count = sum(output.kept_count for output in outputs)
     share = len(shards) / len(sample) if expected is None or not listed else expected / listed
-    designs = kept * share
+    designs = kept_count * share
     core_seconds, stored_bytes = seconds * share, designs * (60 + 5 * search.n)
-    if plan.scenic:
+    if plan.scene_stages:
         foldings = share * sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
         core_seconds += judging_seconds(foldings, search.n)
         stored_bytes += foldings * _FOLDING_BYTES * search.n
@@ -80,7 +80,7 @@ def estimate_run(plan: Plan, *, stored: bool, finished: Collection[str] = ()) ->
 
 
 def check_disk_room(expected: RunEstimate, location: str) -> None:
-    """SizeError when the disk of a database file has too little room; what the file holds already counts as room."""
+    """Check that a database's disk has room for the estimate, its present contents included; SizeError otherwise."""
     room = room_at(location)
     if room is not None and expected.stored_bytes > room:
         raise SizeError(
@@ -98,7 +98,7 @@ _PROBE_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class DesignCount:
-    """Number of designs up to symmetry, and of circuits that these stand for: fixed ones, or those of the array."""
+    """Number of designs up to symmetry, and of the circuits in their classes: fixed ones, or those of the array."""
 
     classes: int
     circuits: int
@@ -122,7 +122,7 @@ class _Task(TransferableTask):
 def count_designs(
     search: Search, keep: str, crew: WorkerPool, progress: Callable[[int, int, str], None] | None = None
 ) -> DesignCount:
-    """Count the designs that `--keep` names, exactly. Half-chains are joined without writing a circuit down."""
+    """Count the designs selected by `--keep`, exactly; half-chains are joined without listing circuits."""
     if isinstance(search, FoldedSearch):
         shards = search.counting_shards
         if search.n_pairs < _SMALL_PAIRS and crew.scheduler is None:
@@ -132,28 +132,28 @@ def count_designs(
         if search.expected is not None and search.expected < SMALL_CIRCUIT_COUNT and crew.scheduler is None:
             crew = WorkerPool()
     classes = circuits = 0
-    for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), shards), 1):
-        classes += more
-        circuits += fixed
+    for done, (_, (shard_classes, shard_circuits)) in enumerate(crew.map_ordered(_Task(search, keep), shards), 1):
+        classes += shard_classes
+        circuits += shard_circuits
         if progress is not None:
             progress(done, len(shards), f"{classes:,} designs")
     return DesignCount(classes, circuits)
 
 
 def counting_seconds(search: Search) -> float | None:
-    """About how many core seconds `count_designs` takes; None where that is a matter of seconds, or unknown."""
+    """Estimate the core seconds of `count_designs`; None where it takes only seconds, or is unknown."""
     if not isinstance(search, FoldedSearch) or search.n_pairs < _SMALL_PAIRS:
         return None
     pairs = search.pairs.tolist()
     search.count(str(search.pairs.argmin()))  # compiles
-    chance = random.Random(0)
-    tried = elapsed = 0.0
+    generator = random.Random(0)
+    probed_pairs = elapsed = 0.0
     while elapsed < _PROBE_SECONDS:
-        key = chance.choices(range(len(pairs)), weights=pairs)[0]
+        key = generator.choices(range(len(pairs)), weights=pairs)[0]
         parts = max(1, pairs[key] // _PROBE_PAIRS)
         search.half_chains(key)  # listed once for all parts
-        begun = time.perf_counter()
-        search.count(f"{key}:{chance.randrange(parts)}/{parts}")
-        elapsed += time.perf_counter() - begun
-        tried += pairs[key] / parts
-    return elapsed / tried * search.n_pairs
+        start_time = time.perf_counter()
+        search.count(f"{key}:{generator.randrange(parts)}/{parts}")
+        elapsed += time.perf_counter() - start_time
+        probed_pairs += pairs[key] / parts
+    return elapsed / probed_pairs * search.n_pairs

@@ -1,4 +1,4 @@
-"""The stages in a scene, in pieces of seconds, and further search for what is undecided, from where it was left."""
+"""Verdicts in a scene, in pieces of a few seconds, and continued search for undecided foldings."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 FOLDING_CORE_SECONDS = 0.4
-"""Core seconds that a folding of `_PANELS` panels takes, with its second looks; they grow as the square of their number
-(measured: 0.4 s of 12 hexagons, 2.5 s of the 30 squares of 6x5)."""
+"""Core seconds for the verdict on a folding of `_PANELS` panels, retries included; proportional to the square of the
+number of panels (measured: 0.4 s for 12 hexagons, 2.5 s for the 30 squares of 6x5)."""
 PIECE_CORE_SECONDS = 4.0
-"""Core seconds that a piece takes, about."""
+"""Approximate core seconds of a piece."""
 _PANELS = 12
 _MARK = "#"
 _KEY = re.compile(rf"(.*){_MARK}[0-9]{{1,9}}/([0-9]{{1,9}})", re.DOTALL)
@@ -32,7 +32,7 @@ _KEY = re.compile(rf"(.*){_MARK}[0-9]{{1,9}}/([0-9]{{1,9}})", re.DOTALL)
 
 @dataclass(frozen=True)
 class CandidatePiece:
-    """Some candidates of a shard of the search; key : its own name among finished work."""
+    """Some candidates of a shard of the search; key : identifies the piece among finished work."""
 
     key: str
     candidates: StagedDesigns
@@ -40,7 +40,7 @@ class CandidatePiece:
 
 @dataclass(frozen=True)
 class JudgedPiece:
-    """What a piece gives: verdicts for the store, and the results of the stages."""
+    """The result of a piece: verdicts for the store, and results of the stages."""
 
     key: str
     verdicts: VerdictBatch
@@ -50,7 +50,7 @@ class JudgedPiece:
 
 @dataclass(frozen=True)
 class Judge:
-    """Verdicts on pieces in a scene, by the stages that depend on one, with a budget or the usual one."""
+    """Task that judges pieces in a scene by the stages that depend on it; budget : None for the default."""
 
     scene: Scene
     stages: tuple[Stage, ...]
@@ -64,7 +64,7 @@ class Judge:
 
 
 def check_scene_of_run(scene: Scene, grid: str, n: int) -> None:
-    """Refuse a scene that the foldings of n panels of a grid cannot be judged in."""
+    """Refuse a scene in which foldings of n panels of a grid cannot be judged."""
     check_verdicts(scene, grid, n)
     length, width, thickness = panel_of(scene, grid)
     tiling = grid_named(grid)
@@ -74,23 +74,23 @@ def check_scene_of_run(scene: Scene, grid: str, n: int) -> None:
 
 
 def judging_seconds(foldings: float, n: int) -> float:
-    """About how many core seconds the verdicts on foldings of n panels take."""
+    """Estimate the core seconds of verdicts on foldings of n panels."""
     return foldings * FOLDING_CORE_SECONDS * (n / _PANELS) ** 2
 
 
 def candidate_pieces(shard: str, candidates: StagedDesigns) -> Iterator[CandidatePiece]:
-    """Pieces of the candidates of a shard; what they are depends on the candidates alone."""
+    """Divide the candidates of a shard into pieces, which depend on the candidates alone."""
     n, designs = candidates.circuits.words.shape[1], len(candidates.circuits)
-    most = max(1, round(PIECE_CORE_SECONDS / judging_seconds(1.0, n)))
+    max_foldings = max(1, round(PIECE_CORE_SECONDS / judging_seconds(1.0, n)))
     counts = np.bincount(candidates.folded.row, minlength=designs)
     numbers = np.arange(designs)
     ends: list[int] = []
-    waiting = 0
+    pending = 0
     for design, count in enumerate(counts.tolist()):
-        if waiting and waiting + count > most:
+        if pending and pending + count > max_foldings:
             ends.append(design)
-            waiting = 0
-        waiting += count
+            pending = 0
+        pending += count
     bounds = [0, *ends, designs] if designs else []
     for k, (begin, end) in enumerate(pairwise(bounds)):
         yield CandidatePiece(
@@ -101,18 +101,18 @@ def candidate_pieces(shard: str, candidates: StagedDesigns) -> Iterator[Candidat
 
 
 def unfinished_shards(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
-    """Shards of which not all pieces are among finished ones; keys of no piece are those of none."""
-    counted: dict[str, tuple[int, int]] = {}
+    """Return the shards of which some piece is not finished; keys : of finished work, other keys are ignored."""
+    piece_counts: dict[str, tuple[int, int]] = {}
     for key in keys:
         if (piece := _KEY.fullmatch(key)) is not None:
-            shard, done = piece[1], counted.get(piece[1], (0, 0))[0]
-            counted[shard] = (done + 1, int(piece[2]))
-    return [shard for shard in shards if shard not in counted or counted[shard][0] < counted[shard][1]]
+            shard, finished_pieces = piece[1], piece_counts.get(piece[1], (0, 0))[0]
+            piece_counts[shard] = (finished_pieces + 1, int(piece[2]))
+    return [shard for shard in shards if shard not in piece_counts or piece_counts[shard][0] < piece_counts[shard][1]]
 
 
 @dataclass(frozen=True)
 class SettlingTask:
-    """The undecided foldings of one design; key : its own name among finished work."""
+    """The undecided foldings of one design; key : identifies the task among finished work."""
 
     key: str
     foldings: tuple[Undecided, ...]
@@ -120,31 +120,31 @@ class SettlingTask:
 
 @dataclass(frozen=True)
 class Settler:
-    """Verdicts on undecided foldings in a scene, with a budget."""
+    """Task that continues the search for undecided foldings in a scene, with a budget."""
 
     scene: Scene
     stages: tuple[Stage, ...]
     budget: int
 
     def __call__(self, task: SettlingTask) -> JudgedPiece:
-        """Search on for the foldings of one design."""
+        """Continue the search for the foldings of one design."""
         designs, results = run_stages(self._designs(task.foldings), self.stages, self.scene)
         return JudgedPiece(task.key, verdict_rows(designs, self.scene), results, len(designs.folded))
 
     def _designs(self, foldings: tuple[Undecided, ...]) -> StagedDesigns:
-        """The design with these foldings alone, and what was done for them."""
+        """Return the design with these foldings alone, and the efforts already spent on them."""
         circuit = Circuit.from_notation(foldings[0].circuit)
         words, symmetry = np.array([circuit.word], np.int8), np.array([circuit.symmetry], np.int16)
         batch = CircuitBatch(circuit.grid.name, words, symmetry)
-        begun = StagedDesigns(batch, np.array([circuit.n_fixed]))
-        designs, _ = run_stages(begun, stages_until("mobility"), self.scene)
-        efforts = {one.crease: one.efforts for one in foldings}
+        unjudged = StagedDesigns(batch, np.array([circuit.n_fixed]))
+        designs, _ = run_stages(unjudged, stages_until("mobility"), self.scene)
+        efforts = {folding.crease: folding.efforts for folding in foldings}
         designs = designs.take(np.ones(1, bool), np.isin(designs.folded.crease, sorted(efforts)))
         searched = np.array([efforts[crease] for crease in designs.folded.crease.tolist()])
         return replace(designs, budget=self.budget, searched=searched)
 
 
 def settling_tasks(foldings: Iterable[Undecided], budget: int) -> Iterator[SettlingTask]:
-    """The tasks of some foldings, which come design by design."""
-    for number, own in groupby(foldings, key=lambda one: one.design_id):
-        yield SettlingTask(f"budget {budget}, design {number}", tuple(own))
+    """Group undecided foldings, sorted by design, into tasks."""
+    for design_id, design_foldings in groupby(foldings, key=lambda folding: folding.design_id):
+        yield SettlingTask(f"budget {budget}, design {design_id}", tuple(design_foldings))

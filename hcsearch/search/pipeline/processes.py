@@ -1,8 +1,8 @@
-"""Worker processes of this machine, which may be ended at any moment.
+"""An executor of worker processes on this machine, which may be killed at any moment.
 
-The standard library's ProcessPoolExecutor shares one pipe for the results of all workers, and itself holds its writing
-end open: a worker that is ended in the midst of a result leaves it waiting for the rest for ever. Here each worker has
-a pipe of its own, whose far end nobody else holds, so the end of a worker is the end of its pipe.
+The standard library's ProcessPoolExecutor uses one pipe for the results of all workers and keeps its writing end open:
+if a worker is killed while it writes a result, the executor waits for the rest forever. Here each worker has its own
+pipe, whose other end no other process holds, so that the death of a worker closes its pipe.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from hcsearch.system.answering import answer_calls
 
 
 class DeadWorkerError(BrokenExecutor):
-    """A worker process ended before it had answered."""
+    """A worker process died before it answered."""
 
 
 class ProcessExecutor(Executor):
-    """Calls made in `workers` spawned processes, each with a thread here that waits for its answers.
+    """Executor with `workers` spawned processes, each served by a thread that waits for its answers.
 
-    Raises OSError when they cannot be started; a call raises DeadWorkerError when its worker dies. `kill` ends them in
-    the midst of their work.
+    Raises OSError when processes cannot be started; a call raises DeadWorkerError when its worker dies. `kill` stops
+    workers without waiting for their calls.
     """
 
     def __init__(self, workers: int) -> None:
@@ -47,38 +47,38 @@ class ProcessExecutor(Executor):
     def _start(self) -> None:
         # spawned, not forked: this process has threads
         context = multiprocessing.get_context("spawn")
-        here, there = context.Pipe()
-        with there:
-            process = context.Process(target=answer_calls, args=(there,), daemon=True)
+        local_end, worker_end = context.Pipe()
+        with worker_end:
+            process = context.Process(target=answer_calls, args=(worker_end,), daemon=True)
             process.start()
         self._processes.append(process)
-        self._idle.put(here)
+        self._idle.put(local_end)
 
     def submit(self, call: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
-        """Make a call in whichever worker is free first; what it is given and gives back is pickled."""
+        """Submit a call to the first free worker; arguments and result are pickled."""
         return self._threads.submit(self._ask, call, arguments, options)
 
     def _ask(self, *request: Any) -> Any:
         worker = self._idle.get()
         try:
             worker.send(request)
-            good, result = worker.recv()
+            succeeded, result = worker.recv()
         except (EOFError, ConnectionError) as error:
             raise DeadWorkerError from error
         finally:
             self._idle.put(worker)
-        if not good:
+        if not succeeded:
             raise result
         return result
 
     def kill(self) -> None:
-        """End the workers at once, and bury them; what they were at is lost."""
+        """Kill and join all workers; unfinished calls are lost."""
         for process in self._processes:
             process.kill()
         self.shutdown(cancel_futures=True)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the workers end when they have nothing more to do, and bury them."""
+        """Let workers finish their calls, then close their pipes and join them."""
         self._threads.shutdown(wait, cancel_futures=cancel_futures)
         while not self._idle.empty():
             self._idle.get().close()
@@ -88,14 +88,14 @@ class ProcessExecutor(Executor):
 
 @contextmanager
 def _ctrl_c_held_back() -> Iterator[None]:
-    """Start processes that Ctrl-C does not reach before they have come to `answer`."""
+    """Block SIGINT while processes are started, so that they inherit the block until `answer` ignores it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    # started here, as it lets Ctrl-C through again once it runs
+    # started first, since starting it unblocks SIGINT
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)

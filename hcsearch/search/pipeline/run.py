@@ -1,4 +1,4 @@
-"""One run of the pipeline: shards of a search through the stages, on several cores, into a database or not."""
+"""Runs of the pipeline: shards of a search through the stages, on several cores, with or without a database."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ from hcsearch.store import (
 )
 from hcsearch.system.terminal import duration_text
 
-SMALL_CIRCUIT_COUNT, SMALL_JUDGED_COUNT = 5_000_000, 3_000  # circuits, of the latter where motions follow
-QUICK_CORE_SECONDS = 100.0  # core seconds: two processes take some of them to load their kernels
-LONG_RUN_SECONDS = 30.0  # seconds: a run that takes longer says so beforehand
+SMALL_CIRCUIT_COUNT, SMALL_JUDGED_COUNT = 5_000_000, 3_000  # circuits; the second where motions are searched for
+QUICK_CORE_SECONDS = 100.0  # core seconds below which threads suffice, since new processes first load kernels
+LONG_RUN_SECONDS = 30.0  # seconds above which a run announces its duration
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _FIRST = stage_keeping("all").name
@@ -60,7 +60,7 @@ RunBatch = tuple[str, DesignBatch, tuple[StageResult, ...]]
 
 
 class RunProgress(Protocol):
-    """Takes what is done, of how much, what has come out, and what is counted."""
+    """Callback for progress: amount done and in all, a note on results, and the unit."""
 
     def __call__(self, done: int, total: int, note: str, unit: str = "batch") -> None:
         """Show it."""
@@ -79,9 +79,10 @@ def _silent(sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, the crew.
+    """The parameters of a run.
 
-    budget : efforts of the search for the motion of a folding, None for the usual ones.
+    until : the last stage. keep : which designs to keep. scene : of verdicts. crew : the workers. budget : efforts of
+    the search for the motion of a folding; None for the default.
     """
 
     search: Search
@@ -93,60 +94,60 @@ class Plan:
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
-        if self.budget is not None and not self.scenic:
+        if self.budget is not None and not self.scene_stages:
             raise StageError("--budget is for motions, which no stage here searches for: leave out --until or --budget")
-        if self.scenic:
+        if self.scene_stages:
             check_scene_of_run(self.scene, self.search.grid.name, self.search.n)
-        _ = self.search.prefixes  # what is too large to list is refused before a database is touched
+        _ = self.search.prefixes  # too large a search is refused before a database is touched
 
     @property
-    def scenic(self) -> tuple[Stage, ...]:
-        """The stages in a scene, which take a thousand times longer than all others."""
-        return tuple(stage for stage in stages_until(self.until) if stage.in_a_scene)
+    def scene_stages(self) -> tuple[Stage, ...]:
+        """The stages that depend on the scene, which take a thousand times longer than all others."""
+        return tuple(stage for stage in stages_until(self.until) if stage.depends_on_scene)
 
     @property
     def judge(self) -> Judge:
-        """Verdicts on a piece, by these stages."""
-        return Judge(self.scene, self.scenic, self.budget)
+        """The task that judges pieces by these stages."""
+        return Judge(self.scene, self.scene_stages, self.budget)
 
     @property
-    def listing(self) -> tuple[Stage, ...]:
-        """The stages that depend on no scene."""
-        return tuple(stage for stage in stages_until(self.until) if not stage.in_a_scene)
+    def listing_stages(self) -> tuple[Stage, ...]:
+        """The stages that do not depend on the scene."""
+        return tuple(stage for stage in stages_until(self.until) if not stage.depends_on_scene)
 
     @property
-    def small(self) -> bool:
-        """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
+    def is_small(self) -> bool:
+        """Whether listing takes only seconds, less than the start of other processes or a probe."""
         expected = self.search.expected
         circuits = len(self.search.prefixes) * _SHARD_SIZE if expected is None else expected
-        return circuits < (SMALL_JUDGED_COUNT if self.scenic else SMALL_CIRCUIT_COUNT)
+        return circuits < (SMALL_JUDGED_COUNT if self.scene_stages else SMALL_CIRCUIT_COUNT)
 
     @property
-    def hands(self) -> WorkerPool:
-        """The crew that lists: one process where that is done before others have started."""
-        return WorkerPool() if self.small and self.crew.scheduler is None else self.crew
+    def listing_crew(self) -> WorkerPool:
+        """The workers that list circuits: this process alone for a small search."""
+        return WorkerPool() if self.is_small and self.crew.scheduler is None else self.crew
 
     @property
     def panel(self) -> str:
-        """Size of the panels, in millimetres."""
+        """Size of the panels in millimetres, as a text."""
         return panel_text(panel_of(self.scene, self.search.grid.name))
 
     @property
-    def work(self) -> WorkKey:
-        """The key of this plan's finished batches."""
+    def listing_key(self) -> WorkKey:
+        """The key of finished batches of circuits of this plan."""
         return WorkKey(self.search.grid.name, self.search.n, self.search.target, self.keep)
 
     @property
-    def judging(self) -> WorkKey:
-        """The key of its finished verdicts."""
-        return replace(self.work, scene=self.scene.name)
+    def judging_key(self) -> WorkKey:
+        """The key of finished verdicts of this plan."""
+        return replace(self.listing_key, scene=self.scene.name)
 
 
 @dataclass(frozen=True)
 class Funnel:
-    """How many circuits pass each stage; None where a stage has not run, or where its circuits were not listed.
+    """Number of circuits that pass each stage; None where a stage has not run or its input was not listed.
 
-    movable : with a proved path from packed to flat, or deploying. deploys : by springs alone.
+    movable : with a proved path from packed to flat, or deployed by springs. deploys : deployed by springs.
     """
 
     fixed_circuits: int | None
@@ -160,7 +161,7 @@ class Funnel:
 
 @dataclass(frozen=True)
 class RunSummary:
-    """What a run did. Times are those of the kernels, summed over processes; `arrays` counts those of kept designs.
+    """The outcome of a run. Times are summed over processes; `arrays` of the funnel counts those of kept designs.
 
     undecided : foldings that are undecided in the scene; None where no stage judged them.
     """
@@ -187,74 +188,76 @@ class _Totals:
             self.seconds[result.stage] = self.seconds.get(result.stage, 0.0) + (result.seconds if fresh else 0.0)
 
     def note(self, stage: Stage) -> str:
-        """What has come out of the stages that end with one."""
-        if stage.they:
-            return f"{stage.name}, {self.passed.get(stage.name, 0):,} designs {stage.they}"
+        """Describe the results up to a stage, for progress."""
+        if stage.passing_verb:
+            return f"{stage.name}, {self.passed.get(stage.name, 0):,} designs {stage.passing_verb}"
         return f"{stage.name}, {self.passed.get(_FIRST, 0):,} circuits"
 
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
         stages, lists = stages_until(plan.until), plan.search.lists
-        # a search that lists only what passes a stage does not meet what passes those before
+        # a search that lists only circuits that pass a stage has no counts for the stages before
         known = stages[list(STAGES.values()).index(stage_keeping(lists)) :]
-        counts = {stage.counts: self.passed.get(stage.name, 0) for stage in known if stage.counts}
+        counts = {stage.funnel_column: self.passed.get(stage.name, 0) for stage in known if stage.funnel_column}
         return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
 
 def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceSentence = _silent) -> RunSummary:
     """Run the stages without a database.
 
-    Memory grows with the number of arrays, to count different ones, and with that of candidates for a motion.
+    Memory grows with the number of distinct arrays, which are counted, and of candidates for a motion.
     """
     totals = _Totals()
     arrays = _DistinctArrays()
-    prefixes, last = plan.search.prefixes, plan.listing[-1]
-    job = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
+    prefixes, last = plan.search.prefixes, plan.listing_stages[-1]
+    job = ShardJob(
+        plan.search, plan.listing_stages, plan.keep, with_rows=False, with_candidates=bool(plan.scene_stages)
+    )
     candidates: dict[str, StagedDesigns] = {}
     show = progress or _hidden
     show(0, len(prefixes), last.name)
-    for done, (prefix, output) in enumerate(plan.hands.work(job, prefixes), 1):
+    for done, (prefix, output) in enumerate(plan.listing_crew.map_ordered(job, prefixes), 1):
         totals.add(output.results, fresh=True)
         assert output.arrays is not None
         arrays.add(output.arrays)
         if output.candidates is not None:
             candidates[prefix] = output.candidates
         show(done, len(prefixes), totals.note(last))
-    todo = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
-    left = 0
-    for verdict in _judged(plan, todo, totals, show, announce):
+    pending = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
+    undecided_count = 0
+    for verdict in _judged(plan, pending, totals, show, announce):
         totals.add(verdict.results, fresh=True)
-        left += verdict.verdicts.folding_status.count("undecided")
-    funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(todo)
-    return RunSummary(funnel, totals.seconds, done, 0, left if plan.scenic else None)
+        undecided_count += verdict.verdicts.folding_status.count("undecided")
+    funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(pending)
+    return RunSummary(funnel, totals.seconds, done, 0, undecided_count if plan.scene_stages else None)
 
 
 def _judged(
-    plan: Plan, todo: list[CandidatePiece], totals: _Totals, show: RunProgress, announce: AnnounceSentence
+    plan: Plan, pieces_to_judge: list[CandidatePiece], totals: _Totals, show: RunProgress, announce: AnnounceSentence
 ) -> Iterator[JudgedPiece]:
-    """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
-    if not todo:
+    """Yield the verdicts on pieces, in order, by threads or processes; long work is announced."""
+    if not pieces_to_judge:
         return
-    foldings = sum(len(piece.candidates.folded) for piece in todo)
+    foldings = sum(len(piece.candidates.folded) for piece in pieces_to_judge)
     seconds = judging_seconds(foldings, plan.search.n)
     jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
-    small = seconds < QUICK_CORE_SECONDS and not cluster
+    use_threads = seconds < QUICK_CORE_SECONDS and not cluster
     if seconds / jobs > LONG_RUN_SECONDS:
-        who = "on the cluster" if cluster else f"with --jobs {jobs}"
+        workers = "on the cluster" if cluster else f"with --jobs {jobs}"
         announce(
             f"{foldings:,} foldings to judge in the scene {plan.scene.name}: "
-            f"about {duration_text(seconds / jobs)} {who}"
+            f"about {duration_text(seconds / jobs)} {workers}"
         )
-    hands = WorkerPool() if small else plan.crew
-    done, last = 0, plan.scenic[-1]
+    crew = WorkerPool() if use_threads else plan.crew
+    done, last = 0, plan.scene_stages[-1]
     show(done, foldings, totals.note(last), "folding")
-    for _, verdict in hands.work(plan.judge, todo, parcel=1, threads=jobs if small else 1):
+    for _, verdict in crew.map_ordered(plan.judge, pieces_to_judge, parcel_size=1, threads=jobs if use_threads else 1):
         yield verdict
         done += verdict.foldings
         show(done, foldings, totals.note(last), "folding")
 
 
 class _DistinctArrays:
-    """Counts different arrays by their fingerprints: 32 to 64 bytes an array."""
+    """Counter of distinct arrays by fingerprints, with 32 to 64 bytes per array."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -269,10 +272,10 @@ class _DistinctArrays:
 
 
 def finished_shards(plan: Plan, location: str) -> set[str]:
-    """Shards of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
+    """Return the shards of a plan that are finished in a database; empty where it cannot be read."""
     try:
         with open_readonly(location) as database:
-            return set(finished_batches(database, plan.work, stage_numbers(plan.listing)))
+            return set(finished_batches(database, plan.listing_key, stage_numbers(plan.listing_stages)))
     except DatabaseError:
         return set()
 
@@ -280,21 +283,26 @@ def finished_shards(plan: Plan, location: str) -> set[str]:
 def run_into(
     plan: Plan, database: Database, progress: RunProgress | None = None, announce: AnnounceSentence = _silent
 ) -> RunSummary:
-    """Run the stages where results are missing or older, one transaction a batch, and record the run.
+    """Run the stages whose results are missing or outdated, one transaction per batch, and record the run.
 
-    announce : takes a sentence on what follows, where that takes long.
+    announce : callback for a sentence that announces long work.
     """
     stages = stage_numbers(stages_until(plan.until))
-    if plan.scenic:
+    if plan.scene_stages:
         from hcsearch.scenes.scene_file import scene_file_text  # noqa: PLC0415 - loads kernels
 
         record_scene(database, plan.scene.name, scene_file_text({}, None, plan.scene))
     run_id = start_run(
         database,
-        work=plan.work,
+        work=plan.listing_key,
         until=plan.until,
         panel=plan.panel,
-        arguments={"grid": plan.work.grid, "n": plan.work.n, "array": plan.work.target or None, "until": plan.until}
+        arguments={
+            "grid": plan.listing_key.grid,
+            "n": plan.listing_key.n,
+            "array": plan.listing_key.target or None,
+            "until": plan.until,
+        }
         | {"keep": plan.keep, "scene": plan.scene.name, "budget": plan.budget, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
@@ -302,7 +310,7 @@ def run_into(
 
 
 class _Run:
-    """One run into a database, while it goes on."""
+    """The state of a run into a database."""
 
     def __init__(
         self, plan: Plan, database: Database, run_id: int, show: RunProgress, announce: AnnounceSentence
@@ -316,100 +324,108 @@ class _Run:
     def run(self) -> RunSummary:
         plan, totals = self.plan, self.totals
         self._list()
-        if plan.scenic:
+        if plan.scene_stages:
             self._judge()
-        arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(stage_keeping(plan.keep).name, 0))
-        left = len(undecided(self.database, plan.judging)) if plan.scenic else None
-        summary = RunSummary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, left)
+        arrays = count_arrays(
+            self.database, plan.listing_key, designs=totals.passed.get(stage_keeping(plan.keep).name, 0)
+        )
+        undecided_count = len(undecided(self.database, plan.judging_key)) if plan.scene_stages else None
+        summary = RunSummary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, undecided_count)
         finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
         return summary
 
     def _list(self) -> None:
-        """The stages that depend on no scene, shard by shard of the search."""
-        plan, totals, last = self.plan, self.totals, self.plan.listing[-1]
-        finished = finished_batches(self.database, plan.work, stage_numbers(plan.listing))
+        """Run the stages that do not depend on the scene, shard by shard."""
+        plan, totals, last = self.plan, self.totals, self.plan.listing_stages[-1]
+        finished = finished_batches(self.database, plan.listing_key, stage_numbers(plan.listing_stages))
         for prefix in self.prefixes:
             if prefix in finished:
                 totals.add(finished[prefix], fresh=False)
                 self.reused += 1
-        todo = [prefix for prefix in self.prefixes if prefix not in finished]
-        job = ShardJob(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
+        pending = [prefix for prefix in self.prefixes if prefix not in finished]
+        job = ShardJob(
+            plan.search, plan.listing_stages, plan.keep, with_rows=True, with_candidates=bool(plan.scene_stages)
+        )
         self.show(self.reused, len(self.prefixes), totals.note(last))
-        for batches in _grouped(self._listed(job, todo)):
-            record_batches(self.database, self.run_id, plan.work, batches)
-            for _, _, fresh in batches:
-                totals.add(fresh, fresh=True)
+        for batches in _grouped(self._listed(job, pending)):
+            record_batches(self.database, self.run_id, plan.listing_key, batches)
+            for _, _, results in batches:
+                totals.add(results, fresh=True)
             self.done += len(batches)
             self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
 
-    def _listed(self, job: ShardJob, todo: list[str]) -> Iterator[tuple[str, ShardOutput]]:
-        for prefix, output in self.plan.hands.work(job, todo):
+    def _listed(self, job: ShardJob, pending: list[str]) -> Iterator[tuple[str, ShardOutput]]:
+        for prefix, output in self.plan.listing_crew.map_ordered(job, pending):
             if output.candidates is not None:
                 self.candidates[prefix] = output.candidates
             yield prefix, output
 
     def _judge(self) -> None:
-        """The stages in a scene, piece by piece."""
+        """Run the stages that depend on the scene, piece by piece."""
         plan, totals = self.plan, self.totals
-        finished = finished_batches(self.database, plan.judging, stage_numbers(plan.scenic))
-        left = unfinished_shards(self.prefixes, list(finished))
-        # shards that were listed by an earlier run are listed once more: the database does not know what is in a shard
-        again = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
-        unknown = [prefix for prefix in left if prefix not in self.candidates]
-        for done, (prefix, output) in enumerate(plan.hands.work(again, unknown), 1):
+        finished = finished_batches(self.database, plan.judging_key, stage_numbers(plan.scene_stages))
+        unfinished_prefixes = unfinished_shards(self.prefixes, list(finished))
+        # shards listed by an earlier run are listed again, since the database does not record the contents of a shard
+        relisting = ShardJob(plan.search, plan.listing_stages, plan.keep, with_rows=False, with_candidates=True)
+        unlisted = [prefix for prefix in unfinished_prefixes if prefix not in self.candidates]
+        for done, (prefix, output) in enumerate(plan.listing_crew.map_ordered(relisting, unlisted), 1):
             assert output.candidates is not None
             self.candidates[prefix] = output.candidates
-            self.show(done, len(unknown), "mobility, units that were listed before")
-        wanted = [piece for prefix in left for piece in candidate_pieces(prefix, self.candidates[prefix])]
+            self.show(done, len(unlisted), "mobility, units that were listed before")
+        all_pieces = [
+            piece for prefix in unfinished_prefixes for piece in candidate_pieces(prefix, self.candidates[prefix])
+        ]
         for key in finished:
             totals.add(finished[key], fresh=False)
         self.reused += len(finished)
-        todo = [piece for piece in wanted if piece.key not in finished]
-        for verdict in _judged(plan, todo, totals, self.show, self.announce):
-            record_verdicts(self.database, self.run_id, plan.judging, verdict.key, verdict.verdicts, verdict.results)
+        pending = [piece for piece in all_pieces if piece.key not in finished]
+        for verdict in _judged(plan, pending, totals, self.show, self.announce):
+            record_verdicts(
+                self.database, self.run_id, plan.judging_key, verdict.key, verdict.verdicts, verdict.results
+            )
             totals.add(verdict.results, fresh=True)
             self.done += 1
         self._settle()
 
     def _settle(self) -> None:
-        """What is undecided and was searched with less than the budget, design by design."""
+        """Continue the search for undecided foldings with less effort than the budget, design by design."""
         plan, totals = self.plan, self.totals
         if plan.budget is None:
             return
-        todo = list(settling_tasks(undecided(self.database, plan.judging, plan.budget), plan.budget))
-        foldings, done = sum(len(task.foldings) for task in todo), 0
-        settler = Settler(plan.scene, plan.scenic, plan.budget)
-        for _, verdict in plan.crew.work(settler, todo, parcel=1, threads=1):
-            work = self.run_id, plan.judging, verdict.key
+        pending = list(settling_tasks(undecided(self.database, plan.judging_key, plan.budget), plan.budget))
+        foldings, done = sum(len(task.foldings) for task in pending), 0
+        settler = Settler(plan.scene, plan.scene_stages, plan.budget)
+        for _, verdict in plan.crew.map_ordered(settler, pending, parcel_size=1, threads=1):
+            work = self.run_id, plan.judging_key, verdict.key
             totals.add(record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
             done += verdict.foldings
             self.done += 1
-            self.show(done, foldings, totals.note(plan.scenic[-1]), "folding")
+            self.show(done, foldings, totals.note(plan.scene_stages[-1]), "folding")
 
 
 def _grouped(outputs: Iterable[tuple[str, ShardOutput]]) -> Iterator[list[RunBatch]]:
-    """Batches to be recorded together.
+    """Group batches to be recorded in one transaction.
 
-    Designs come in no order that an index of circuits could follow, so that each transaction writes nearly all of a
-    large one: a group holds a share of what went before, but no more than a second's work waits.
+    Designs come in random order with respect to the index of circuits, so each transaction rewrites most of a large
+    index: groups grow in proportion to the designs recorded before, but wait for at most a second.
     """
     group: list[RunBatch] = []
-    before = waiting = 0
-    begun = time.monotonic()
+    recorded = pending = 0
+    start_time = time.monotonic()
     for prefix, output in outputs:
         assert output.rows is not None
         group.append((prefix, output.rows, output.results))
-        waiting += output.kept
-        if waiting >= min(before // _GROUPS, _MAX_WAITING) or time.monotonic() > begun + 1.0:
+        pending += output.kept_count
+        if pending >= min(recorded // _GROUPS, _MAX_WAITING) or time.monotonic() > start_time + 1.0:
             yield group
-            before += waiting
-            group, waiting, begun = [], 0, time.monotonic()
+            recorded += pending
+            group, pending, start_time = [], 0, time.monotonic()
     if group:
         yield group
 
 
 def _versions() -> dict[str, str]:
-    """What made the results: this program and what it computes with."""
+    """Return the versions of this program and of the libraries that affect results."""
     return {"hcsearch": version("hcsearch"), "python": platform.python_version()} | {
         name: version(name) for name in ("numba", "numpy", "sqlalchemy")
     }

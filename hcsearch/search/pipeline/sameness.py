@@ -1,8 +1,8 @@
-"""Results come from one program: each task says which, and whoever works on it refuses another.
+"""Identity of the program across workers: each task names its program, and a worker with another program refuses it.
 
-All commits of hcsearch may have one version, and a worker may have started before an upgrade, or join after one: so a
-program is known by its sources and by what it computes with. Modules are loaded when they are needed. One that is
-loaded after its file was changed would be part of another program, so files are looked at again when there are more.
+Many commits of hcsearch share a version, and a worker may start before or after an upgrade, so a program is identified
+by its sources and the versions of its libraries. Modules are loaded on demand; one loaded after its file has changed
+would belong to another program, so the sources are checked again whenever further modules have been loaded.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ P = TypeVar("P")
 T = TypeVar("T")
 
 ProgramVersions = dict[str, str]
-"""What results hang on, by name: plain, as a worker of any version must be able to read it."""
+"""Versions and digest on which results depend, by name; plain types, which a worker of any version can read."""
 
 _LIBRARIES = ("numpy", "numba", "llvmlite", "scipy", "shapely")
 _SOURCES = "sources"
@@ -33,18 +33,18 @@ _checked: set[str] = set()
 
 @cache
 def running_program() -> ProgramVersions:
-    """The program that this process runs, looked up once."""
+    """Return the program of this process, determined once."""
     versions = {name: _version(name) for name in ("hcsearch", *_LIBRARIES)}
     return versions | {"Python": f"{sys.version_info[0]}.{sys.version_info[1]}", _SOURCES: sources_digest()}
 
 
 def _version(library: str) -> str:
-    """The version of a library: of what is loaded, which another may have replaced on disk."""
+    """Return the version of a library: of the loaded module, which may differ from that on disk."""
     return str(getattr(sys.modules.get(library), "__version__", None) or version(library))
 
 
 def sources_digest() -> str:
-    """A digest of the files of hcsearch as they are on disk now."""
+    """Return a digest of the present source files of hcsearch."""
     digest = hashlib.blake2b(digest_size=16)
     for path in sorted(_ROOT.rglob("*.py")):
         text = path.read_bytes().replace(b"\r\n", b"\n")
@@ -53,12 +53,12 @@ def sources_digest() -> str:
 
 
 def are_sources_changed() -> bool:
-    """Whether the files of hcsearch are others than they were for `running_program`."""
+    """Whether the source files of hcsearch have changed since `running_program` was determined."""
     return sources_digest() != running_program()[_SOURCES]
 
 
 def are_sources_mixed() -> bool:
-    """Whether modules may have been loaded from other sources than those of `running_program`."""
+    """Whether modules may have been loaded from sources other than those of `running_program`."""
     running_program()
     loaded = {name for name in list(sys.modules) if name.partition(".")[0] == "hcsearch"}
     if loaded <= _checked:
@@ -70,36 +70,36 @@ def are_sources_mixed() -> bool:
 
 
 def program_difference(other: ProgramVersions) -> str:
-    """How another program differs from this one, in words; empty where it does not."""
-    own = running_program()
-    parts = [f"{name} {other.get(name)} instead of {own[name]}" for name in own if name != _SOURCES]
-    differ = [part for part, name in zip(parts, own, strict=False) if other.get(name) != own[name]]
-    if not differ and other.get(_SOURCES) != own[_SOURCES]:
-        return f"other sources of hcsearch {own['hcsearch']}"
-    return ", ".join(differ)
+    """Describe the difference of another program from this one; empty where they are equal."""
+    current = running_program()
+    parts = [f"{name} {other.get(name)} instead of {current[name]}" for name in current if name != _SOURCES]
+    differences = [part for part, name in zip(parts, current, strict=False) if other.get(name) != current[name]]
+    if not differences and other.get(_SOURCES) != current[_SOURCES]:
+        return f"other sources of hcsearch {current['hcsearch']}"
+    return ", ".join(differences)
 
 
 @dataclass(frozen=True)
 class ProgramRefusal:
-    """Why a task was not worked on, or its results are not to be used. program : who refused; None of mixed sources."""
+    """The refusal of a task or of its results; program : of the worker, None where its sources are mixed."""
 
     program: ProgramVersions | None
 
 
 def packed_task(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
-    """A task and inputs as they travel: another program can tell that it is another before it reads them."""
+    """Pickle a task with its inputs separately, so that a worker can compare programs before it unpickles them."""
     return pickle.dumps((task, inputs))
 
 
-def run_packed_task(expected: ProgramVersions, sent: bytes) -> list[Any] | ProgramRefusal:
-    """Work on what `packed_task` gives, in a process that runs the expected program."""
+def run_packed_task(expected: ProgramVersions, packed_task: bytes) -> list[Any] | ProgramRefusal:
+    """Execute a packed task on its inputs, or return a Refusal where this process runs another program."""
     if running_program() != expected:
         return ProgramRefusal(running_program())
     try:
-        task, inputs = pickle.loads(sent)
+        task, inputs = pickle.loads(packed_task)
         results = [task(item) for item in inputs]
     except Exception:
         if are_sources_mixed():
-            return ProgramRefusal(None)  # which is the reason for whatever has failed
+            return ProgramRefusal(None)  # the probable cause of the exception
         raise
     return ProgramRefusal(None) if are_sources_mixed() else results

@@ -1,4 +1,4 @@
-"""The work on one shard, a part of a search that is stored as a whole, and the rows that the store keeps of it."""
+"""The work on a shard, the unit of a search that is stored as a whole, and its rows for the store."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hcsearch.search.stages.statuses import best_foldings, folding_statuses
 
 
 def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
-    """The rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""
+    """Return the rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""
     circuits, foldings, twists = designs.circuits, designs.foldings, designs.twists
     array, array_symmetry = _array_texts(search, circuits)
     best_crease = folding_status = status = None
@@ -61,7 +61,7 @@ def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
 
 
 def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
-    """The rows of verdicts on designs in a scene, all of whose foldings are untwisted."""
+    """Return the rows of verdicts in a scene on designs whose foldings are all untwisted."""
     assert designs.motion is not None
     foldings, statuses = designs.folded, folding_statuses(designs, scene)
     best = best_foldings(designs, statuses)
@@ -78,7 +78,7 @@ def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
 
 
 def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:
-    """A 128-bit fingerprint of each circuit's array up to congruence, shape (n_circuits, 2)."""
+    """Return a 128-bit fingerprint of each circuit's array up to congruence, shape (n_circuits, 2)."""
     if search.target:  # one array, of any width
         return np.ones((min(len(circuits), 1), 2), np.uint64)
     rows, heights, _ = _canonical_arrays(search.grid, circuits)
@@ -111,7 +111,7 @@ def _array_texts(search: Search, circuits: CircuitBatch) -> tuple[list[str], NDA
 
 
 def circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
-    """The notations of circuits."""
+    """Return the notations of circuits."""
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
     text = np.empty((len(words), len(prefix) + words.shape[1]), np.uint8)
     text[:, : len(prefix)] = prefix
@@ -120,60 +120,59 @@ def circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
 
 
 def _texts(text: NDArray[np.uint8]) -> list[str]:
-    """Rows of ASCII codes, ended by zeros, as strings."""
+    """Convert rows of ASCII codes, padded with zeros, to strings."""
     return text.view(f"S{text.shape[1]}").ravel().astype(str).tolist() if len(text) else []
 
 
 class TransferableTask:
-    """A task that goes to other processes."""
+    """A task that is pickled for other processes."""
 
     search: Search
 
     def __getstate__(self) -> dict[str, object]:
-        """Without the tables of the search: they may be large, and the other process computes them again."""
+        """Drop the cached tables of the search, which may be large and are recomputed by the other process."""
         return self.__dict__ | {"search": replace(self.search)}
 
 
 @dataclass(frozen=True)
 class ShardJob(TransferableTask):
-    """The work on every shard of a run.
+    """Task that processes a shard.
 
-    stages : those to run; keep : which designs to keep.
-    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. candidates : whether the
-    designs are wanted whose motion is to be looked for.
+    stages : to run. keep : which designs to keep. with_rows : whether to return rows for the store, else only
+    fingerprints of arrays. with_candidates : whether to return the designs whose motion is to be searched for.
     """
 
     search: Search
     stages: tuple[Stage, ...]
     keep: str
-    rows: bool
-    candidates: bool = False
+    with_rows: bool
+    with_candidates: bool = False
 
     def __call__(self, prefix: str) -> ShardOutput:
-        """Work on one shard."""
+        """Process one shard."""
         search = cached_search(self.search)
         designs, results = run_shard(search, prefix, self.stages, self.keep)
-        rows = design_rows(search, designs) if self.rows else None
-        arrays = None if self.rows else array_fingerprints(search, designs.circuits)
-        candidates = candidates_of(designs) if self.candidates else None
+        rows = design_rows(search, designs) if self.with_rows else None
+        arrays = None if self.with_rows else array_fingerprints(search, designs.circuits)
+        candidates = candidates_of(designs) if self.with_candidates else None
         return ShardOutput(results, len(designs), rows, arrays, candidates)
 
 
 @lru_cache(maxsize=2)
 def cached_search(search: Search) -> Search:
-    """The first search given that equals this one: its tables are computed already."""
+    """Return an equal search from the cache, whose tables are computed already."""
     return search
 
 
 @dataclass(frozen=True, eq=False)
 class ShardOutput(ByValue):
-    """What a shard gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
+    """The result of a shard: the stages' results, the number of kept designs, and either rows or fingerprints.
 
-    candidates : for motions and deployments; None where none are wanted.
+    candidates : for motions and deployments; None unless requested.
     """
 
     results: tuple[StageResult, ...]
-    kept: int
+    kept_count: int
     rows: DesignBatch | None
     arrays: NDArray[np.uint64] | None
     candidates: StagedDesigns | None
@@ -182,13 +181,13 @@ class ShardOutput(ByValue):
 def run_shard(
     search: Search, prefix: str, stages: tuple[Stage, ...], keep: str
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
-    """Run stages on one shard of a search; designs that are not to be kept are dropped on the way."""
-    begun = time.perf_counter()
-    return run_stages(list_shard_circuits(search, prefix), stages, SCENES[DEFAULT_SCENE_NAME], keep, begun)
+    """Run stages on one shard of a search; designs that are not kept are dropped on the way."""
+    start_time = time.perf_counter()
+    return run_stages(list_shard_circuits(search, prefix), stages, SCENES[DEFAULT_SCENE_NAME], keep, start_time)
 
 
 def candidates_of(designs: StagedDesigns) -> StagedDesigns:
-    """The designs whose motion is to be looked for: those with an untwisted folding, and these foldings alone."""
+    """Return the designs whose motion is to be searched for, with their untwisted foldings alone."""
     assert designs.twists is not None
-    plain = designs.twists == 0
-    return designs.take(designs.with_folding(plain), plain)
+    is_untwisted = designs.twists == 0
+    return designs.take(designs.with_folding(is_untwisted), is_untwisted)

@@ -1,6 +1,6 @@
-"""Who works on the shards of a search: this process, others of this machine, or workers of a scheduler.
+"""Workers for the shards of a search: this process, other processes of this machine, or a Dask cluster.
 
-Results come in the order of the inputs whoever works on them, so a run stores the same rows with the same ids.
+Results come in the order of the inputs with all kinds of workers, so a run stores the same rows with the same ids.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from hcsearch.search.pipeline.sameness import (
 )
 
 SCHEDULER_GREETING_SECONDS = 8.0
-"""How long to wait for a scheduler's greeting, its name looked up and the connection made, in seconds."""
+"""Timeout for a scheduler's greeting, including name lookup and connection, s."""
 
 _ADDRESS = re.compile(r"(?:tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})", re.ASCII)
-_LONGEST = 1 << 20  # bytes of a greeting, which has some hundred
+_MAX_GREETING_BYTES = 1 << 20  # bytes of a greeting, which usually has some hundred
 
 
 def host_and_port(address: str) -> tuple[str, int]:
-    """Split an address such as tcp://HOST:8786; ClusterError when it is none."""
+    """Split an address such as tcp://HOST:8786 into host and port; ClusterError for an invalid one."""
     match = _ADDRESS.fullmatch(address)
     try:
         if match and 0 < int(match[2]) < 1 << 16 and match[1].isprintable() and match[1].encode("idna"):
@@ -52,24 +52,24 @@ def host_and_port(address: str) -> tuple[str, int]:
     raise ClusterError(f"{address!r} is not the address of a scheduler: write it as tcp://HOST:8786, a port to 65535")
 
 
-def greets_as_dask(host: str, port: int, patience: float = SCHEDULER_GREETING_SECONDS) -> bool:
-    """Whether a server listens there that greets as Dask's schedulers do: at once, by a frame after its length.
+def greets_as_dask(host: str, port: int, timeout: float = SCHEDULER_GREETING_SECONDS) -> bool:
+    """Whether a server at an address sends the greeting of a Dask scheduler: a frame preceded by its length.
 
-    patience : in seconds, for all of it.
+    timeout : for lookup, connection and greeting together, s.
     """
     answers: list[bool] = []
-    # In a thread: nothing else bounds the time in which a name is looked up.
-    thread = threading.Thread(target=lambda: answers.append(_greets(host, port, patience)), daemon=True)
+    # in a thread, since the duration of a name lookup cannot be limited otherwise
+    thread = threading.Thread(target=lambda: answers.append(_greets(host, port, timeout)), daemon=True)
     thread.start()
-    thread.join(patience)
+    thread.join(timeout)
     return answers == [True]
 
 
-def _greets(host: str, port: int, patience: float) -> bool:
+def _greets(host: str, port: int, timeout: float) -> bool:
     try:
-        with socket.create_connection((host, port), timeout=patience) as link, link.makefile("rb") as stream:
-            length: int = struct.unpack("<Q", stream.read(8))[0]
-            return 0 < length < _LONGEST and len(stream.read(length)) == length
+        with socket.create_connection((host, port), timeout=timeout) as connection, connection.makefile("rb") as reader:
+            length: int = struct.unpack("<Q", reader.read(8))[0]
+            return 0 < length < _MAX_GREETING_BYTES and len(reader.read(length)) == length
     except (OSError, struct.error):
         return False
 
@@ -77,10 +77,10 @@ def _greets(host: str, port: int, patience: float) -> bool:
 P = TypeVar("P")
 T = TypeVar("T")
 
-_PARCEL = 4  # inputs that travel together: fewer journeys
-_AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
-_PATIENCE = 10.0  # seconds
-_GLANCE = 0.2  # seconds
+_MAX_PARCEL_INPUTS = 4  # inputs per parcel: more save transfers
+_PARCELS_PER_WORKER = 4  # parcels in progress or queued per worker: more balance their sizes, fewer save memory
+_CLUSTER_TIMEOUT = 10.0  # s
+_RESULT_POLL_SECONDS = 0.2
 _VERSION = version("hcsearch")
 _CHANGED = (
     "the sources of hcsearch were changed while it ran, and results of two programs would be mixed: run the same "
@@ -94,7 +94,7 @@ class _Pool(Protocol):
 
 @dataclass(frozen=True)
 class WorkerPool:
-    """`jobs` processes of this machine, or, where a scheduler's address is given, all workers of its cluster."""
+    """A pool of workers: `jobs` processes of this machine, or all workers of the cluster of a scheduler's address."""
 
     jobs: int = 1
     scheduler: str | None = None
@@ -103,50 +103,57 @@ class WorkerPool:
         if self.scheduler is not None:
             host_and_port(self.scheduler)
 
-    def check(self) -> None:
-        """Refuse a cluster that cannot be used, before anything else is touched."""
+    def check_cluster(self) -> None:
+        """Check that the cluster, if any, can be used; ClusterError otherwise."""
         if self.scheduler is not None:
             with _cluster(self.scheduler):
                 pass
 
-    def work(
-        self, task: Callable[[P], T], inputs: Sequence[P], parcel: int = _PARCEL, threads: int = 1
+    def map_ordered(
+        self, task: Callable[[P], T], inputs: Sequence[P], parcel_size: int = _MAX_PARCEL_INPUTS, threads: int = 1
     ) -> Iterator[tuple[P, T]]:
-        """Yield each input with its result, in order; a task is pickled where other processes work on it.
+        """Yield each input with its result, in order; tasks for other processes are pickled.
 
-        parcel : the most inputs that travel together. A kill loses no parcel that has come back and been recorded.
-        threads : of a crew of one process.
+        parcel_size : greatest number of inputs sent together; a kill loses only parcels whose results are not yet
+        recorded.
+        threads : used where this process is the only worker.
 
-        Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker or this process runs
-        another program than this one was when it began; what was yielded before stays good.
+        Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker runs another program
+        than this process did at the start, or this process does; results that were yielded before are valid.
         """
         expected = running_program()
         if self.scheduler is None and (self.jobs == 1 or len(inputs) < 2):
-            # one at least, so that Ctrl-C finds this one waiting and not within a kernel
-            own = ThreadPoolExecutor(threads)
+            # in another thread, so that Ctrl-C interrupts a wait and not a kernel
+            executor = ThreadPoolExecutor(threads)
             try:
-                # one waits while another is recorded, and tasks are not equally long
-                for one, result in _in_order(own, task, inputs, 2 * threads - 1):
+                # some tasks wait, since results are recorded meanwhile and tasks differ in duration
+                for item, result in _in_order(executor, task, inputs, 2 * threads - 1):
                     if are_sources_mixed():
                         raise ClusterError(_CHANGED)
-                    yield one, result
+                    yield item, result
             finally:
-                own.shutdown(wait=False, cancel_futures=True)
+                executor.shutdown(wait=False, cancel_futures=True)
             return
         with self._pool() as (pool, workers):
-            size = max(1, min(parcel, len(inputs) // (2 * _AHEAD * workers)))
-            parcels = [inputs[at : at + size] for at in range(0, len(inputs), size)]
-            for sent, answer in _in_order(_Packing(pool, expected), task, parcels, _AHEAD * workers):
+            size = max(1, min(parcel_size, len(inputs) // (2 * _PARCELS_PER_WORKER * workers)))
+            parcels = [inputs[start : start + size] for start in range(0, len(inputs), size)]
+            for parcel_inputs, answer in _in_order(
+                _Packing(pool, expected), task, parcels, _PARCELS_PER_WORKER * workers
+            ):
                 if isinstance(answer, ProgramRefusal) or are_sources_mixed():
                     raise self._refused(answer)
-                yield from zip(sent, answer, strict=True)
+                yield from zip(parcel_inputs, answer, strict=True)
 
     def _refused(self, answer: object) -> ClusterError:
-        """Why results are not to be used."""
-        other = answer.program if isinstance(answer, ProgramRefusal) else None
+        """Return the error that explains why results are rejected."""
+        worker_program = answer.program if isinstance(answer, ProgramRefusal) else None
         if self.scheduler is None or are_sources_mixed():
             return ClusterError(_CHANGED)
-        who = "loaded sources that were changed while it ran" if other is None else f"has {program_difference(other)}"
+        who = (
+            "loaded sources that were changed while it ran"
+            if worker_program is None
+            else f"has {program_difference(worker_program)}"
+        )
         return ClusterError(
             f"a Dask worker at {self.scheduler} {who}: stop it, install there what runs here, and run the same command "
             "again; finished batches are kept"
@@ -172,30 +179,32 @@ class WorkerPool:
                 "are kept"
             ) from error
         finally:
-            # a process that is still at work has a batch that is not needed, which may take minutes
+            # a process that is still busy has a batch that is not needed and may take minutes
             pool.kill()
 
 
 def _in_order(pool: _Pool, task: Callable[..., Any], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, Any]]:
-    waiting: deque[tuple[P, Future[Any]]] = deque()
-    todo = iter(parcels)
+    submitted: deque[tuple[P, Future[Any]]] = deque()
+    remaining = iter(parcels)
     try:
         while True:
-            waiting.extend((parcel, pool.submit(task, parcel)) for parcel in islice(todo, ahead - len(waiting)))
-            if not waiting:
+            submitted.extend(
+                (parcel, pool.submit(task, parcel)) for parcel in islice(remaining, ahead - len(submitted))
+            )
+            if not submitted:
                 return
-            parcel, future = waiting.popleft()
+            parcel, future = submitted.popleft()
             yield parcel, _result(future)
     finally:
-        for _, future in waiting:
+        for _, future in submitted:
             future.cancel()
 
 
 class _ClusterPool:
-    """Work given to a cluster.
+    """A pool that submits tasks to a cluster.
 
-    Not the client's own executor: a result that is ready when the scheduler dies is never delivered by that one, nor
-    is an error, and whoever waits for it waits for ever. A future of the client itself raises.
+    It does not use the client's executor, which never delivers a result that is ready when the scheduler dies, nor an
+    error, so that a wait would never end; a future of the client itself raises.
     """
 
     def __init__(self, client: Any) -> None:
@@ -207,7 +216,7 @@ class _ClusterPool:
 
 
 class _Packing:
-    """A pool whose workers work on parcels of inputs, if they run the expected program."""
+    """A pool whose workers execute a task on parcels of inputs, if they run the expected program."""
 
     def __init__(self, pool: _Pool, expected: ProgramVersions) -> None:
         self._pool, self._expected = pool, expected
@@ -218,15 +227,15 @@ class _Packing:
 
 
 def _result(future: Future[T]) -> T:
-    """What a future gives. An interrupt that comes just before a wait is noticed only after it: no wait is long."""
-    while isinstance(future, Future) and not wait((future,), _GLANCE).done:
+    """Return the result of a future, waiting in short intervals so that an interrupt is noticed soon."""
+    while isinstance(future, Future) and not wait((future,), _RESULT_POLL_SECONDS).done:
         pass
-    return future.result()  # one of a cluster wakes by itself
+    return future.result()  # a future of a cluster can be interrupted
 
 
 @contextmanager
 def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
-    """A pool on the workers of a Dask scheduler, and how many threads they have."""
+    """Yield a pool on the workers of a Dask scheduler, and the number of their threads."""
     try:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
         from distributed.client import ClosedClientError  # noqa: PLC0415 - an extra
@@ -235,17 +244,17 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
     if not greets_as_dask(*host_and_port(address)):
         raise _no_scheduler(address)
     for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # their messages arrive as exceptions
     connect: Any = Client  # untyped
     try:
-        # A client of anything else, such as a worker, waits long and complains when it is thrown away.
-        kind = asyncio.run(asyncio.wait_for(_kind(address), _PATIENCE))
-    except Exception as error:  # whatever comes of a language that only begins like Dask's
+        # a client of anything but a scheduler waits long and logs errors when it is discarded
+        kind = asyncio.run(asyncio.wait_for(_kind(address), _CLUSTER_TIMEOUT))
+    except Exception as error:  # any failure of a protocol that only begins like that of Dask
         raise _no_scheduler(address) from error
     if kind != "Scheduler":
         raise _no_scheduler(address)
     try:
-        client = connect(address, timeout=_PATIENCE, set_as_default=False, direct_to_workers=True)
+        client = connect(address, timeout=_CLUSTER_TIMEOUT, set_as_default=False, direct_to_workers=True)
     except (OSError, ValueError, TypeError) as error:
         raise _no_scheduler(address) from error
     try:
@@ -256,18 +265,20 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
             "start them again and run the same command; finished batches are kept"
         ) from error
     except (ImportError, AttributeError, TypeError, pickle.UnpicklingError):
-        _check_workers(client, address)  # one that has joined may run another hcsearch, which has not what was sent
+        _check_workers(
+            client, address
+        )  # a worker that has joined may run another hcsearch, without the objects that were sent
         raise
     finally:
-        client.close(timeout=_PATIENCE)
+        client.close(timeout=_CLUSTER_TIMEOUT)
 
 
 async def _kind(address: str) -> str | None:
-    """What listens at an address of Dask: Scheduler, Worker, Nanny."""
+    """Return the type of the Dask server at an address: Scheduler, Worker, Nanny."""
     from distributed import core  # noqa: PLC0415 - an extra
 
     dask: Any = core  # untyped
-    link = await dask.connect(address, timeout=_PATIENCE)
+    link = await dask.connect(address, timeout=_CLUSTER_TIMEOUT)
     try:
         identity = await dask.send_recv(link, op="identity")
         return identity.get("type") if isinstance(identity, dict) else None
@@ -283,9 +294,9 @@ def _no_scheduler(address: str) -> ClusterError:
 
 
 def _check_workers(client: Any, address: str) -> int:
-    """Number of threads of the workers; ClusterError when there are none, or when they run another hcsearch."""
+    """Return the number of the workers' threads; ClusterError without workers, or where they run another hcsearch."""
     try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
+        client.wait_for_workers(1, timeout=_CLUSTER_TIMEOUT)
     except TimeoutError as error:
         remedy = f"start some with `dask worker {address}`"
         raise ClusterError(f"the Dask scheduler at {address} has no workers: {remedy}") from error
@@ -297,11 +308,11 @@ def _check_workers(client: Any, address: str) -> int:
             f"the Dask workers at {address} cannot import hcsearch, or have an older one: install there what runs here"
         ) from error
     if versions != {_VERSION}:
-        others = ", ".join(sorted(versions))
-        raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {_VERSION} there")
-    for worker, other in programs.items():
-        if found := program_difference(other):
+        other_versions = ", ".join(sorted(versions))
+        raise ClusterError(f"the Dask workers at {address} run hcsearch {other_versions}: install {_VERSION} there")
+    for worker, worker_program in programs.items():
+        if mismatch := program_difference(worker_program):
             raise ClusterError(
-                f"the Dask worker {worker} has {found}: install there what runs here, and start it again"
+                f"the Dask worker {worker} has {mismatch}: install there what runs here, and start it again"
             )
     return sum(client.nthreads().values())

@@ -1,1 +1,1 @@
-"""The stages of the search, each a pure function from a batch to columns, in order."""
+"""The stages of the search, each a pure function that adds columns to a batch of designs."""

@@ -1,4 +1,4 @@
-"""Stage `circuits`: Hamiltonian circuits, one a congruence class, as a search lists them."""
+"""Stage `circuits`: Hamiltonian circuits, one per congruence class, as listed by a search."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hcsearch.search.stages.stage import Stage
 
 
 def list_shard_circuits(search: Search, prefix: str) -> StagedDesigns:
-    """All circuits of one shard of a search."""
+    """Return all circuits of one shard of a search."""
     batches = list(search.circuits(prefix))
     circuits = CircuitBatch(search.grid.name, np.empty((0, search.n), np.int8), np.empty(0, np.int16))
     if batches:
@@ -22,7 +22,7 @@ def list_shard_circuits(search: Search, prefix: str) -> StagedDesigns:
 
 
 def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
-    """The circuits as they were listed."""
+    """Return the circuits unchanged."""
     return designs
 
 
@@ -30,4 +30,4 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
     return np.ones(len(designs), bool)
 
 
-STAGE = Stage("circuits", 1, _run, _passed, keep="all", counts="circuits")
+STAGE = Stage("circuits", 1, _run, _passed, keep="all", funnel_column="circuits")

@@ -1,4 +1,4 @@
-"""Stage `deployment`: which foldings springs bring flat without a collision, in a scene."""
+"""Stage `deployment`: the foldings that springs deploy in a scene without a collision."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Designs of which a folding deploys."""
+    """Return which designs have a folding that deploys."""
     assert designs.deployment is not None
     return designs.with_folding(designs.deployment.deploys)
 
@@ -34,8 +34,8 @@ STAGE = Stage(
     DEPLOYMENT_VERSION,
     _run,
     _passed,
-    below=motion.STAGE,
-    in_a_scene=True,
-    counts="deploys",
-    they="deploy",
+    base_stage=motion.STAGE,
+    depends_on_scene=True,
+    funnel_column="deploys",
+    passing_verb="deploy",
 )

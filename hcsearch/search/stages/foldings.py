@@ -18,8 +18,8 @@ def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Circuits that fold."""
+    """Return which circuits fold."""
     return designs.with_folding(np.ones(len(designs.folded), bool))
 
 
-STAGE = Stage("foldings", 1, _run, _passed, keep="two-stack", counts="two_stack")
+STAGE = Stage("foldings", 1, _run, _passed, keep="two-stack", funnel_column="two_stack")

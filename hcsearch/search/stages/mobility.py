@@ -28,12 +28,12 @@ from hcsearch.search.stages.stage import Stage
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
 
-_TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
+_TOGETHER = 4000  # foldings per part: hinge lines and Jacobians take some 3 kB each
 
 
 @dataclass(frozen=True, eq=False)
 class _Lattice(ByValue):
-    """A grid as `survey` takes it: steps, edges (start and end, counterclockwise), whole units to a step, metres."""
+    """A grid for `survey_ends`: steps, edges (start and end, counterclockwise), whole units per step; lengths in m."""
 
     steps: NDArray[np.int64]
     edges: NDArray[np.int64]
@@ -48,7 +48,7 @@ def _lattice(grid: Grid) -> _Lattice:
     length, width, thickness = default_panel(grid.name)
     steps = np.array(grid.steps)
     before, after = np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0)
-    if grid.is_triangle:  # a corner of a triangle lies opposite a face, and its point counts in thirds
+    if grid.is_triangle:  # a corner of a triangle lies opposite an edge; points are in thirds
         scale, edges = 1, np.hstack([before, after])
     else:
         scale, edges = (2 if grid.directions == 4 else 3), np.hstack([before + steps, steps + after])
@@ -61,17 +61,17 @@ def _lattice(grid: Grid) -> _Lattice:
 def mobility_of_batch(
     circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], *, locks: bool = True
 ) -> MobilityBatch:
-    """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
+    """Compute degrees of freedom and, if `locks`, proofs of locks for a batch of foldings.
 
-    Flat pairs are hinged for the freedoms; locks are of rigid ones, and `locked_hinged` of hinged ones. `dof` is the
-    least at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
+    Flat pairs are hinged for the freedoms; `locked` is for rigid and `locked_hinged` for hinged ones. `dof` is the
+    least nullity at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
     first-order locks do not depend on the size of panels (docs/explanation/theory.md). Source: thesis 2.3.3, 3.2.2.
     """
     parts = []
     for at in range(0, max(len(foldings), 1), _TOGETHER):
-        some = slice(at, at + _TOGETHER)
-        part = FoldingBatch(foldings.row[some], foldings.crease[some])
-        parts.append(_part(circuits, part, twists[some] == 0, locks))
+        rows = slice(at, at + _TOGETHER)
+        part = FoldingBatch(foldings.row[rows], foldings.crease[rows])
+        parts.append(_part(circuits, part, twists[rows] == 0, locks))
     columns: dict[str, Any] = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts])
         for field in fields(MobilityBatch)
@@ -81,9 +81,10 @@ def mobility_of_batch(
 
 
 def locked_in_every_way(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
-    """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
+    """Return which foldings are proved locked for every joining of flat pairs that a scene allows.
 
-    Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
+    Where hinged pairs are allowed they decide, since a folding locked with them is also locked with rigid and merged
+    ones.
     """
     return batch.locked_hinged if "hinged" in allowed else batch.locked
 
@@ -91,7 +92,7 @@ def locked_in_every_way(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
 def locks_with_panel(
     circuits: CircuitBatch, foldings: FoldingBatch, locks: tuple[Flags, Flags], panel: PanelSize
 ) -> tuple[Flags, Flags]:
-    """Which foldings that are locked in the scene `default` are proved locked with other panels, too.
+    """Return which foldings locked in the scene `default` are proved locked with panels of another size, too.
 
     locks : (n_foldings,) each, with rigid and with hinged flat pairs. Locks of first order do not depend on the size of
     panels; those of second order may.
@@ -99,10 +100,10 @@ def locks_with_panel(
     if panel == default_panel(circuits.grid):
         return locks
     proved = tuple(np.zeros(len(foldings), bool) for _ in locks)
-    for hinged, (before, own) in enumerate(zip(locks, proved, strict=True)):
-        for i in np.flatnonzero(before).tolist():
+    for hinged, (known_flags, proved_flags) in enumerate(zip(locks, proved, strict=True)):
+        for i in np.flatnonzero(known_flags).tolist():
             linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, flat_pairs=("rigid", "hinged")[hinged]))
-            own[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
+            proved_flags[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
     return proved[0], proved[1]
 
 
@@ -115,25 +116,25 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     ranks, mirrors = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
     lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
     survey_ends(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
-    pairs, joints = mirrors.T
+    merged_pairs, joints = mirrors.T
     dof, dof_merged = np.full(count, NO_NUMBER), np.full(count, NO_NUMBER)
     dof[untwisted] = _generic(screws[untwisted, 1])
-    for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
+    for i in np.flatnonzero(untwisted & (merged_pairs > 0)).tolist():
         nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), "merged")).nullity
         dof_merged[i] = NO_NUMBER if nullity is None else nullity
-    asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
-    rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
+    needed = np.repeat((untwisted & locks)[:, None], 2, axis=1)
+    rigid = _ends(circuits, foldings, needed, lines, screws, hinged=False)
     locked = (rigid == END_LOCKED).any(axis=1)
-    # motions with rigid pairs are motions with hinged ones: an end that is not locked so, is not locked with hinges
-    asked = locked[:, None] & (rigid != END_PASSED)
-    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == END_LOCKED).any(axis=1)
+    # a motion with rigid pairs is one with hinged pairs: an end that is not locked with rigid ones is not locked hinged
+    needed = locked[:, None] & (rigid != END_PASSED)
+    locked_hinged = (_ends(circuits, foldings, needed, lines, screws, hinged=True) == END_LOCKED).any(axis=1)
     return MobilityBatch(
         kutzbach=6 * (n - 1) - 5 * n,
         dof=dof,
         dof_folded=n - ranks[:, 0],
         dof_flat=n - ranks[:, 1],
-        merged_panels=pairs,
-        kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NO_NUMBER),
+        merged_panels=merged_pairs,
+        kutzbach_merged=np.where(merged_pairs > 0, 6 * (n - merged_pairs - 1) - 5 * (n - 2 - joints), NO_NUMBER),
         dof_merged=dof_merged,
         locked=locked,
         locked_hinged=locked_hinged,
@@ -141,19 +142,20 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
 
 
 def _ends(
-    circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: WholeNumbers, screws: Reals, *, hinged: bool
+    circuits: CircuitBatch, foldings: FoldingBatch, needed: Flags, lines: WholeNumbers, screws: Reals, *, hinged: bool
 ) -> NDArray[np.int8]:
-    """LOCKED, PASSED or OPEN for the ends of foldings, shape (n_foldings, 2), with rigid or with hinged flat pairs.
+    """Return END_LOCKED, END_PASSED or END_OPEN for the ends of foldings, shape (n_foldings, 2).
 
-    PASSED where it is not asked for. An end is left OPEN where the other one is locked without long proofs.
+    needed : ends to be settled, the others are END_PASSED. hinged : whether flat pairs are hinged, else rigid. An end
+    stays END_OPEN where the other one is proved locked without long proofs.
     """
     n = lines.shape[2]
-    turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
-    settled = np.empty(int(asked.sum()), np.int8)
-    own = np.ascontiguousarray(lines[asked][:, turning])
-    settle_ends(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
-    verdicts = np.full(asked.shape, END_PASSED, np.int8)
-    verdicts[asked] = settled
+    hinged_creases = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
+    settled = np.empty(int(needed.sum()), np.int8)
+    hinge_lines = np.ascontiguousarray(lines[needed][:, hinged_creases])
+    settle_ends(hinge_lines, np.ascontiguousarray(screws[needed][:, hinged_creases]), settled)
+    verdicts = np.full(needed.shape, END_PASSED, np.int8)
+    verdicts[needed] = settled
     for i in np.flatnonzero((verdicts == END_OPEN).any(axis=1) & (verdicts != END_LOCKED).all(axis=1)).tolist():
         linkage = _linkage(folding_at(circuits, foldings, i), "hinged" if hinged else "rigid")
         for end, angles in enumerate((linkage.folded, linkage.flat)):
@@ -169,9 +171,9 @@ def _linkage(folding: Folding, flat_pairs: Way) -> Linkage:
 
 
 def _generic(screws: Reals) -> WholeNumbers:
-    """Least nullity at closed states reached from the folded one; NONE where no rank is decided.
+    """Return the least nullity at closed states near the folded one; NO_NUMBER where no rank is decided.
 
-    screws : shape (n_loops, n, 6), of the flat state, moments divided by the panel's size.
+    screws : shape (n_loops, n, 6), in the flat state, moments divided by the panel's size.
     """
     count, n, _ = screws.shape
     directions = np.ascontiguousarray(screws[:, :, :3])
@@ -179,17 +181,21 @@ def _generic(screws: Reals) -> WholeNumbers:
     folded = np.full(n, math.pi)
     folded[[n // 2 - 1, n - 1]] = 0.0
     nullities = np.full(count, NO_NUMBER)
-    todo = np.arange(count)
+    undecided = np.arange(count)
     for attempt in range(MAX_GENERIC_ATTEMPTS):
-        jacobians, residuals = np.empty((len(todo), 6, n)), np.empty(len(todo))
-        generic_states(directions[todo], points[todo], folded, leaving_step(folded, attempt), 1.0, jacobians, residuals)
+        jacobians, residuals = np.empty((len(undecided), 6, n)), np.empty(len(undecided))
+        generic_states(
+            directions[undecided], points[undecided], folded, leaving_step(folded, attempt), 1.0, jacobians, residuals
+        )
         values = np.linalg.svd(jacobians, compute_uv=False)
-        for i, singular, residual in zip(todo, values, residuals, strict=True):
+        for i, singular, residual in zip(undecided, values, residuals, strict=True):
             nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED_LOOP_RESIDUAL else None
             if nullity is not None and (nullities[i] == NO_NUMBER or nullity < nullities[i]):
                 nullities[i] = nullity
-        todo = todo[(nullities[todo] == NO_NUMBER) | (nullities[todo] > max(n - 6, 0))]  # no rank is greater than 6
-        if not len(todo):
+        undecided = undecided[
+            (nullities[undecided] == NO_NUMBER) | (nullities[undecided] > max(n - 6, 0))
+        ]  # no rank is greater than 6
+        if not len(undecided):
             break
     return nullities
 
@@ -200,7 +206,7 @@ def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> Flags:
-    """Designs with an untwisted folding that is not proved locked for every way of joining flat pairs."""
+    """Return which designs have an untwisted folding that is not proved locked for every joining of flat pairs."""
     assert designs.twists is not None
     assert designs.mobility is not None
     return designs.with_folding((designs.twists == 0) & ~locked_in_every_way(designs.mobility, WAYS))

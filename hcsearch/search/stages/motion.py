@@ -1,4 +1,4 @@
-"""Stage `motion`: which untwisted foldings have a proved path from packed to flat, and with how much play."""
+"""Stage `motion`: the untwisted foldings with a proved path from packed to flat, and the play that it needs."""
 
 from __future__ import annotations
 
@@ -37,36 +37,42 @@ def motions_of_batch(
     budget: int | None = None,
     searched: Integers | None = None,
 ) -> MotionBatch:
-    """Motions of a batch of untwisted foldings in a scene.
+    """Search for motions of a batch of untwisted foldings in a scene.
 
-    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is searched for
-        with those, and none at all where both are.
-    budget : efforts for each folding, None for the usual ones; searched : (n_foldings,), how many were made before.
-    One of congruent foldings is looked at, and its motion carried over to the others.
+    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs; no path is searched for
+        with locked pairs.
+    budget : efforts for each folding, None for the default. searched : (n_foldings,), efforts already made.
+    Of congruent foldings only one is searched, and its motion is transferred to the others.
     """
     efforts = DEFAULT_EFFORT_BUDGET if budget is None else budget
     panel, allowed = panel_of(scene, circuits.grid), scene.flat_pairs
-    own = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
-    standing = representatives(own, foldings.row.tolist(), panel)
+    batch_foldings = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
+    representative_of = representatives(batch_foldings, foldings.row.tolist(), panel)
 
     def run(i: int) -> PlannedMotion | None:
-        free = [way for way in allowed if not locked[way == "hinged"][i]]
+        unlocked = [flat_pairs for flat_pairs in allowed if not locked[flat_pairs == "hinged"][i]]
         done = 0 if searched is None else int(searched[i])
-        return plan_motion(own[i], panel, free, scene.margin, budget=efforts, done=done) if free else None
+        return (
+            plan_motion(batch_foldings[i], panel, unlocked, scene.margin, budget=efforts, done=done)
+            if unlocked
+            else None
+        )
 
-    judged = sorted(set(standing))
-    with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
-        known = dict(zip(judged, pool.map(run, judged), strict=True))
+    searched_foldings = sorted(set(representative_of))
+    with ThreadPoolExecutor(threads) as pool:  # kernels release the GIL
+        motion_of = dict(zip(searched_foldings, pool.map(run, searched_foldings), strict=True))
     planned = [
-        motion if motion is None or i == first else motion_from_twin(motion, own[i], panel)
-        for i, first in enumerate(standing)
-        for motion in (known[first],)
+        motion if motion is None or i == first else motion_from_twin(motion, batch_foldings[i], panel)
+        for i, first in enumerate(representative_of)
+        for motion in (motion_of[first],)
     ]
-    return _batch(planned, [None if i == first else own[first].crease for i, first in enumerate(standing)])
+    return _batch(
+        planned, [None if i == first else batch_foldings[first].crease for i, first in enumerate(representative_of)]
+    )
 
 
-def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> MotionBatch:
-    """Motions as a struct of arrays."""
+def _batch(planned: Sequence[PlannedMotion | None], congruent_crease: list[int | None]) -> MotionBatch:
+    """Convert planned motions to a struct of arrays."""
     count = len(planned)
     margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
     for i, motion in enumerate(planned):
@@ -79,18 +85,18 @@ def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> M
         slack,
         tuple(None if motion is None else motion.states for motion in planned),
         [None if motion is None else reason_of(motion) for motion in planned],
-        like,
+        congruent_crease,
         [None if motion is None else _evidence(motion) for motion in planned],
     )
 
 
 def _evidence(motion: PlannedMotion) -> Evidence:
-    """What the search for a motion came to, beside its path."""
+    """Return the results of a search for a motion other than its path."""
     critical, lock = motion.critical, None
     if motion.lock is not None:
-        way, enclosure = motion.lock
+        flat_pairs, enclosure = motion.lock
         assert enclosure.end is not None
-        lock = StoredLock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
+        lock = StoredLock(flat_pairs, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
     if critical is None:
         return Evidence(motion.efforts, lock, motion.margin)
     least = critical.least_proved if motion.margin is None else motion.margin
@@ -98,7 +104,7 @@ def _evidence(motion: PlannedMotion) -> Evidence:
 
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
-    """Locks of the scene's panels, and the motions of what these leave free."""
+    """Check locks with the scene's panels, and search for motions of the foldings that are not locked."""
     circuits, foldings, known = designs.circuits, designs.folded, designs.mobility
     assert known is not None
     locks = known.locked, known.locked_hinged
@@ -111,10 +117,19 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Designs of which a folding has a proved path, or deploys: what springs bring flat moves."""
+    """Return which designs have a folding with a proved path, or one that deploys and therefore moves."""
     assert designs.motion is not None
     moves = designs.motion.moves
     return designs.with_folding(moves if designs.deployment is None else moves | designs.deployment.deploys)
 
 
-STAGE = Stage("motion", 6, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")
+STAGE = Stage(
+    "motion",
+    6,
+    _run,
+    _passed,
+    base_stage=mobility.STAGE,
+    depends_on_scene=True,
+    funnel_column="movable",
+    passing_verb="move",
+)

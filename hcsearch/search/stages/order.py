@@ -14,7 +14,7 @@ STAGES: dict[str, Stage] = {
 
 
 def stages_until(last: str) -> tuple[Stage, ...]:
-    """Every stage up to `last`; StageError when it is unknown."""
+    """Return the stages up to and including `last`; StageError for an unknown stage."""
     if last not in STAGES:
         raise StageError(f"stage {last!r} is unknown: use --until {', '.join(STAGES)}")
     names = list(STAGES)
@@ -22,17 +22,17 @@ def stages_until(last: str) -> tuple[Stage, ...]:
 
 
 def stage_numbers(stages: Iterable[Stage]) -> dict[str, int]:
-    """Names of stages, and the numbers under which their finished work is stored."""
-    return {stage.name: stage.number for stage in stages}
+    """Return the version numbers under which finished work of stages is stored, by name."""
+    return {stage.name: stage.stored_version for stage in stages}
 
 
 def stage_keeping(keep: str) -> Stage:
-    """The stage whose passing designs a word of `--keep` names."""
+    """Return the stage whose passing designs are kept by a value of `--keep`."""
     return next(stage for stage in STAGES.values() if stage.keep == keep)
 
 
 def check_keep(keep: str, until: str) -> None:
-    """Refuse to keep designs by a stage that does not run."""
+    """Check that the stage needed by `--keep` runs; StageError otherwise."""
     needed = stage_keeping(keep)
     if needed not in stages_until(until):
         raise StageError(f"--keep {keep} needs the stage {needed.name}: use --until {needed.name}")

@@ -1,4 +1,4 @@
-"""What a stage of the search is: a pure function from designs to the same designs with its own columns."""
+"""Stages of the search: pure functions from designs to the same designs with additional columns."""
 
 from __future__ import annotations
 
@@ -16,42 +16,46 @@ from hcsearch.scenes import Scene
 class Stage:
     """One stage.
 
-    version : raised when its results change. below : the stage whose results it rests on, where a newer one of these
-        makes its own older, too.
-    run : designs with the columns of the stages before, and a scene -> designs with its columns as well.
-    passed : the same -> which designs pass, shape (n_circuits,).
-    in_a_scene : whether results depend on the scene. keep : the word of `--keep` for what passes.
-    counts : the column of the funnel that holds how many pass; they : what those do, in words.
+    version : raised when its results change. base_stage : stage on whose results it depends, so that a newer version of
+        that stage makes its own results outdated, too.
+    run : (designs with the columns of earlier stages, scene) -> designs with its columns added.
+    passed : (the same designs, scene) -> which designs pass, shape (n_circuits,).
+    depends_on_scene : whether results depend on the scene. keep : value of `--keep` for designs that pass.
+    funnel_column : column of the funnel with the count that pass. passing_verb : what passing designs do, for people.
     """
 
     name: str
     version: int
     run: Callable[[StagedDesigns, Scene], StagedDesigns]
     passed: Callable[[StagedDesigns, Scene], Flags]
-    below: Stage | None = None
-    in_a_scene: bool = False
+    base_stage: Stage | None = None
+    depends_on_scene: bool = False
     keep: Keep | None = None
-    counts: str = ""
-    they: str = ""
+    funnel_column: str = ""
+    passing_verb: str = ""
 
     @property
-    def number(self) -> int:
-        """The version with those of the stages below, as finished work is stored under it."""
-        return self.version if self.below is None else self.version * self.below._scale + self.below.number
+    def stored_version(self) -> int:
+        """The version combined with those of its base stages, under which finished work is stored."""
+        return (
+            self.version
+            if self.base_stage is None
+            else self.version * self.base_stage._scale + self.base_stage.stored_version
+        )
 
     @property
     def _scale(self) -> int:
-        return 100 if self.below is None else 100 * self.below._scale
+        return 100 if self.base_stage is None else 100 * self.base_stage._scale
 
 
 def run_stages(
-    designs: StagedDesigns, stages: Iterable[Stage], scene: Scene, keep: str = "all", begun: float | None = None
+    designs: StagedDesigns, stages: Iterable[Stage], scene: Scene, keep: str = "all", start_time: float | None = None
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
-    """Run stages one after the other; after the one that `keep` names only designs that pass it are kept.
+    """Run stages in sequence, and drop designs that do not pass the stage of `keep`.
 
-    begun : when the work of the first one began, by `time.perf_counter`; now unless it is given.
+    start_time : of the first stage, by `time.perf_counter`; now unless given.
     """
-    clock = time.perf_counter() if begun is None else begun
+    clock = time.perf_counter() if start_time is None else start_time
     results = []
     for stage in stages:
         designs = stage.run(designs, scene)
@@ -61,13 +65,13 @@ def run_stages(
         clock = now
         if stage.keep == keep and not passed.all():
             designs = designs.take(passed)
-    # in a scene a later stage may show that more pass an earlier one: what deploys moves
+    # a later stage may show that more designs pass an earlier one in the scene: a folding that deploys moves
     counted = [
-        _result(stage, designs, stage.passed(designs, scene), result.seconds) if stage.in_a_scene else result
+        _result(stage, designs, stage.passed(designs, scene), result.seconds) if stage.depends_on_scene else result
         for stage, result in results
     ]
     return designs, tuple(counted)
 
 
 def _result(stage: Stage, designs: StagedDesigns, passed: Flags, seconds: float) -> StageResult:
-    return StageResult(stage.name, stage.number, int(passed.sum()), int(designs.n_fixed[passed].sum()), seconds)
+    return StageResult(stage.name, stage.stored_version, int(passed.sum()), int(designs.n_fixed[passed].sum()), seconds)

@@ -1,4 +1,4 @@
-"""Stage `twist`: the linking number of each folding, which keeps a twisted band from its two stacks (thesis 3.3.2)."""
+"""Stage `twist`: the linking number of each folding, which must be 0 to reach the two stacks (thesis 3.3.2)."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Designs with an untwisted folding."""
+    """Return which designs have an untwisted folding."""
     assert designs.twists is not None
     return designs.with_folding(designs.twists == 0)
 
 
-STAGE = Stage("twist", 1, _run, _passed, keep="untwisted", counts="untwisted")
+STAGE = Stage("twist", 1, _run, _passed, keep="untwisted", funnel_column="untwisted")

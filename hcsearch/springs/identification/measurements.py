@@ -175,7 +175,7 @@ def read_accelerations(
     Errors: HcsearchError for times that do not increase or are uneven, for a missing rate, for cells without a number.
     """
     columns = rename_columns(
-        read_columns(path, TIME_COLUMN, most=MAX_MEASUREMENT_BYTES), {TIME_COLUMN: TIME_COLUMN}, TIME_COLUMN
+        read_columns(path, TIME_COLUMN, max_bytes=MAX_MEASUREMENT_BYTES), {TIME_COLUMN: TIME_COLUMN}, TIME_COLUMN
     )
     channels = _channels(columns, note)
     if rate is None and TIME_COLUMN not in columns.names:
@@ -192,7 +192,7 @@ def read_accelerations(
     required = {TIME_COLUMN: times} | channels if rate is None else channels
     for name, values in required.items():
         for k in rows[np.isnan(values[rows])]:
-            raise columns.fault(int(k), name, repair)
+            raise columns.cell_error(int(k), name, repair)
     if rate is None:
         # gaps before the start do not count; records of too few rows are refused later
         rate = sampling_rate(times[rows] if len(rows) > 1 else times, path)

@@ -162,10 +162,10 @@ class Application:
         subject, stem = str(number), f"design-{number}"
         if crease is not None:
             subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
-        elif form.of != "array":
+        elif form.subject != "array":
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
             raise QueryError(f"{form.name} is of one folding: ask for {below}")
-        stem += f"-{form.name}" if form.by_name else ""  # another format has this ending, too
+        stem += f"-{form.name}" if form.only_by_name else ""  # another format has this ending, too
         sorted_settings = tuple(sorted(settings.items()))
         key = (form.name, subject, stem, scene, motion, sorted_settings, self.database.fingerprint())
         file = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)

@@ -137,7 +137,9 @@ def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, str, str | None,
         pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": MAX_PARAMETER_LENGTHS["scene"]}
     )
     name = values.get("format")
-    candidates = [form for form in EXPORT_FORMATS.values() if (not form.by_name if name is None else form.name == name)]
+    candidates = [
+        form for form in EXPORT_FORMATS.values() if (not form.only_by_name if name is None else form.name == name)
+    ]
     candidates = [form for form in candidates if "." + ending in form.endings]
     if len(candidates) != 1:
         names = ", ".join(f"{form.endings[0]} ({form.name})" for form in EXPORT_FORMATS.values())

@@ -78,7 +78,7 @@ def _formats(*of: str) -> list[ExportFormat]:
     installed = []
     for form in EXPORT_FORMATS.values():
         with suppress(HcsearchError):
-            if form.of in of:
+            if form.subject in of:
                 form.check_installed()
                 installed.append(form)
     return installed
@@ -86,7 +86,7 @@ def _formats(*of: str) -> list[ExportFormat]:
 
 def _export_address(number: int, form: ExportFormat, scene_parameter: str, crease: int | None = None) -> str:
     below = "" if crease is None else f"/foldings/{crease}"
-    choice = {"format": form.name} if form.by_name else {}
+    choice = {"format": form.name} if form.only_by_name else {}
     return design_address(number, scene_parameter, f"{below}/export{form.endings[0]}", **choice)
 
 
