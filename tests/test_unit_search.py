@@ -14,8 +14,7 @@ from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.assemblies.eight_r import eight_r
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
+from hcsearch.library.assemblies.eight_r import eight_r, unit_i, unit_ii, unit_iii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.overlays import neighbouring_facets
 from hcsearch.library.assemblies.squares import array_6r, element_6r

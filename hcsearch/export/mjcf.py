@@ -47,8 +47,8 @@ def mjcf_of(
     """Return a linkage in a scene as a model of MuJoCo, with the start and the flat state as keyframes.
 
     contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
-    since its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law is
-    not linear, and for panels that are too small for MuJoCo.
+    since its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law
+    is not linear, and for panels that are too small for MuJoCo.
     """
     setup = setup_of_scene(scene, linkage)
     tree = cut_tree(linkage, labels, setup)

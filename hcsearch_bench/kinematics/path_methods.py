@@ -78,8 +78,7 @@ class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
-        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric_angles
-        from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric_angles, unit_i, unit_ii
         from hcsearch.library.assemblies.named_assembly import Parameters
         from hcsearch.shape.linkage import Linkage
 

@@ -25,8 +25,8 @@ from hcsearch.library.assemblies.eight_r import (
     skew_symmetric_angles,
     slit_distance,
     ten_triangles,
+    unit_i,
 )
-from hcsearch.library.assemblies.eight_r_units import unit_i
 from hcsearch.library.assemblies.packages import flat_overlap, folded_package
 from hcsearch.motion.kinematics.dh import dh_loop
 from hcsearch.motion.kinematics.numerical_rank import rank_at

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.folding import foldings
 from hcsearch.library.assemblies import Parameters
-from hcsearch.library.assemblies.eight_r import ten_triangles
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import ten_triangles, unit_i, unit_ii
 from hcsearch.library.assemblies.packages import LayerColumn, Package, flat_overlap, folded_package
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern

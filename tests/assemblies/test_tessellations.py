@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
-from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric_angles
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import eight_r, skew_symmetric_angles, unit_i, unit_ii
 from hcsearch.library.assemblies.overlays import neighbouring_facets
 from hcsearch.library.assemblies.packages import flat_overlap, folded_package
 from hcsearch.library.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS

@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies import Parameters
-from hcsearch.library.assemblies.eight_r import eight_r, second_angle, skew_symmetric_angles
-from hcsearch.library.assemblies.eight_r_units import (
+from hcsearch.library.assemblies.eight_r import (
     UNIT_I_JOINTS,
     UNIT_II_JOINTS,
     UNIT_III_JOINTS,
     assemble_unit,
+    eight_r,
     read_crease_matches,
+    second_angle,
+    skew_symmetric_angles,
     unit_i,
     unit_ii,
     unit_iii,

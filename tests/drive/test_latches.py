@@ -9,7 +9,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.springs.deployment.simulated_deployment import compile_driven
-from hcsearch.springs.drive.latches import Latch, latches_on, simulate_latched
+from hcsearch.springs.drive.driven_folding import Latch, latches_on, simulate_latched
 from tests.linkages import linkage_named
 
 

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 
 from hcsearch.designs.folding import Folding
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.motion.kinematics.closing import ClosingResult

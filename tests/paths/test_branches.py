@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.designs.folding import foldings
-from hcsearch.library.assemblies.eight_r import eight_r, joint_parts
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import eight_r, joint_parts, unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.motion.kinematics.closing import close_linkage

@@ -11,7 +11,7 @@ from hcsearch import enumerate_circuits
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of, foldings
 from hcsearch.designs.twisting import twist
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
 from hcsearch.motion.kinematics.within_stops import close_within_stops, least_energy

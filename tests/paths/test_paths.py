@@ -11,8 +11,7 @@ from scipy.optimize import minimize_scalar
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
-from hcsearch.library.assemblies.eight_r import joint_parts, second_angle, skew_symmetric_angles
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import joint_parts, second_angle, skew_symmetric_angles, unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import local_at

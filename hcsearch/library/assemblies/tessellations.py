@@ -14,8 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric_angles
-from hcsearch.library.assemblies.eight_r_units import read_crease_matches, unit_i, unit_ii
+from hcsearch.library.assemblies.eight_r import (
+    assembly_of_elements,
+    joint_parts,
+    read_crease_matches,
+    skew_symmetric_angles,
+    unit_i,
+    unit_ii,
+)
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns, neighbouring_facets
 from hcsearch.library.assemblies.packages import Package, folded_package

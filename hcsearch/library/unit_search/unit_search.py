@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from hcsearch.basics.errors import PatternError
-from hcsearch.library.assemblies.eight_r_units import unit_i, unit_ii, unit_iii
+from hcsearch.library.assemblies.eight_r import unit_i, unit_ii, unit_iii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.unit_search.copies import (
     CopyPlacement,

@@ -13,8 +13,7 @@ from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.springs.deployment.deployment_facts import finite_or_none, mark_collision, play_facts
 from hcsearch.springs.deployment.drives import drives_text
 from hcsearch.springs.deployment.outcomes import reason_with_clearance
-from hcsearch.springs.drive.driven_folding import Drive, judge_following
-from hcsearch.springs.drive.latches import Latch
+from hcsearch.springs.drive.driven_folding import Drive, Latch, judge_following
 from hcsearch.system.figures import add_legend, curve_look, figure_for, line_style, set_title
 from hcsearch.system.outputs import write_output, write_table
 
