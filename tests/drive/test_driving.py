@@ -135,7 +135,7 @@ def test_drives_are_asked_for_what_the_plan_interpolated_within_a_period_says(ma
     write_drive_targets(own.targets, float(time[0]), work)
     expected = np.array([part[0] for part in own.interpolated(time)]).T
     size = np.abs(np.array(own.at(own.times))).max(axis=(1, 2))
-    assert (np.abs(work.hinge_moments[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
+    assert (np.abs(work.drive_targets[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
     ends = period * np.floor(time / period) + period * np.array([[0.0], [1.0]])  # where nothing is left to interpolate
     for end in ends:
         for asked, planned in zip(own.interpolated(end), own.at(end), strict=True):
