@@ -54,7 +54,7 @@ def test_messages_travel_between_processes():
 def test_text_files_are_read_without_their_mark(tmp_path):
     (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbfone\r\ntwo\n")
     assert read_text_file(tmp_path / "a.txt") == "one\r\ntwo\n"
-    assert read_text_file(tmp_path / "a.txt", most=13) == "one\r\ntwo\n"
+    assert read_text_file(tmp_path / "a.txt", max_bytes=13) == "one\r\ntwo\n"
 
 
 def test_files_that_have_no_end_or_are_no_text_are_refused(tmp_path):

@@ -48,7 +48,7 @@ def sprung(tmp_path_factory, monkeypatch):
 
     def fail(prover, states, margins):
         proof = prove(prover, states, margins)
-        return proof if ":1')" in prover.linkage.made_by else replace(proof, clear=None)
+        return proof if ":1')" in prover.linkage.made_by else replace(proof, clearance=None)
 
     monkeypatch.setattr(Prover, "prove", fail)
     path = tmp_path_factory.mktemp("ways") / "sprung.sqlite"

@@ -22,4 +22,4 @@ def test_the_reference_tells_how_each_function_is_called():
     text = reference_page()
     for name in ("deploy", "tune", "enumerate_into", "read", "rank", "save", "replay", "enumerate_circuits"):
         assert f"### `{name}`\n\n```python\n{name}(\n" in text
-    assert "| `on(array)` | The circuit, moved to the cells of an array" in text
+    assert "| `on(array)` | Move the circuit to the cells of an array" in text

@@ -121,7 +121,7 @@ def rank_of_cut_hinge(linkage, angles, cut):
 def test_nullity_of_the_4x4_array_and_rank_of_its_cut_hinge():
     linkage = Linkage(thesis_4x4(ARRAY))
     between = close_linkage(linkage, np.random.default_rng(3).uniform(0.8, 2.2, 12))
-    assert between.success
+    assert between.closed
     ranks = []
     for angles in (linkage.flat, between.angles, linkage.folded):
         rank = rank_at(linkage, angles)

@@ -28,7 +28,7 @@ DEFAULT, EARTH, SATELLITE = SCENES["default"], SCENES["earth"], SCENES["satellit
 def test_every_hinge_is_a_joint_and_each_loop_is_closed_between_parts_of_one_panel(name):
     linkage, labels = case(name)
     tree = cut_tree(linkage, labels, DEFAULT)
-    joined = [link.joined for link in tree.links[1:]]
+    joined = [link.joint for link in tree.links[1:]]
     assert sorted(own.hinge for own in joined) == list(range(linkage.n_hinges))
     assert len({own.name for own in joined}) == linkage.n_hinges
     assert len({link.name for link in tree.links}) == len(tree.links) == linkage.n_hinges + 1
@@ -36,12 +36,12 @@ def test_every_hinge_is_a_joint_and_each_loop_is_closed_between_parts_of_one_pan
     for closure in tree.closures:
         first, second = tree.links[closure.first], tree.links[closure.second]
         assert first.panel == second.panel
-        assert first.whole
-        assert not second.whole
-    assert sorted(link.panel for link in tree.links if link.whole) == list(range(linkage.n_panels))
+        assert first.has_shape
+        assert not second.has_shape
+    assert sorted(link.panel for link in tree.links if link.has_shape) == list(range(linkage.n_panels))
     for link in tree.links[1:]:
-        ends = linkage.pattern.hinges[link.joined.hinge]
-        assert {ends.first, ends.second} == {link.panel, tree.links[link.joined.above].panel}
+        ends = linkage.pattern.hinges[link.joint.hinge]
+        assert {ends.first, ends.second} == {link.panel, tree.links[link.joint.parent].panel}
 
 
 @pytest.mark.parametrize("scene", [DEFAULT, SATELLITE], ids=lambda scene: scene.name)
@@ -54,7 +54,7 @@ def test_parts_of_panels_have_their_mass_together(scene):
         own[link.panel] += link.body.mass
     assert own[1:] == pytest.approx([body.mass for body in bodies[1:]])
     assert own[0] == pytest.approx(bodies[0].mass + scene.base_mass)
-    assert tree.floats == (scene.held == "free")
+    assert tree.has_free_base == (scene.held == "free")
 
 
 def test_mjcf_has_the_springs_dampers_and_stops_of_the_scene():
@@ -158,7 +158,7 @@ def turned(joint, angle):
 def test_open_chains_need_no_closure():
     tree = cut_tree(*merged(), DEFAULT)
     assert tree.closures == ()
-    assert all(link.whole for link in tree.links)
+    assert all(link.has_shape for link in tree.links)
 
 
 def test_subjects_with_drives_are_refused_as_models_of_mujoco():

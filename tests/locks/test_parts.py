@@ -43,7 +43,7 @@ def test_states_are_added_to_the_part_to_which_steps_lead():
     known = [len(part) for part in parts.states]
     for number in range(3_000, 20_000, 4_000):
         for side in (0, 1):
-            assert parts.add(walks[side][number], whole_box(rings.hinge_count)) == side
+            assert parts.add_state(walks[side][number], whole_box(rings.hinge_count)) == side
     assert len(parts.states) == 2
     assert all(len(part) > before for part, before in zip(parts.states, known, strict=True))
     assert parts.steps > 8 * 2_000
@@ -70,5 +70,5 @@ def test_a_state_to_which_no_steps_lead_is_a_part_by_itself():
     rings, walks = walks_of(joined(LOCKED, "hinged"), 2_000)
     packed, flat = walks
     parts = StateParts(rings, packed[:1_000], packed[1_000:1_100], 1, new_refutation(rings))
-    assert parts.add(flat[0], whole_box(rings.hinge_count)) == 2
+    assert parts.add_state(flat[0], whole_box(rings.hinge_count)) == 2
     assert np.array_equal(parts.states[2][0], flat[0])
