@@ -198,7 +198,7 @@ def test_a_certified_motion_by_springs_comes_before_a_path_that_is_not_proved(sp
 
 def test_a_design_is_driven_along_the_proved_path_that_one_of_its_foldings_has(sprung):
     with open_readonly(str(sprung)) as database:
-        ways = [find_verdict(database, 1, crease).path for crease in range(4)]
+        ways = [find_verdict(database, 1, crease).path_flat_pairs for crease in range(4)]
     assert ways == [None, "rigid", None, None]
     out, told = call("drive", "1", "--db", sprung)
     assert told.startswith("folding 1, as no path of the best one, 3, is proved; flat pairs rigid")
