@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
-from hcsearch.cases.names import Place, Query, reading_database, writing_database
+from hcsearch.cases.names import Place, reading_database, writing_database
+from hcsearch.cases.selections import Query
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.search.ranking import RankedDesigns, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database

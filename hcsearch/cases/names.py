@@ -1,34 +1,26 @@
-"""Databases, designs, queries and parameters of assemblies as users name them."""
+"""Databases, designs and parameters of assemblies as users name them."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.cases.stored_scenes import scene_asked_for
+from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.scenes.scene import warn_of_panel_size
 from hcsearch.store import (
-    SCENIC,
     Database,
-    Rows,
-    asks_for,
-    check_scene,
     find_circuit,
     open_database,
     open_readonly,
-    stream,
-    stream_sql,
 )
 from hcsearch.system.machine import default_database
 
@@ -153,46 +145,3 @@ def _size(text: str) -> tuple[int, int]:
     if match is None:
         raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
     return int(match[1]), int(match[2])
-
-
-@dataclass(frozen=True)
-class Query:
-    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands in place of the rest."""
-
-    conditions: str = ""
-    view: str = "designs"
-    columns: str | Sequence[str] = ""
-    sort: str = ""
-    limit: int | None = None
-    scene: str | None = None
-    panel: str | None = None
-    sql: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.sql is not None and (any((self.conditions, self.columns, self.sort)) or self.limit is not None):
-            raise QueryError("a SELECT stands alone: put conditions, columns, order and limit into it")
-
-    def rows(self, database: Database) -> AbstractContextManager[Rows]:
-        """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
-        if self.sql is not None:
-            scenic = asks_for(self.sql, *SCENIC)
-            scene = self._scene(database, scenic)
-            if scenic:
-                check_scene(database, scene)
-            return stream_sql(database, self.sql, scene=scene)
-        return stream(
-            database,
-            self.conditions,
-            columns=self.columns,
-            sort=self.sort,
-            limit=self.limit,
-            view=self.view,
-            scene=self._scene(database, self.view in SCENIC),
-        )
-
-    def _scene(self, database: Database, scenic: bool) -> str:
-        """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
-        named = (self.scene, self.panel)
-        if not scenic and all(name is None for name in named):
-            return DEFAULT_SCENE_NAME
-        return scene_asked_for(database, *named, query=self.conditions)

@@ -57,7 +57,7 @@ def query(
     circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
     negation.
     """
-    from hcsearch.cases.names import Query
+    from hcsearch.cases.selections import Query
     from hcsearch.store import format_rows, open_readonly, save_rows
 
     selected_columns = columns or (_COLUMNS if sql is None else "")
