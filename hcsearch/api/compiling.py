@@ -70,8 +70,6 @@ from hcsearch.springs.deployment.play import play_of_deployment
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 
-COMPILE_PROCESSES = 2
-"""Processes by default: compilation gains little from more, as one sample takes most of the time."""
 _FOLDING = "hex:023350:1"
 _MOVABLE = "hex:0234550132:4"
 _POLL_PERIOD = 0.5  # s
@@ -227,7 +225,7 @@ def can_compile_ahead() -> bool:
     return has_internals()
 
 
-def compile_kernels(processes: int = COMPILE_PROCESSES, progress: CompileProgress | None = None) -> CompiledKernels:
+def compile_kernels(processes: int, progress: CompileProgress | None = None) -> CompiledKernels:
     """Compile the kernels of all samples that are not in the cache, as `hcsearch compile` does.
 
     HcsearchError where a sample fails.
