@@ -163,6 +163,15 @@ def add_bracket(a: Reals, b: Reals, total: Reals) -> None:
 
 
 @lean
+def scalar_product(first: Reals, second: Reals) -> float:
+    """Return the scalar product of two rows; a library call would take longer for vectors this short."""
+    total = 0.0
+    for i in range(len(first)):
+        total += first[i] * second[i]
+    return total
+
+
+@lean
 def row_product(first: Reals, i: int, second: Reals, j: int, n: int) -> float:
     """Return the scalar product of the first n entries of row i of one table and row j of another.
 

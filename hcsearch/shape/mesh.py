@@ -93,13 +93,27 @@ def outline_of(faces: Iterable[Sequence[int]], vertices: Sequence[PlanePoint]) -
 
 
 def components(nodes: Iterable[_Node], pairs: Iterable[tuple[_Node, _Node]]) -> list[set[_Node]]:
-    """The connected components of a graph, in the order of their first nodes."""
-    import networkx as nx  # noqa: PLC0415 - most of what imports this module makes no mesh
+    """The connected components of a graph, in the order of their first nodes; pairs are its edges.
 
-    graph = nx.Graph()
-    graph.add_nodes_from(nodes)
-    graph.add_edges_from(pairs)
-    return list(nx.connected_components(graph))
+    networkx has the same, but takes longer to load than a command spends on all its patterns.
+    """
+    around: dict[_Node, list[_Node]] = {node: [] for node in nodes}
+    for a, b in pairs:
+        around[a].append(b)
+        around[b].append(a)
+    parts: list[set[_Node]] = []
+    reached: set[_Node] = set()
+    for start in around:
+        if start in reached:
+            continue
+        part, waiting = {start}, [start]
+        while waiting:
+            new = set(around[waiting.pop()]) - part
+            part |= new
+            waiting += new
+        reached |= part
+        parts.append(part)
+    return parts
 
 
 def facet_area(facet: Sequence[PlanePoint]) -> float:

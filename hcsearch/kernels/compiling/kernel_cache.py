@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
-from numba.core import compiler, serialize, types
+from numba.core import compiler, runtime, serialize, types
 from numba.core.caching import NullCache
 from numba.core.compiler_lock import global_compiler_lock
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 _Result: Any = compiler.CompileResult  # without types
+_runtime: Any = runtime
 _Tuple: Any = types.BaseTuple
 _dumps: Any = serialize.dumps
 _DAY = 86400.0
@@ -117,7 +118,9 @@ class KernelCache(NullCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the cached compile result of a signature; None if this process must compile it."""
-        target_context.refresh()
+        _runtime.rtsys.initialize(
+            target_context
+        )  # a refresh, which compilers make, would load all that can be compiled: 0.4 s
         name = self._file(sig, target_context.codegen())
         result = _read(wanted_folder(), name, target_context)
         folder = None if result is not None else writable_folder()

@@ -62,6 +62,7 @@ NUMBA_INTERNALS = (
     NumbaInternal("numba.core.dispatcher", "Dispatcher.add_overload", ("self", "cres")),
     NumbaInternal("numba.core.dispatcher", "Dispatcher.compile", ("self", "sig")),
     NumbaInternal("numba.core.dispatcher", "_FunctionCompiler._customize_flags", ("self", "flags")),
+    NumbaInternal("numba.core.runtime", "rtsys.initialize", ("ctx",)),
     NumbaInternal("numba.core.serialize", "dumps", ("obj",)),
     NumbaInternal("numba.core.types", "BaseTuple"),
 )

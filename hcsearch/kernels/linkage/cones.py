@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra import add_bracket
+from hcsearch.kernels.algebra import add_bracket, scalar_product
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 MAX_EXTREME_RAYS = 2048
@@ -21,15 +21,6 @@ MAX_EXTREME_RAYS = 2048
 END_LOCKED, END_PASSED, END_OPEN = 1, 2, 0
 """Verdicts of `settle_ends` on an end: locked at first order; passed, as some motion exists to second order or there
 are too many rays to decide; open, as no motion was found that is possible to second order."""
-
-
-@lean
-def _dot(first: Reals, second: Reals) -> float:
-    """Return the scalar product; a library call would take longer for vectors this short."""
-    total = 0.0
-    for i in range(len(first)):
-        total += first[i] * second[i]
-    return total
 
 
 @lean
@@ -201,8 +192,8 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
         equation = columns[:, row].copy()
         for _ in range(2):
             for earlier in range(row):
-                equation -= _dot(equations[earlier], equation) * equations[earlier]
-        length = np.sqrt(_dot(equation, equation))
+                equation -= scalar_product(equations[earlier], equation) * equations[earlier]
+        length = np.sqrt(scalar_product(equation, equation))
         if length <= 1e-11:
             equations[row] = 0.0
             continue
@@ -210,7 +201,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
             return -1
         equations[row] = equation / length
         for k in range(count):
-            value = _dot(rays[k], equations[row])
+            value = scalar_product(rays[k], equations[row])
             values[k] = value if abs(value) > 1e-11 else 0.0
         ray_count = count
         for p in range(count):
@@ -286,18 +277,18 @@ def _extends_to_second_order(screws: Reals, x: Reals, columns: Reals) -> bool:
     n = len(x)
     bend = np.empty(6)
     _bend(screws, x, bend)
-    length = np.sqrt(_dot(bend, bend))
+    length = np.sqrt(scalar_product(bend, bend))
     if length < 1e-12:
         return True
     column_count = n
     for i in range(n):
-        columns[i] = screws[i] / np.sqrt(_dot(screws[i], screws[i]))
+        columns[i] = screws[i] / np.sqrt(scalar_product(screws[i], screws[i]))
         if x[i] > 1e-9:  # smaller values may be zeros changed by rounding
             columns[column_count] = -columns[i]
             column_count += 1
     weights, residual = np.empty(column_count), np.empty(6)
     nonnegative_least_squares(columns[:column_count], -bend / length, weights, residual)
-    return bool(_dot(residual, residual) < 1e-18)
+    return bool(scalar_product(residual, residual) < 1e-18)
 
 
 @compiled

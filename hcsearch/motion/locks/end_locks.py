@@ -25,7 +25,7 @@ need not. Side walls that touch are left out: panels have some clearance there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -201,24 +201,19 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     On hinges that can turn at first order y has no power. It must hold the others shut, with y . bend positive for
     every ray and not negative for every two rays, which suffices for all their sums.
     """
-    from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
-
     if not columns.shape[1]:
         return None
     turning = rays.max(axis=0) > 1e-9
     held_columns = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
-    basis = null_space(columns[turning], rcond=ZERO_SCREW_SHARE)  # shape (n_rows, freedom of y)
+    _, sizes, right = np.linalg.svd(columns[turning])
+    basis = right[(sizes > ZERO_SCREW_SHARE * sizes.max()).sum() :].T  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
     squares = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
     positive, crossing = np.r_[held_columns, squares], bends[first, second]
-    # the first is ten times as quick, and needs all products to be positive or 0
-    for method in (_interior_wrench, _best_wrench):
-        wrench = method(positive @ basis, crossing @ basis, basis)
-        if wrench is None:
-            continue
-        wrench = wrench / np.abs(wrench).max()
+    for candidate in _candidate_wrenches(positive @ basis, crossing @ basis, basis, len(rays)):
+        wrench = candidate / np.abs(candidate).max()
         margin = float((positive @ wrench).min())
         # products of two rays may be a little below zero by rounding: those of the rays alone outweigh them
         if margin > WRENCH_MARGIN and margin > -2 * len(rays) * float((crossing @ wrench).min(initial=0.0)):
@@ -226,15 +221,27 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     return None
 
 
-def _interior_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:
-    """A wrench in the interior of the cone of positive powers, by least squares; None where it is empty."""
+def _candidate_wrenches(positive: Reals, nonnegative: Reals, basis: Reals, n_rays: int) -> Iterator[Reals]:
+    """Wrenches that may exclude all motions: of least squares, with positive powers only, or of a linear program.
+
+    Where least squares prove that no wrench has the margin, the linear program is left out: rows that sum to r with
+    weights >= 0 have powers that sum to r . y, at most |r| |y|, and |y| is bounded, as its greatest entry is 1.
+    """
     rows = np.r_[positive, nonnegative]
     lengths = np.sqrt((rows**2).sum(axis=1))
     if (lengths[: len(positive)] < ZERO_SCREW_SHARE).any():
-        return None
+        return
     nonzero = lengths > ZERO_SCREW_SHARE
-    _, middle, margin = _first_order(np.ascontiguousarray(rows[nonzero] / lengths[nonzero, None]))
-    return basis @ middle if margin > 0.0 else None
+    turns, wrench, margin = _first_order(np.ascontiguousarray(rows[nonzero] / lengths[nonzero, None]))
+    if margin > 0.0:
+        yield basis @ wrench
+    weights = np.zeros(len(rows))
+    weights[nonzero] = turns / lengths[nonzero]
+    power = np.sqrt(len(basis)) * np.linalg.norm(weights @ rows)
+    if power > WRENCH_MARGIN * (weights[: len(positive)].sum() - weights[len(positive) :].sum() / (2 * n_rays)):
+        best = _best_wrench(positive, nonnegative, basis)
+        if best is not None:
+            yield best
 
 
 def _best_wrench(positive: Reals, nonnegative: Reals, basis: Reals) -> Reals | None:

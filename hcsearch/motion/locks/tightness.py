@@ -18,7 +18,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.linkage.cones import nonnegative_least_squares
+from hcsearch.kernels.linkage.openings import LoopsAtStops, minimise_opening, open_loops, scale_turns
 from hcsearch.shape.linkage import Linkage
 
 FIRST_TURN_SUM, TURN_SUM_GROWTH, MAX_TURN_SUM_STEP = 0.01, 1.12, 0.05
@@ -27,9 +27,6 @@ LEAVING_START_COUNT = 4
 """Number of starting directions: one of equal turns, the others random."""
 SHUT_OPENING_SHARE = 1e-8
 """Loops are closed where their opening is below this share of the pattern's size."""
-MAX_OPENING_STEPS, MIN_OPENING_GAIN = 60, 1e-8
-"""Maximum number of steps of a minimisation of the opening, which ends where a step reduces the square by no more than
-this share."""
 OPENING_SAMPLE_COUNT = 4
 """Number of intermediate points between two states of a path at which the opening is evaluated."""
 
@@ -78,48 +75,22 @@ class _Loops:
     """The loops of a linkage as functions of turns away from the stops of one state."""
 
     def __init__(self, linkage: Linkage, angles: Reals) -> None:
-        self.linkage, self.angles = linkage, angles
-        self.senses = np.where(angles > 0.5 * math.pi, -1.0, 1.0)
-        self.total = math.pi * linkage.n_hinges
-        self.weights = _weights(linkage, angles)
-
-    def residuals(self, turns: Reals) -> tuple[Reals, Reals]:
-        """The residual, a vector whose length is the opening in metres, and its derivative."""
-        residual, jacobian = self.linkage.closure(self.angles + self.senses * turns)
-        count = len(residual) // 6
-        weighted = np.concatenate([residual[:, None], jacobian * self.senses], axis=1).reshape(count, 6, -1)
-        opened = (self.weights @ weighted).reshape(6 * count, -1) / math.sqrt(count)
-        return opened[:, 0], opened[:, 1:]
+        self.n_hinges, self.shut = linkage.n_hinges, SHUT_OPENING_SHARE * linkage.pattern.size
+        senses, weights = np.where(angles > 0.5 * math.pi, -1.0, 1.0), _weights(linkage, angles)
+        lines, size = (linkage.directions, linkage.points), linkage.pattern.size
+        self.at_stops = LoopsAtStops(*lines, *linkage.loop_arrays, size, angles, senses, weights, 0.1 * self.shut)
+        self._work = np.empty(linkage.n_rows), np.empty((linkage.n_rows, linkage.n_hinges))
 
     def opening(self, turns: Reals) -> float:
-        return float(np.linalg.norm(self.residuals(turns)[0]))
+        """The opening at some turns, m."""
+        return math.sqrt(open_loops(self.at_stops, turns, *self._work))
 
     def least_opening_turns(self, turns: Reals, total: float) -> Reals:
-        """Minimise the opening over turns of a given sum, from a start of the same sum.
-
-        Least squares with x >= 0, damped by Levenberg and Marquardt's method.
-        """
-        value, slope = self.residuals(turns)
-        damping, n = 1e-3, len(turns)
-        for _ in range(MAX_OPENING_STEPS):
-            square = float(value @ value)
-            across = slope - np.outer(slope @ turns / total, np.ones(n))  # derivative with the sum rescaled
-            size = float(np.linalg.norm(across)) / math.sqrt(n)
-            while damping < 1e6:
-                trial = _scaled_turns(_damped_turns(across, across @ turns - value, damping * size, turns), total)
-                residual, derivative = self.residuals(trial)
-                if residual @ residual < square:
-                    break
-                damping *= 4.0
-            else:
-                break
-            turns, value, slope, damping = trial, residual, derivative, 0.2 * damping
-            if value @ value > (1.0 - MIN_OPENING_GAIN) * square or self._is_negligible(value):
-                break
-        return turns
-
-    def _is_negligible(self, value: Reals) -> bool:
-        return float(value @ value) < (0.1 * SHUT_OPENING_SHARE * self.linkage.pattern.size) ** 2
+        """The turns of a given sum with the least opening near some turns, which are scaled to this sum."""
+        scaled = np.empty_like(turns)
+        scale_turns(turns, total, scaled)
+        minimise_opening(self.at_stops, scaled, total)
+        return scaled
 
     def greatest_opening(self, start: Reals, end: Reals) -> tuple[float, float]:
         """The greatest opening on the straight line between two states, and the sum of turns at it."""
@@ -128,7 +99,7 @@ class _Loops:
 
     def is_closed(self, turns: Reals) -> bool:
         """Whether the loops are closed."""
-        return self.opening(turns) < SHUT_OPENING_SHARE * self.linkage.pattern.size
+        return self.opening(turns) < self.shut
 
 
 def _weights(linkage: Linkage, angles: Reals) -> Reals:
@@ -147,34 +118,9 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
     return np.array(weights)
 
 
-def _damped_turns(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
-    """The y >= 0 that minimises |slope y - target|^2 + damping^2 |y - turns|^2."""
-    columns = np.concatenate([slope, damping * np.eye(len(turns))])
-    right_side = np.concatenate([target, damping * turns])
-    lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(right_side))
-    solution, residual = np.empty(len(turns)), np.empty(len(right_side))
-    nonnegative_least_squares(np.ascontiguousarray((columns / lengths).T), right_side / length, solution, residual)
-    scaled: Reals = solution * length / lengths
-    return scaled
-
-
-def _scaled_turns(turns: Reals, total: float) -> Reals:
-    """Scale turns to a sum, with none beyond the other stop."""
-    free = np.ones(len(turns), bool)
-    while True:
-        remaining = total - math.pi * int((~free).sum())
-        inside = float(turns[free].sum())
-        scaled = np.full(len(turns), math.pi)
-        scaled[free] = turns[free] * (remaining / inside) if inside > 0.0 else remaining / max(int(free.sum()), 1)
-        beyond = free & (scaled > math.pi)
-        if not beyond.any():
-            return scaled
-        free &= ~beyond
-
-
 def _first_turns(loops: _Loops) -> Reals:
     """Turns of the first sum with the least opening over all starts."""
-    n = loops.linkage.n_hinges
+    n = loops.n_hinges
     rng = np.random.default_rng(0)
     starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=LEAVING_START_COUNT - 1)]
     return min(
@@ -185,10 +131,10 @@ def _first_turns(loops: _Loops) -> Reals:
 def _forward_path(loops: _Loops, max_opening: float) -> list[Reals]:
     """Turns of least opening with growing sums, until the loops are closed again or their opening exceeds a maximum."""
     states = [_first_turns(loops)]
-    total = FIRST_TURN_SUM
-    while total < loops.total and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= max_opening:
-        total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), loops.total)
-        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
+    total, greatest = FIRST_TURN_SUM, math.pi * loops.n_hinges
+    while total < greatest and not loops.is_closed(states[-1]) and loops.opening(states[-1]) <= max_opening:
+        total = min(total + min((TURN_SUM_GROWTH - 1.0) * total, MAX_TURN_SUM_STEP), greatest)
+        states.append(loops.least_opening_turns(states[-1], total))
     return states
 
 
@@ -197,7 +143,7 @@ def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
     states = [forward[-1]]
     for turns in forward[-2::-1]:
         total = float(turns.sum())
-        states.append(loops.least_opening_turns(_scaled_turns(states[-1], total), total))
+        states.append(loops.least_opening_turns(states[-1], total))
     return states[::-1]
 
 
