@@ -2,6 +2,7 @@
 
 import math
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.folding import foldings
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.mesh import facet_area
+from hcsearch.shape.mesh import components, facet_area
 from hcsearch.shape.pattern import MOUNTAIN_CREASE, RIGID_CREASE, VALLEY_CREASE, Crease, Pattern, overlay
 from tests.strategies import circuits
 
@@ -32,6 +33,18 @@ def row(n, creases, thickness=0.1):
     return Pattern.from_polygons(
         tuple(square(float(k), 0.0) for k in range(n)), {(k, k + 1): c for k, c in enumerate(creases)}, thickness
     )
+
+
+@given(
+    st.integers(0, 12).flatmap(
+        lambda n: st.tuples(st.just(n), st.sets(st.tuples(*2 * [st.integers(0, max(n - 1, 0))])))
+    )
+)
+def test_components_are_those_of_networkx(drawn):
+    n, pairs = drawn
+    graph = nx.empty_graph(n)
+    graph.add_edges_from(pairs)
+    assert components(range(n), pairs) == list(nx.connected_components(graph))
 
 
 def test_rigid_creases_make_panels():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
@@ -19,10 +19,10 @@ from hcsearch.scenes.looks import SceneVariant, setup_of_variant
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiled_scene import compile_scene
-from hcsearch.springs.deployment.drives import Drives, drives_in
-from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.store import StoredPath, StoredVerdict
+
+if TYPE_CHECKING:
+    from hcsearch.springs.deployment.drives import Drives
 
 CaseSubject = str | Folding | Circuit | Linkage
 """The subject of a deployment or tuning: DESIGN:CREASE, an assembly, a file .toml, or a value."""
@@ -142,13 +142,20 @@ class Case:
         setup = setup_of_variant(setup, self.scene, self.look)
         if not self.look.springs:
             return setup
+        from hcsearch.springs.deployment.compiled_scene import compile_scene  # noqa: PLC0415 - few cases need the engine
+        from hcsearch.springs.deployment.spring_sets import springs_of, with_springs  # noqa: PLC0415
+
         compiled = compile_scene(self.linkage, setup, keep=frozenset({"stops"}))
         return with_springs(compiled, springs_of(self.folding, self.panel, compiled, self.look.springs)).setup
 
     @cached_property
     def drives(self) -> Drives | None:
         """The drives of its hinges from a file; None without."""
-        return None if self.drive is None else drives_in(self.drive, self.labels)
+        if self.drive is None:
+            return None
+        from hcsearch.springs.deployment.drives import drives_in  # noqa: PLC0415 - few cases need the engine
+
+        return drives_in(self.drive, self.labels)
 
     @property
     def sentence(self) -> str:

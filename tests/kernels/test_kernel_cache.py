@@ -26,6 +26,7 @@ from click.testing import CliRunner
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import CPUCodegen
+from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 from platformdirs.macos import MacOS
@@ -511,6 +512,18 @@ def test_where_the_folder_is(monkeypatch, tmp_path):
     assert cache_folder.wanted_folder() == tmp_path / ".cache/hcsearch/kernels"
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "chosen"))
     assert cache_folder.wanted_folder() == tmp_path / "chosen/hcsearch"
+
+
+def test_kernels_are_read_without_what_compiles_them(folder, load, monkeypatch):
+    """A refresh loads all that numba can compile, which takes longer than most commands."""
+    expected = load().through(1.0), load().qualified(4.0)
+    refresh = mock.Mock()
+    monkeypatch.setattr(CPUContext, "refresh", refresh)
+    module = load()
+    assert (module.through(1.0), module.qualified(4.0)) == expected
+    refresh.assert_not_called()
+    assert load(("FACTOR = 2.0", "FACTOR = 4.0")).through(1.0) == 5.0
+    refresh.assert_called()
 
 
 def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import combinations
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -199,6 +200,30 @@ def test_a_proof_that_leaves_out_a_ray_is_refused():
             assert not exact_checks.proves_second_order(end, none(linkage), proof[0])
     assert len(proved) == 1
     assert not lock_at(linkage, angles).locked
+
+
+@given(
+    st.integers(1, 5).flatmap(
+        lambda k: st.tuples(*(st.lists(st.tuples(*k * [st.integers(-2, 2)]), min_size=m, max_size=6) for m in (1, 0)))
+    ),
+    st.integers(1, 9),
+    st.sampled_from((1.0, 1e-6, 1e5)),
+)
+def test_the_linear_program_is_left_out_only_where_it_finds_nothing(rows, n_rays, scale):
+    """A wrench of its own passes no check where least squares exclude one."""
+    positive, nonnegative = (scale * np.array(part, float).reshape(-1, len(rows[0][0])) for part in rows)
+    basis, tried = np.eye(positive.shape[1]), []
+    with mock.patch.object(end_locks, "_best_wrench", lambda *arguments: tried.append(arguments)):
+        quick = list(end_locks._candidate_wrenches(positive, nonnegative, basis, n_rays))
+    assert len(quick) <= 1
+    for wrench in quick:
+        assert (positive @ wrench).min() > 0.0
+        assert (nonnegative @ wrench).min(initial=0.0) >= 0.0
+    best = end_locks._best_wrench(positive, nonnegative, basis)
+    if best is not None and not tried:
+        best = best / np.abs(best).max()
+        margin = (positive @ best).min()
+        assert margin <= end_locks.WRENCH_MARGIN or margin <= -2 * n_rays * (nonnegative @ best).min(initial=0.0)
 
 
 def test_forms_are_refused_where_the_diagonal_is_outweighed():

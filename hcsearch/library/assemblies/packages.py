@@ -11,7 +11,6 @@ from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals
@@ -146,6 +145,8 @@ def folded_package(pattern: Pattern) -> Package:
 
 def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:
     """Divide the plane by the edges of convex polygons; return each covered cell's area and covering polygons."""
+    import shapely  # noqa: PLC0415 - takes longer to load than all else here, and few readers ask for a package
+
     rings = [shapely.LinearRing(shadow) for shadow in shadows]
     lines = shapely.unary_union(rings, grid_size=EDGE_GRID_SHARE)
     polygons = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
@@ -166,6 +167,8 @@ def _contains(polygon: Reals, points: Reals) -> NDArray[np.bool_]:
 
 def flat_overlap(pattern: Pattern) -> float:
     """Return the area covered twice by facets of a flat pattern, in square metres; above 0, it cannot be made."""
+    import shapely  # noqa: PLC0415 - as above
+
     size = pattern.size
     facets = [np.array(facet) / size for facet in pattern.facets]
     union = shapely.unary_union([shapely.Polygon(facet) for facet in facets], grid_size=EDGE_GRID_SHARE)
