@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import play_sentence
+from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.cases.names import Place, database_location, reading_database, stored_circuit
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
+from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
 from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
 from hcsearch.store import Database, StoredVerdict, best_creases, find_circuit, find_design, find_verdict
+from hcsearch.store.columns import Quantity
+from hcsearch.store.conditions import find_quantity
+from hcsearch.store.location import parse_location
+from hcsearch.system.machine import default_database
 from hcsearch.system.outputs import check_output
+from hcsearch.web.report.reasons import deployment_scene_name, way_option_text
+
+_SHOWN = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
+"""Columns of `designs` on the best motion of a design."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +40,7 @@ class ShownDesign:
     circuit : in canonical order. foldings : all, or the one that is named. panel : size of its panels, m.
     number : its id in a database; None of a circuit without one, and then nothing of the rest is known.
     scene : whose verdicts these are. row : of the view `designs`, with the rows of its paths and deployments.
-    best : crease of its best folding. verdicts : by crease and scene.
+    best : crease of its best folding. verdicts : by crease and scene. location_option : names the database.
     """
 
     circuit: Circuit
@@ -39,6 +51,69 @@ class ShownDesign:
     row: Mapping[str, Any] = field(default_factory=dict)
     best: int | None = None
     verdicts: Mapping[tuple[int, str], StoredVerdict | None] = field(default_factory=dict)
+    location_option: str = ""
+
+    @property
+    def no_folding_reason(self) -> str:
+        """The reason that a circuit has no folding."""
+        return no_folding_reason(self.circuit.n)
+
+    @property
+    def joining(self) -> str | None:
+        """The joining of flat pairs in the motion that gave the design its status, of which its numbers are."""
+        row = self.row
+        if row["status"] == "movable":
+            return f"{row['flat_pairs']}, in the proved path of folding {self.best}"
+        best = (one for one in row["deployments"] if (one["crease"], one["base"]) == (self.best, self.scene))
+        deploys = next((one for one in best if one["status"] == "deploys"), None)
+        return None if deploys is None else f"{deploys['pairs']}, in the deployment of folding {self.best}"
+
+    def linking_number(self, folding: Folding) -> int:
+        """The twist of a folding."""
+        return twist(folding)
+
+    @property
+    def quantities(self) -> list[tuple[Quantity, Any]]:
+        """The columns of `designs` on its best motion that have a value."""
+        return [(find_quantity("designs", name), self.row[name]) for name in _SHOWN if self.row.get(name) is not None]
+
+    def sentences(self, folding: Folding) -> Iterator[list[str]]:
+        """Sentences on the mechanism of a folding and its stored motions, each with its details and commands."""
+        if twist(folding) == 0:
+            yield from ([freedoms.sentence] for freedoms in freedoms_of(folding, self.panel))
+            yield from lock_sentences(folding, self.panel)
+        if self.number is None:
+            return
+        deployments = [tried for tried in self.row["deployments"] if tried["crease"] == folding.crease]
+        deployed = {tried["base"]: tried["pairs"] for tried in deployments if tried["status"] == "deploys"}
+        for path in self.row["motions"]:
+            if path["crease"] == folding.crease:
+                yield self._path(path, deployed.get(path["scene"], path["flat_pairs"]))
+        yield from (self._deployment(tried, folding) for tried in deployments)
+
+    def _path(self, path: Mapping[str, Any], deployed_pairs: str) -> list[str]:
+        scene, pairs = path["scene"], path["flat_pairs"]
+        if pairs is None:
+            return [f"{scene}: {path['reason']}"]
+        play = f"{path['needed_margin']:.4g} mm of play on every face"
+        options = "" if scene == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(scene)}"
+        options += self.location_option + (way_option_text(pairs) if deployed_pairs != pairs else "")
+        command = f"hcsearch drive {self.number}:{path['crease']}{options}"
+        return [f"path, {scene}: proved, flat pairs {pairs}, with {play}", command]
+
+    def _deployment(self, tried: Mapping[str, Any], folding: Folding) -> list[str]:
+        scene = deployment_scene_name(tried, self.verdicts[folding.crease, tried["base"]])
+        return [
+            f"deployment, {tried['scene']}: {tried['status']}, {tried['reason']}",
+            *filter(None, [play_sentence(tried["needed_margin"])]),
+            f"hcsearch deploy {folding.notation} --scene {shlex.quote(scene)}{self.location_option}",
+        ]
+
+
+def _location_option(location: str) -> str:
+    """Return the option that names a database, empty for the default one."""
+    # as messages show it: a terminal may lack marks of a path, and a URL may hold a password
+    return "" if location == default_database() else f" --db {shlex.quote(parse_location(location).text)}"
 
 
 def show(
@@ -73,7 +148,8 @@ def show(
     if scene or panel:
         row["motions"] = [one for one in row["motions"] if one["scene"] == asked]
         row["deployments"] = [one for one in row["deployments"] if one["base"] == asked]
-    return ShownDesign(circuit, _chosen(circuit, crease), size, number, asked, row, best, verdicts)
+    place = _location_option(database_location(db))
+    return ShownDesign(circuit, _chosen(circuit, crease), size, number, asked, row, best, verdicts, place)
 
 
 def show_page(

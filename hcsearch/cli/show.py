@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,16 +10,12 @@ from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.basics.vocabulary import play_sentence
 from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples_epilog
-from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from hcsearch.designs.circuit import Circuit
+    from hcsearch.api.showing import ShownDesign
     from hcsearch.designs.folding import Folding
-    from hcsearch.designs.panel_sizes import PanelSize
+    from hcsearch.store.columns import Quantity
 
 
 @click.command(
@@ -54,83 +49,36 @@ def show(
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
     from hcsearch.api import showing
-    from hcsearch.designs.folding import no_folding_reason
 
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
         return
     shown = showing.show(design, db=db, scene=scene, panel=panel)
-    row = dict(shown.row) | ({} if shown.number is None else {"scene": shown.scene, "best": shown.best})
-    _print_circuit(shown.circuit, row)
-
-    def tell(folding: Folding) -> None:
-        if shown.number is not None:
-            _print_motions(folding, row, shown.verdicts, db)
-
-    _print_foldings(shown.foldings, shown.panel, no_folding_reason(shown.circuit.n), tell)
-
-
-def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None]) -> None:
-    """Foldings with panels of a size. why : there are none. tell : prints what is known of one beside."""
-    if not chosen:
-        click.echo(f"\nno two-stack folding: {why}")
-    for folding in chosen:
-        _print_folding(folding, panel)
-        tell(folding)
+    _print_circuit(shown)
+    if not shown.foldings:
+        click.echo(f"\nno two-stack folding: {shown.no_folding_reason}")
+    for folding in shown.foldings:
+        _print_folding(folding, shown.linking_number(folding))
+        for sentence, *details in shown.sentences(folding):
+            click.echo("\n    ".join([f"  {sentence}", *details]))
 
 
-def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tuple[int, str], Any], db: str) -> None:
-    """The paths and the deployments of a folding that a database holds, with the commands that repeat them."""
-    from hcsearch.web.report.reasons import deployment_scene_name, way_option_text
-
-    deployed = {(one["crease"], one["base"]): one["pairs"] for one in row["deployments"] if one["status"] == "deploys"}
-    for path in row["motions"]:
-        if path["crease"] != folding.crease:
-            continue
-        if path["flat_pairs"] is None:
-            click.echo(f"  {path['scene']}: {path['reason']}")
-            continue
-        play = f"{path['needed_margin']:.4g} mm of play on every face"
-        click.echo(f"  path, {path['scene']}: proved, flat pairs {path['flat_pairs']}, with {play}")
-        other = deployed.get((folding.crease, path["scene"]), path["flat_pairs"]) != path["flat_pairs"]
-        way = way_option_text(path["flat_pairs"]) if other else ""
-        where = "" if path["scene"] == DEFAULT_SCENE_NAME else f" --scene {shlex.quote(path['scene'])}"
-        click.echo(f"    hcsearch drive {row['id']}:{folding.crease}{where}{_where(db)}{way}")
-    for tried in row["deployments"]:
-        if tried["crease"] == folding.crease:
-            click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
-            if tried["needed_margin"] is not None:
-                click.echo(f"    {play_sentence(tried['needed_margin'])}")
-            scene = deployment_scene_name(tried, verdicts[folding.crease, tried["base"]])
-            click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(scene)}{_where(db)}")
-
-
-def _where(db: str) -> str:
-    """The option that names the database, where it is not the usual one."""
-    from hcsearch.store.location import parse_location
-
-    # as messages show it: a terminal may lack marks of a path, and a URL may hold a password
-    return "" if db == default_database() else f" --db {shlex.quote(parse_location(db).text)}"
-
-
-def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
-    array = circuit.array
-    slits = len(array.edges()) - circuit.n
+def _print_circuit(shown: ShownDesign) -> None:
+    circuit, row, array = shown.circuit, shown.row, shown.circuit.array
     facts: dict[str, object] = {
         "circuit": circuit.notation,
         "array": array.canonical().notation,
         "panels": circuit.n,
-        "slits": slits,
+        "slits": len(array.edges()) - circuit.n,
         "symmetry": circuit.symmetry,
         "array symmetry": array.symmetry,
         "orbit size": circuit.orbit_size,
         "fixed copies": circuit.n_fixed,
     }
     if row:
-        facts |= {"id": row["id"], "scene": row["scene"], "status": row["status"] or "not judged"}
-        facts |= _joined(row)
-    shown = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
-    facts |= {name.replace("_", " "): _with_unit(name, row[name]) for name in shown if row.get(name) is not None}
+        facts |= {"id": row["id"], "scene": shown.scene, "status": row["status"] or "not judged"}
+        facts |= {} if shown.joining is None else {"flat pairs": shown.joining}
+    facts |= {quantity.name.replace("_", " "): _with_unit(quantity, value) for quantity, value in shown.quantities}
     if row.get("needed_margin") is not None:
         facts["play"] = play_sentence(row["needed_margin"])
     for label, value in facts.items():
@@ -138,33 +86,16 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
 
 
-def _joined(row: dict[str, Any]) -> dict[str, object]:
-    """How flat pairs are joined in the motion that gave a design its status, of which its numbers are."""
-    if row["status"] == "movable":
-        return {"flat pairs": f"{row['flat_pairs']}, in the proved path of folding {row['best']}"}
-    own = (one for one in row["deployments"] if (one["crease"], one["base"]) == (row["best"], row["scene"]))
-    deploys = next((one for one in own if one["status"] == "deploys"), None)
-    if deploys is None:
-        return {}
-    return {"flat pairs": f"{deploys['pairs']}, in the deployment of folding {row['best']}"}
-
-
-def _with_unit(name: str, value: object) -> str:
-    """A value of a column of `designs`, as the table of columns has its unit."""
-    from hcsearch.store.conditions import find_quantity
-
-    if find_quantity("designs", name).kind == "boolean":
+def _with_unit(quantity: Quantity, value: object) -> str:
+    if quantity.kind == "boolean":
         return "yes" if value else "no"
     text = short_number(value, 6) if isinstance(value, float) else str(value)
-    return f"{text} {find_quantity('designs', name).unit}".rstrip()
+    return f"{text} {quantity.unit}".rstrip()
 
 
-def _print_folding(folding: Folding, panel: PanelSize) -> None:
-    from hcsearch.designs.twisting import twist
-
+def _print_folding(folding: Folding, twist: int) -> None:
     n = folding.circuit.n
-    lk = twist(folding)
-    click.echo(f"\nfolding {folding.crease}: flat creases {folding.crease} and {folding.opposite}, twist {lk}")
+    click.echo(f"\nfolding {folding.crease}: flat creases {folding.crease} and {folding.opposite}, twist {twist}")
     for label, stack in zip(("first", "second"), folding.stacks, strict=True):
         click.echo(f"  {label} stack, lowest panel first: {' '.join(map(str, stack))}")
     for kind in ("valley", "mountain"):
@@ -173,16 +104,3 @@ def _print_folding(folding: Folding, panel: PanelSize) -> None:
         click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
     click.echo(f"  flat creases (the face of a hinge, if there is one): {flats}")
-    if lk == 0:
-        _print_mechanism(folding, panel)
-
-
-def _print_mechanism(folding: Folding, panel: PanelSize) -> None:
-    from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-
-    for freedoms in freedoms_of(folding, panel):
-        click.echo(f"  {freedoms.sentence}")
-    for sentence, *more in lock_sentences(folding, panel):
-        click.echo(f"  {sentence}")
-        for exact in more:
-            click.echo(f"    {exact}")
