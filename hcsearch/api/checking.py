@@ -8,7 +8,8 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.names import Place, design_named
+from hcsearch.cases.databases import Place
+from hcsearch.cases.names import design_named
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease

@@ -8,7 +8,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.names import Place
+from hcsearch.cases.databases import Place
 from hcsearch.cases.replay_sources import find_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit

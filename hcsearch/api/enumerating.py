@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
-from hcsearch.cases.names import Place, database_location, database_snapshot, writing_database
+from hcsearch.cases.databases import Place, database_location, database_snapshot, writing_database
 from hcsearch.cases.stored_scenes import read_scene
 from hcsearch.designs.grid import Array, Grid, grid_of, parse_array
 from hcsearch.scenes import Scene

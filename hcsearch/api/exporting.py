@@ -11,7 +11,7 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.names import Place
+from hcsearch.cases.databases import Place
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding

@@ -9,7 +9,7 @@ from pathlib import Path
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.names import Place
+from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding

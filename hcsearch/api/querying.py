@@ -2,23 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
-from hcsearch.cases.names import Place, reading_database, writing_database
-from hcsearch.cases.selections import Query
+from hcsearch.cases.databases import Place, reading_database, writing_database
 from hcsearch.cases.stored_scenes import scene_asked_for
-from hcsearch.search.ranking import RankedDesigns, complete_weights, rank_designs, save_ranks
-from hcsearch.store import Database
+from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, format_rows, save_rows, stream, stream_sql
+from hcsearch.store.columns import RANKING_CRITERIA
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from hcsearch.search.ranking import RankedDesigns
+
 _DTYPES = {"integer": "Int64", "boolean": "boolean", "real": "Float64", "text": "string"}
 """Nullable pandas dtypes by the kinds of columns."""
+
+
+@dataclass(frozen=True)
+class Query:
+    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands in place of the rest."""
+
+    conditions: str = ""
+    view: str = "designs"
+    columns: str | Sequence[str] = ""
+    sort: str = ""
+    limit: int | None = None
+    scene: str | None = None
+    panel: str | None = None
+    sql: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.sql is not None and (any((self.conditions, self.columns, self.sort)) or self.limit is not None):
+            raise QueryError("a SELECT stands alone: put conditions, columns, order and limit into it")
+
+    def rows(self, database: Database) -> AbstractContextManager[Rows]:
+        """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
+        if self.sql is not None:
+            scenic = asks_for(self.sql, *SCENIC)
+            scene = self._scene(database, scenic)
+            if scenic:
+                check_scene(database, scene)
+            return stream_sql(database, self.sql, scene=scene)
+        return stream(
+            database,
+            self.conditions,
+            columns=self.columns,
+            sort=self.sort,
+            limit=self.limit,
+            view=self.view,
+            scene=self._scene(database, self.view in SCENIC),
+        )
+
+    def _scene(self, database: Database, scenic: bool) -> str:
+        """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
+        named = (self.scene, self.panel)
+        if not scenic and all(name is None for name in named):
+            return DEFAULT_SCENE_NAME
+        return scene_asked_for(database, *named, query=self.conditions)
 
 
 def read(
@@ -84,31 +131,45 @@ def rank(
         raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
     import pandas as pd  # noqa: PLC0415 - as above
 
-    with open_existing(db, to_write=save) as database:
-        ranked = rank_in_database(database, query, weights or {}, scene, panel, save=save)
+    ranked = rank_in_database(db, query, weights or {}, scene, panel, save=save)
     table = pd.DataFrame(list(ranked.result.rows), columns=list(ranked.result.columns)).astype({"pareto": bool})
     shown = table[table["pareto"]].reset_index(drop=True) if pareto else table
     return shown if limit is None else shown.head(limit)
 
 
-def open_existing(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
-    """Open an existing database for writing or read-only."""
-    return writing_database(db, create=False) if to_write else reading_database(db)
-
-
 def rank_in_database(
-    database: Database,
-    query: str,
-    weights: Mapping[str, float],
-    scene: str | None,
-    panel: str | None,
-    *,
-    save: bool,
+    db: Place | None, query: str, weights: Mapping[str, float], scene: str | None, panel: str | None, *, save: bool
 ) -> RankedDesigns:
-    """Rank the designs of an open database; save : store their scores."""
+    """Rank the designs of a database; save : store their scores."""
+    from hcsearch.search.ranking import complete_weights, rank_designs, save_ranks  # noqa: PLC0415 - only to rank
+
     all_weights = complete_weights(weights)
-    scene_name = scene_asked_for(database, scene, panel, query=query)
-    ranked = rank_designs(database, query, all_weights, scene_name)
-    if save:
-        save_ranks(database, ranked, scene_name)
+    with writing_database(db, create=False) if save else reading_database(db) as database:
+        scene_name = scene_asked_for(database, scene, panel, query=query)
+        ranked = rank_designs(database, query, all_weights, scene_name)
+        if save:
+            save_ranks(database, ranked, scene_name)
     return ranked
+
+
+def ranking_text(ranked: RankedDesigns, style: str, *, pareto: bool, limit: int | None) -> Iterator[str]:
+    """Yield a ranking as pieces of text in a style; in styles for people, column heads contain units."""
+    names = ranked.result.columns
+    on_front = names.index("pareto")
+    rows = [row for row in ranked.result.rows if row[on_front] or not pareto][:limit]
+    if style in ("table", "markdown"):
+        units = {quantity.name: f" ({quantity.unit})" for quantity in RANKING_CRITERIA if quantity.unit}
+        names = tuple(name + units.get(name, "") for name in names)
+    return format_rows(Rows(names, (None,) * len(names), iter([rows] if rows else [])), style)
+
+
+def query_text(selection: Query, db: Place, style: str) -> Iterator[str]:
+    """Yield the rows that a query selects as pieces of text in a style."""
+    with reading_database(db) as database, selection.rows(database) as rows:
+        yield from format_rows(rows, style)
+
+
+def save_query(selection: Query, db: Place, style: str, path: str | Path) -> None:
+    """Write the rows that a query selects to a file in a style."""
+    with reading_database(db) as database, selection.rows(database) as rows:
+        save_rows(rows, style, Path(path))

@@ -13,7 +13,7 @@ from typing import Any
 from hcsearch.api.kinds import describe_kind
 from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import CaseSubject
-from hcsearch.cases.names import Place
+from hcsearch.cases.databases import Place
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.system.lazy import names_in_stub
 

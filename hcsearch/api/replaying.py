@@ -7,7 +7,7 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.names import Place
+from hcsearch.cases.databases import Place
 from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import ReplaySource, replay_case, replay_of_deployment
 from hcsearch.cases.resolve import resolve

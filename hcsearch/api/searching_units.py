@@ -7,7 +7,7 @@ from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.names import Place, writing_database
+from hcsearch.cases.databases import Place, writing_database
 from hcsearch.library.unit_search.elements import Element, elements_of_designs, isosceles_elements
 from hcsearch.library.unit_search.unit_search import (
     ElementSearchResult,

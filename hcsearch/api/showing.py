@@ -11,8 +11,9 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import play_sentence
+from hcsearch.cases.databases import Place, database_location, reading_database
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-from hcsearch.cases.names import Place, database_location, reading_database, stored_circuit
+from hcsearch.cases.names import deployment_scene_name, stored_circuit, way_option_text
 from hcsearch.cases.resolve import resolve_scene
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.designs.circuit import Circuit
@@ -27,7 +28,6 @@ from hcsearch.store.conditions import find_quantity
 from hcsearch.store.location import parse_location
 from hcsearch.system.machine import default_database
 from hcsearch.system.outputs import check_output
-from hcsearch.web.report.reasons import deployment_scene_name, way_option_text
 
 _SHOWN = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
 """Columns of `designs` on the best motion of a design."""

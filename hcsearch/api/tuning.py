@@ -11,7 +11,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.names import Place, writing_database
+from hcsearch.cases.databases import Place, writing_database
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.springs.tuning.evaluation import DatabaseMemory

@@ -1,62 +1,28 @@
-"""Databases, designs and parameters of assemblies as users name them."""
+"""Designs, scenes of deployments and parameters of assemblies as users name them."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.cases.databases import Place, reading_database
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.scenes.scene import warn_of_panel_size
+from hcsearch.scenes.scene import joined_name, warn_of_panel_size
 from hcsearch.store import (
     Database,
+    StoredVerdict,
     find_circuit,
-    open_database,
-    open_readonly,
 )
-from hcsearch.system.machine import default_database
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize
-
-Place = str | Path | Database
-
-
-def database_location(db: Place | None) -> str:
-    """Return the location of a database: the one that is named, else HCSEARCH_DB, else hcsearch.sqlite."""
-    if isinstance(db, Database):
-        return db.location
-    return default_database() if db is None else str(db)
-
-
-def reading_database(db: Place | None) -> AbstractContextManager[Database]:
-    """Open a database to read."""
-    return nullcontext(db) if isinstance(db, Database) else open_readonly(database_location(db))
-
-
-def writing_database(db: Place | None, *, create: bool) -> AbstractContextManager[Database]:
-    """Open a database to write."""
-    return nullcontext(db) if isinstance(db, Database) else open_database(database_location(db), create=create)
-
-
-@contextmanager
-def database_snapshot(db: Place | None) -> Iterator[tuple[Database | None, DatabaseError | None]]:
-    """Open a database to read all in one transaction; give the error in its place where that cannot be done."""
-    try:
-        opened = reading_database(db)
-    except DatabaseError as error:
-        yield None, error
-        return
-    with opened as database, database.snapshot() as held:
-        yield held, None
 
 
 def is_id(name: str) -> bool:
@@ -145,3 +111,26 @@ def _size(text: str) -> tuple[int, int]:
     if match is None:
         raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
     return int(match[1]), int(match[2])
+
+
+def deployment_scene_name(row: Mapping[str, Any], verdict: StoredVerdict | None) -> str:
+    """Return the scene name with which `hcsearch deploy` repeats a deployment.
+
+    verdict : on the folding in the served scene. If another variant gave it, the name includes the joining of flat
+    pairs, since `hcsearch deploy` would otherwise use that of the verdict.
+    """
+    scene, pairs = str(row["scene"]), str(row["pairs"])
+    if verdict is None or scene != row["base"]:
+        return scene
+    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path_flat_pairs is not None
+    deployed = verdict.deployed_variant
+    if deploys:
+        is_other = deployed is not None and not deployed.as_written
+    else:
+        is_other = moves and verdict.path_flat_pairs != pairs
+    return joined_name(scene, pairs) if is_other else scene
+
+
+def way_option_text(way: str | None) -> str:
+    """Return the option of `hcsearch drive` for a joining of flat pairs; empty for None."""
+    return "" if way is None else f" --flat-pairs {way}"

@@ -7,18 +7,20 @@ of the stored deployment that deploys, else that of the stored proved path in th
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
-from hcsearch.cases.names import Place, database_snapshot, is_id, only_folding, refuse_unknown, stored_circuit
+from hcsearch.cases.databases import Place, database_snapshot
+from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
 from hcsearch.cases.stored_scenes import only_scene, read_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, variant_parts
 from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_with
@@ -81,11 +83,20 @@ def resolve_scene(
 ) -> Scene:
     """Resolve the scene in which all foldings of a design are tried, with panels on a grid; as `resolve`."""
     arguments = _Arguments(scene, panel, flat_pairs, dict(values or {}), path=False)
-    with database_snapshot(db) as (database, _):
+    with _scene_database(scene, db) as (database, _):
         base, parts = _base_scene({}, arguments, database, grid)
     if parts:
         raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs")
     return replace(arguments.changed(base), panel=panel_of(base, grid))
+
+
+def _scene_database(
+    scene: Scene | str | None, db: Place | None
+) -> AbstractContextManager[tuple[Database | None, DatabaseError | None]]:
+    """Open the database in which a scene is looked up; none for values, built-in scenes and files."""
+    if not isinstance(scene, str) or scene in SCENES or scene.endswith(".toml"):
+        return nullcontext((None, None))
+    return database_snapshot(db)
 
 
 @dataclass(frozen=True)
@@ -107,8 +118,8 @@ class _Arguments:
 def _of_linkage(linkage: Linkage, arguments: _Arguments, db: Place | None) -> Case:
     if arguments.panel is not None or arguments.flat_pairs is not None:
         raise HcsearchError("a Linkage has panels and flat pairs: leave out panel and flat_pairs")
-    with database_snapshot(db) as (database, _):
-        named = arguments.scene
+    named = arguments.scene
+    with _scene_database(named, db) as (database, _):
         scene = named if isinstance(named, Scene) else read_scene(named, database)
     scene = replace(arguments.changed(scene), panel=None)
     return Case(repr(linkage), linkage, scene, first_variant(scene))
@@ -147,7 +158,7 @@ def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Foldi
 
 
 def _of_assembly(name: str, subject: str, content: Mapping[str, Any], arguments: _Arguments, db: Place | None) -> Case:
-    with database_snapshot(db) as (database, _):
+    with _scene_database(arguments.scene, db) as (database, _):
         scene, parts = _base_scene(content, arguments, database)
     if arguments.panel or scene.panel or arguments.flat_pairs or "panel_mm" in content or parts:
         raise HcsearchError(f"{subject} is an assembly with sizes of its own: leave out --panel, --flat-pairs")

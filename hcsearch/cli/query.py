@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from hcsearch.basics.errors import printable
@@ -57,18 +55,14 @@ def query(
     circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
     negation.
     """
-    from hcsearch.cases.selections import Query
-    from hcsearch.store import format_rows, open_readonly, save_rows
+    from hcsearch.api.querying import Query, query_text, save_query
 
     selected_columns = columns or (_COLUMNS if sql is None else "")
-    query_arguments = Query(condition, "designs", selected_columns, sort or "", limit, scene, panel, sql)
-    if output is not None:
-        check_output(output)
-    with open_readonly(db) as database, query_arguments.rows(database) as rows:
-        if output is None:
-            for text in format_rows(rows, style):
-                click.echo(text, nl=False)
-        else:
-            save_rows(rows, style, Path(output))
-    if output is not None:
-        click.echo(printable(output))
+    selection = Query(condition, "designs", selected_columns, sort or "", limit, scene, panel, sql)
+    if output is None:
+        for text in query_text(selection, db, style):
+            click.echo(text, nl=False)
+        return
+    check_output(output)
+    save_query(selection, db, style, output)
+    click.echo(printable(output))

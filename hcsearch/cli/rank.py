@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,10 +11,6 @@ from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples_epilog, named_numbers, query_argument
 from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.store.result_files import FORMATS
-
-if TYPE_CHECKING:
-    from hcsearch.search.ranking import RankedDesigns
-    from hcsearch.store import Rows
 
 _STYLES = tuple(style for style in FORMATS if style != "parquet")
 _CRITERIA = "\n".join(
@@ -63,19 +58,15 @@ def rank(
     of the worths of the criteria below, each from 0 to 1; a missing value is worth 0. Designs that are known not to
     deploy (without a folding, twisted or locked) are left out.
     """
-    from hcsearch.api.querying import open_existing, rank_in_database
-    from hcsearch.search.ranking import complete_weights
-    from hcsearch.store import format_rows
+    from hcsearch.api.querying import rank_in_database, ranking_text
 
-    all_weights = complete_weights(_read(weights))
-    with open_existing(db, to_write=save) as database:
-        ranked = rank_in_database(database, condition, all_weights, scene, panel, save=save)
-    for text in format_rows(_shown(ranked, pareto, limit, style), style):
+    ranked = rank_in_database(db, condition, _read(weights), scene, panel, save=save)
+    for text in ranking_text(ranked, style, pareto=pareto, limit=limit):
         click.echo(text, nl=False)
     if ranked.unranked_ids:
         click.echo(f"left out: {len(ranked.unranked_ids):,} designs that are known not to deploy", err=True)
     if save:
-        click.echo(f"scores saved: {len(ranked.result.rows):,} designs in {database.location}", err=True)
+        click.echo(f"scores saved: {len(ranked.result.rows):,} designs in {ranked.location}", err=True)
 
 
 def _read(texts: Sequence[str]) -> dict[str, float]:
@@ -87,16 +78,3 @@ def _read(texts: Sequence[str]) -> dict[str, float]:
             raise QueryError(f"cannot read the weight {text!r}: write NAME=W, such as dof=2")
         weights[name] = weight
     return weights
-
-
-def _shown(ranked: RankedDesigns, pareto: bool, limit: int | None, style: str) -> Rows:
-    """Return the table to print; in the style for people, column heads contain units."""
-    from hcsearch.store import Rows
-
-    names = ranked.result.columns
-    on_front = names.index("pareto")
-    rows = [row for row in ranked.result.rows if row[on_front] or not pareto][:limit]
-    if style in ("table", "markdown"):
-        units = {quantity.name: f" ({quantity.unit})" for quantity in RANKING_CRITERIA if quantity.unit}
-        names = tuple(name + units.get(name, "") for name in names)
-    return Rows(names, (None,) * len(names), iter([rows] if rows else []))

@@ -7,7 +7,8 @@ from typing import Any, get_args
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.case import Case
-from hcsearch.cases.names import Place, design_named
+from hcsearch.cases.databases import Place
+from hcsearch.cases.names import design_named
 from hcsearch.cases.replay_sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit

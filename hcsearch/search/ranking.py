@@ -105,10 +105,12 @@ class RankedDesigns:
 
     result : columns rank (shared by equal scores), id, circuit, score, pareto (1 on the front), and the criteria with
         a positive weight. unranked_ids : ids of the designs known not to deploy: no folding, twisted, or locked.
+    location : of the database, for messages.
     """
 
     result: Result
     unranked_ids: tuple[int, ...]
+    location: str
 
 
 def rank_designs(
@@ -138,7 +140,8 @@ def rank_designs(
         )
     ]
     names = ("rank", "id", "circuit", "score", "pareto", *(quantity.name for quantity in counted))
-    return RankedDesigns(Result(names, tuple(ranked)), tuple(row[1] for row in selected.rows if row[0] == 0))
+    unranked_ids = tuple(row[1] for row in selected.rows if row[0] == 0)
+    return RankedDesigns(Result(names, tuple(ranked)), unranked_ids, database.location)
 
 
 def save_ranks(database: Database, ranked: RankedDesigns, scene: str = DEFAULT_SCENE_NAME) -> None:

@@ -14,6 +14,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import millimetres, play_sentence
 from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
+from hcsearch.cases.names import deployment_scene_name, way_option_text
 from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, stored_replays
 from hcsearch.cases.resolve import resolve
@@ -32,11 +33,9 @@ from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldin
 from hcsearch.web.report.plots import DrawnPlot, marks_of_motion, plots_of
 from hcsearch.web.report.reasons import (
     best_deployment,
-    deployment_scene_name,
     play_of_row,
     status_reason,
     verdict_of_row,
-    way_option_text,
 )
 from hcsearch.web.report.templating import database_option_text, scene_option_text
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import cast
 
 from hcsearch.basics.vocabulary import STATUSES, Way, play_sentence
-from hcsearch.scenes import joined_name
 from hcsearch.scenes.looks import SceneVariant, describe_spring_set
 from hcsearch.store import StoredVerdict
 from hcsearch.web.report.data import ViewRow
@@ -52,29 +51,6 @@ def springs_of_row(row: ViewRow) -> str:
         else f"springs of the scene {row['base']}"
     )
     return f"{text}, flat pairs {row['pairs']}"
-
-
-def deployment_scene_name(row: ViewRow, verdict: StoredVerdict | None) -> str:
-    """Return the scene name with which `hcsearch deploy` repeats a deployment.
-
-    verdict : on the folding in the served scene. If another variant gave it, the name includes the joining of flat
-    pairs, since `hcsearch deploy` would otherwise use that of the verdict.
-    """
-    scene, pairs = str(row["scene"]), str(row["pairs"])
-    if verdict is None or scene != row["base"]:
-        return scene
-    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path_flat_pairs is not None
-    deployed = verdict.deployed_variant
-    if deploys:
-        is_other = deployed is not None and not deployed.as_written
-    else:
-        is_other = moves and verdict.path_flat_pairs != pairs
-    return joined_name(scene, pairs) if is_other else scene
-
-
-def way_option_text(way: str | None) -> str:
-    """Return the option of `hcsearch drive` for a joining of flat pairs; empty for None."""
-    return "" if way is None else f" --flat-pairs {way}"
 
 
 def verdict_of_row(folding: ViewRow, deployments: Sequence[ViewRow]) -> StoredVerdict | None:

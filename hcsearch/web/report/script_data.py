@@ -7,11 +7,12 @@ from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import DESIGN_STATUSES
+from hcsearch.cases.names import deployment_scene_name
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
-from hcsearch.web.report.reasons import best_deployment, deployment_scene_name, status_reason, verdict_of_row
+from hcsearch.web.report.reasons import best_deployment, status_reason, verdict_of_row
 
 PackedColumn = list[object] | dict[str, object]
 """A column in compact form, with repeated values stored once."""
