@@ -41,12 +41,7 @@ def identify_spring(path: str | Path) -> IdentifiedSpring:
 
 
 def identify_damping(
-    paths: Sequence[str],
-    inertia: float,
-    *,
-    hinges: int = 1,
-    rate: float | None = None,
-    start: float | None = None,
+    paths: Sequence[str], inertia: float, *, hinges: int = 1, rate: float | None = None, start: float | None = None
 ) -> HingeDamping:
     """Identify the damping of a hinge from free vibrations of a block, as `hcsearch identify damping` does.
 

@@ -15,11 +15,7 @@ from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.scenes.scene import joined_name, warn_of_panel_size
-from hcsearch.store import (
-    Database,
-    StoredVerdict,
-    find_circuit,
-)
+from hcsearch.store import Database, StoredVerdict, find_circuit
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize

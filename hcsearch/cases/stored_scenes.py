@@ -39,12 +39,7 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
 
 
 def scene_asked_for(
-    database: Database,
-    text: str | None,
-    panel: str | None,
-    *,
-    query: str = "",
-    grid: str | None = None,
+    database: Database, text: str | None, panel: str | None, *, query: str = "", grid: str | None = None
 ) -> str:
     """Return the name of the stored scene denoted by options, with panels of a grid or of the grids of a query.
 

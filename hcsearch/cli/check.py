@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         "hcsearch check pattern.fold",
         "hcsearch check hex:0234435011",
         "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged",
-    ),
+    )
 )
 @circuit_options
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")

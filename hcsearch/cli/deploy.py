@@ -22,14 +22,10 @@ from hcsearch.system.terminal import short_number
         "hcsearch deploy hex:0234550132:4 --picture angles.svg",
         "hcsearch deploy thesis-4x4 --formulation penalty",
         "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv",
-    ),
+    )
 )
 @subject_options
-@click.option(
-    "--formulation",
-    type=click.Choice(FORMULATIONS),
-    help="The equations of motion.  [default: constrained]",
-)
+@click.option("--formulation", type=click.Choice(FORMULATIONS), help="The equations of motion.  [default: constrained]")
 @click.option(
     "--method",
     type=click.Choice(INTEGRATORS),

@@ -15,7 +15,7 @@ from hcsearch.cli.progress import ProgressMeter
     epilog=examples_epilog(
         "hcsearch prove hex:0234550132:4 --output path.json",
         "hcsearch prove hex:0223335500:4 --output lock.json --panel 100x10",
-    ),
+    )
 )
 @proof_options
 @click.option("--output", required=True, metavar="FILE", help="The certificate to write, a file .json.")

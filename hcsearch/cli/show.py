@@ -28,14 +28,7 @@ if TYPE_CHECKING:
 @scene_options
 @click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
 @click.option("--output", metavar="FILE", help="The file of the page.  [default: reports/design-DESIGN.html]")
-def show(
-    design: str,
-    db: str,
-    scene: str | None,
-    panel: str | None,
-    as_html: bool,
-    output: str | None,
-) -> None:
+def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bool, output: str | None) -> None:
     """Print a design and its foldings, or write a page.
 
     A design is named by its id in the database or by the notation of its circuit, which may be in any position, order

@@ -247,12 +247,7 @@ class Folding:
             creases |= {(min(pair), max(pair)): RIGID_CREASE for pair in self.mirror_pairs}
         return Pattern(vertices, tuple(faces), creases, thickness, of_circuit=True)
 
-    def linkage(
-        self,
-        panel: PanelSize | str | None = None,
-        *,
-        flat_pairs: Way = "rigid",
-    ) -> Linkage:
+    def linkage(self, panel: PanelSize | str | None = None, *, flat_pairs: Way = "rigid") -> Linkage:
         """The folding as a linkage of thick panels, which stands on its lowest flat pair.
 
         panel : length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of

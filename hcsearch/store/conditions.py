@@ -21,19 +21,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
-from sqlalchemy import (
-    ColumnClause,
-    ColumnElement,
-    FromClause,
-    and_,
-    column,
-    literal,
-    not_,
-    or_,
-    table,
-    text,
-    true,
-)
+from sqlalchemy import ColumnClause, ColumnElement, FromClause, and_, column, literal, not_, or_, table, text, true
 
 from hcsearch.basics.errors import ArrayError, NotationError, QueryError
 from hcsearch.designs.circuit import Circuit

@@ -154,8 +154,7 @@ def undecided(database: Database, work: WorkKey, budget: int | None = None) -> l
     recorded_efforts = func.coalesce(motion.c.efforts, 0)
     efforts = case((motion.c.states > 0, 0), else_=recorded_efforts)
     joined = verdict.join(design, design.c.id == verdict.c.design_id).outerjoin(
-        motion,
-        and_(*(motion.c[name] == verdict.c[name] for name in ("design_id", "crease", "scene"))),
+        motion, and_(*(motion.c[name] == verdict.c[name] for name in ("design_id", "crease", "scene")))
     )
     conditions = [design.c.grid == work.grid, design.c.n == work.n, verdict.c.scene == work.scene]
     conditions.append(verdict.c.status == "undecided")

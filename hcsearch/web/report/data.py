@@ -16,15 +16,7 @@ from hcsearch.basics.errors import DatabaseError, NotationError
 from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store import (
-    Database,
-    Summary,
-    best_creases,
-    rows_of_designs,
-    scene_names,
-    select,
-    summarize,
-)
+from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize
 from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.templating import database_option_text

@@ -31,12 +31,7 @@ from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of
 from hcsearch.web.report.plots import DrawnPlot, marks_of_motion, plots_of
-from hcsearch.web.report.reasons import (
-    best_deployment,
-    play_of_row,
-    status_reason,
-    verdict_of_row,
-)
+from hcsearch.web.report.reasons import best_deployment, play_of_row, status_reason, verdict_of_row
 from hcsearch.web.report.templating import database_option_text, scene_option_text
 
 
