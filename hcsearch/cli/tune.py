@@ -11,12 +11,12 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples_epilog, json_option, named_numbers
 from hcsearch.cli.progress import ProgressMeter
+from hcsearch.springs.tuning.tuning_options import SPREAD_NAMES, Spread, TuningOptions
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
-    from hcsearch.springs.tuning.robustness import Spread
     from hcsearch.springs.tuning.spring_tuning import Tuning
 
 
@@ -41,14 +41,14 @@ if TYPE_CHECKING:
 @click.option(
     "--evaluations",
     type=click.IntRange(min=1),
-    default=500,
+    default=TuningOptions.evaluations,
     show_default=True,
     help="How many sets of springs are tried at most, in all, each by one quick simulation.",
 )
 @click.option(
     "--samples",
     type=click.IntRange(min=0),
-    default=64,
+    default=TuningOptions.samples,
     show_default=True,
     help="How many simulations within the tolerances are run for each set that is reported; more compare sets.",
 )
@@ -64,7 +64,13 @@ if TYPE_CHECKING:
     metavar="SOFT,STIFF",
     help="The softest and the stiffest spring, N m/rad.  [default: those of the scene]",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=TuningOptions.seed,
+    show_default=True,
+    help="Seed of the random numbers.",
+)
 @json_option
 @click.option(
     "--output", metavar="FILE.toml", help="Write the scene with its springs to a file that hcsearch deploy reads."
@@ -138,8 +144,6 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.springs.tuning.robustness import SPREAD_NAMES, Spread
-
     shares: dict[str, float] = {}
     twice = "--spread {} is given twice: leave one out"
     for text, name, share in named_numbers(texts, lambda name: HcsearchError(twice.format(name))):

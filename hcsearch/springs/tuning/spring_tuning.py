@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +20,6 @@ from hcsearch.springs.deployment.outcomes import reason_with_clearance
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares
 from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator, SceneScales
-from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import (
     SeenSpringSet,
     SpringSearch,
@@ -31,11 +29,8 @@ from hcsearch.springs.tuning.spring_search import (
     springs_for,
     stiffnesses_of_groups,
 )
+from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch.system.figures import load_matplotlib
-
-DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT = 500, 64
-"""Spring sets that are tried, and samples of the tolerances that are drawn for a confirmed set."""
-
 
 NO_LABELS = Labels((), ())
 
@@ -86,23 +81,16 @@ class Tuning:
 def tune_springs(
     linkage: Linkage,
     scene: Scene | Setup,
+    options: TuningOptions,
     formulation: Formulation | None = None,
     *,
-    catalogue: Sequence[float] = (),
-    evaluations: int = DEFAULT_EVALUATION_COUNT,
-    samples: int = DEFAULT_SAMPLE_COUNT,
-    spread: Spread | None = None,
-    seed: int = 0,
     memory: EvaluationMemory | None = None,
     progress: TuningProgress | None = None,
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
     formulation : unless given `constrained`, or `compliant` where only with it a set of the first generation becomes
-    flat. catalogue : stiffnesses of the springs that can be bought (N m/rad). evaluations : greatest number of spring
-    sets tried in all: for the choice of the formulation, the search and the rounding. samples : drawn of the tolerances
-    in `spread` for each reported set; half as many as evaluations may be drawn in addition to compare sets and make
-    them more robust. memory : a cache of evaluations, with which the same tuning resumes where it stopped.
+    flat. memory : a cache of evaluations, with which the same tuning resumes where it stopped.
     The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
     """
@@ -120,14 +108,13 @@ def tune_springs(
             f"springs of {given.min():g} to {given.max():g} N m/rad are no start of a search from {softest:g} to "
             f"{stiffest:g}: {_remedy(float(given.min()), float(given.max()), softest)}"
         )
-    levels = catalogue_levels(catalogue, stiffest, softest) if catalogue else ()
+    levels = catalogue_levels(options.catalogue, stiffest, softest) if options.catalogue else ()
     start = stiffnesses_of_groups([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
-    first = first_generation(start, tied, seed, (softest, stiffest))
-    evaluator = _evaluator(linkage, setup, formulation, first, memory, evaluations)
-    shares = evaluation_shares(evaluations - evaluator.earlier_evaluations, samples, bool(catalogue))
-    budget = max(1, shares.total - shares.robust - shares.catalogue)
-    search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
-    finder = SpringSetFinder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
+    first = first_generation(start, tied, options.seed, (softest, stiffest))
+    evaluator = _evaluator(linkage, setup, formulation, first, memory, options.evaluations)
+    shares = evaluation_shares(options, evaluator.earlier_evaluations)
+    search = SpringSearch(evaluator, tied, shares.search, options.seed, progress or _silent)
+    finder = SpringSetFinder(search, setup, options, shares)
     interrupted = False
     rounded = None
     start_set = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
@@ -154,7 +141,7 @@ def tune_springs(
         labels_of(linkage),
         evaluator.sample_count,
         evaluator.samples_recalled,
-        tuple(map(float, catalogue)),
+        options.catalogue,
     )
 
 
@@ -179,7 +166,7 @@ def _evaluator(
     formulation: Formulation | None,
     first: Reals,
     memory: EvaluationMemory | None,
-    evaluations: int = DEFAULT_EVALUATION_COUNT,
+    evaluations: int,
 ) -> Evaluator:
     """Return the evaluator of the given formulation, or of exact closure unless only compliant arrays become flat.
 
