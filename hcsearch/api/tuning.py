@@ -14,6 +14,8 @@ from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.names import Place, writing_database
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
+from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
 from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
@@ -74,3 +76,11 @@ def tune(
             memory=None if database is None else DatabaseMemory(database, json.dumps(case.key, sort_keys=True)),
             progress=progress,
         )
+
+
+def tuned_file_text(case: Case, tuning: Tuning) -> str:
+    """Return the text of a file with a case and its tuned springs, for `deploy`, below a note on what to buy."""
+    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
+    scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
+    bought = "" if tuning.springs_to_buy is None else f"# buy: {tuning.purchase}\n"
+    return bought + scene_file_text(case.facts, tuning.formulation, scene)

@@ -16,8 +16,7 @@ from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
-    from hcsearch.cases.case import Case
-    from hcsearch.springs.tuning.spring_tuning import Tuning
+    from hcsearch import Case, Tuning
 
 
 @click.command(
@@ -87,7 +86,6 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     springs; 2 for wrong input.
     """
     from hcsearch.api import tuning as tunings
-    from hcsearch.springs.tuning import spring_tuning
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -96,42 +94,24 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     with ProgressMeter("set") as meter:
         tuning = tunings.tune(
             case,
-            formulation=options["formulation"],
             keep_in=options["db"],
             catalogue=catalogue,
-            evaluations=options["evaluations"],
-            samples=options["samples"],
             spread=spread,
-            seed=options["seed"],
             progress=meter,
+            **{name: options[name] for name in ("formulation", "evaluations", "samples", "seed")},
         )
     if options["output"]:
-        _write(options["output"], tuning, case)
+        if tuning.rounded is not None and not tuning.rounded.confirmed:
+            click.echo(f"no catalogue springs are certified clear: {options['output']} has the tuned ones", err=True)
+        write_output(options["output"], tunings.tuned_file_text(case, tuning))
     if as_json:
-        click.echo(json.dumps(spring_tuning.tuning_facts(tuning), indent=2, allow_nan=False))
+        click.echo(json.dumps(tuning.facts(), indent=2, allow_nan=False))
     else:
         _print(tuning, case)
     if tuning.interrupted:
         raise KeyboardInterrupt
     if not tuning.chosen.confirmed:
         click.get_current_context().exit(1)
-
-
-def _write(path: str, tuning: Tuning, case: Case) -> None:
-    """Write the scene with the chosen springs to a file."""
-    from hcsearch.scenes.scene_file import scene_file_text
-    from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
-
-    if tuning.rounded is not None and not tuning.rounded.confirmed:
-        click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    from hcsearch.springs.tuning import spring_tuning
-
-    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
-    scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
-    bought = (
-        "" if spring_tuning.springs_to_buy(tuning) is None else f"# buy: {spring_tuning.shopping_sentence(tuning)}\n"
-    )
-    write_output(path, bought + scene_file_text(case.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -155,13 +135,11 @@ def _spread(texts: tuple[str, ...]) -> Spread:
 
 
 def _print(tuning: Tuning, case: Case) -> None:
-    from hcsearch.springs.tuning import spring_tuning
-
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range
-    click.echo(f"{'use':24}{spring_tuning.tuning_advice(tuning)}")
+    click.echo(f"{'use':24}{tuning.advice}")
     if tuning.catalogue:
-        click.echo(f"{'buy':24}{spring_tuning.shopping_sentence(tuning)}")
+        click.echo(f"{'buy':24}{tuning.purchase}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{short_number(tuning.setup.seconds, 6)}")
@@ -170,7 +148,7 @@ def _print(tuning: Tuning, case: Case) -> None:
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, spring_set) for name, spring_set in sets if spring_set is not None]
     for name, spring_set in shown:
-        click.echo(f"{name:24}{spring_tuning.spring_set_sentence(spring_set, labels)}")
+        click.echo(f"{name:24}{spring_set.sentence(labels)}")
     pairs = [f"{labels.panels[joint.first]}, {labels.panels[joint.second]}" for joint in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")

@@ -11,8 +11,10 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
+from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
-from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.deployment.deployment_facts import play_facts
+from hcsearch.springs.deployment.outcomes import DeploymentCheck, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
 from hcsearch.springs.tuning.robustness import Robustness, most_robust, robustness_of_sets, sampled_setups
@@ -77,6 +79,23 @@ class SpringSet:
         if self.agreement is not None:
             return self.agreement.flat_time
         return None if self.deployment is None else self.deployment.flat_time
+
+    def sentence(self, labels: Labels) -> str:
+        """Return a sentence on the outcome."""
+        check, precise, chance = self.check, self.deployment, self.robustness
+        if precise is None:
+            text = f"{check.reason(labels)} (by a quick simulation)"
+        else:
+            reason = precise.reason if self.agreement is None else self.agreement.reason
+            text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
+            clear = precise.clearance is not None and precise.clearance.kind == "clear"
+            text += f", {'' if clear else 'not '}certified clear"
+            play = play_facts(precise)["play"]
+            text += f"; {play}" if play else ""
+        if chance is not None:
+            low, high = chance.interval
+            text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
+        return text
 
 
 class EvaluationShares(NamedTuple):

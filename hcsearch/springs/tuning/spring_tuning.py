@@ -16,7 +16,6 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import play_facts
-from hcsearch.springs.deployment.outcomes import reason_with_clearance
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares
 from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator, SceneScales
@@ -76,6 +75,73 @@ class Tuning:
     def springs(self) -> dict[str, float]:
         """The stiffness of each hinge's spring, N m/rad, by the names of hinges."""
         return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
+
+    @property
+    def advice(self) -> str:
+        """A sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
+        spring_set = self.chosen
+        name = "catalogue springs" if spring_set is self.rounded else "tuned springs"
+        if not spring_set.confirmed:
+            return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
+        if spring_set.doubt:
+            return f"{name}, with care: {spring_set.doubt}"
+        chance = spring_set.robustness
+        if chance is None:
+            return f"{name}: flat, certified clear"
+        if not chance.failures:
+            return f"{name}: flat, certified clear, in all {chance.samples} samples too"
+        share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
+        if 2 * chance.failures > chance.samples:
+            return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
+        return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
+
+    @property
+    def springs_to_buy(self) -> list[tuple[float, ...]] | None:
+        """The catalogue springs in parallel at each hinge, N m/rad; None unless catalogue springs are to be used."""
+        if not self.catalogue or self.chosen is not self.rounded:
+            return None
+        return [springs_for(stiffness, self.catalogue) for stiffness in self.chosen.stiffnesses]
+
+    @property
+    def purchase(self) -> str:
+        """A sentence on the springs to buy, and the hinges that do not get exactly one spring."""
+        springs_at = self.springs_to_buy
+        if springs_at is None:
+            none = "none was tried, give more --evaluations" if self.rounded is None else "none is certified clear"
+            return f"nothing of the catalogue: {none}"
+        listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(springs_at))
+        listed = f"{listed} N m/rad" if listed else "no springs"
+        hinges_with: dict[tuple[float, ...], list[str]] = {}
+        for name, springs in zip(self.labels.hinges, springs_at, strict=True):
+            # the table shows the stiffness of pairs of equal springs
+            key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
+            hinges_with.setdefault(key, []).append(name)
+        notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(hinges_with.items()) if len(key) != 1]
+        return listed + (f" ({'; '.join(notes)})" if notes else "")
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data, as `hcsearch tune --json` prints them; stiffnesses in the order of `hinges`."""
+        hinges = [label_data(name) for name in self.labels.hinges]
+        sets = {"start": self.start, "best": self.best, "rounded": self.rounded}
+        return {
+            "formulation": self.formulation,
+            "spring_range_N_m_rad": list(self.setup.spring_range),
+            "seconds": self.setup.seconds,
+            "use": self.advice,
+            "hinges": hinges,
+            "merged_panels": list(self.labels.merged),
+            "tied_hinges": [[hinges[k] for k in group] for group in self.tied],
+            **{
+                name: None if spring_set is None else _set_facts(spring_set, self.labels)
+                for name, spring_set in sets.items()
+            },
+            "buy": None if (springs_at := self.springs_to_buy) is None else _bought_facts(springs_at),
+            "evaluations": self.evaluations,
+            "known_before": self.recalled,
+            "samples": self.samples,
+            "samples_known_before": self.samples_recalled,
+            "interrupted": self.interrupted,
+        }
 
 
 def tune_springs(
@@ -190,31 +256,6 @@ def _evaluator(
     return chosen
 
 
-def tuning_facts(tuning: Tuning) -> dict[str, Any]:
-    """Return a tuning as plain data; keys name their units. Stiffnesses are in the order of `hinges`."""
-    hinges = [label_data(name) for name in tuning.labels.hinges]
-    sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
-    return {
-        "formulation": tuning.formulation,
-        "spring_range_N_m_rad": list(tuning.setup.spring_range),
-        "seconds": tuning.setup.seconds,
-        "use": tuning_advice(tuning),
-        "hinges": hinges,
-        "merged_panels": list(tuning.labels.merged),
-        "tied_hinges": [[hinges[k] for k in group] for group in tuning.tied],
-        **{
-            name: None if spring_set is None else _set_facts(spring_set, tuning.labels)
-            for name, spring_set in sets.items()
-        },
-        "buy": None if (springs_at := springs_to_buy(tuning)) is None else _bought_facts(springs_at),
-        "evaluations": tuning.evaluations,
-        "known_before": tuning.recalled,
-        "samples": tuning.samples,
-        "samples_known_before": tuning.samples_recalled,
-        "interrupted": tuning.interrupted,
-    }
-
-
 def _set_facts(spring_set: SpringSet, labels: Labels) -> dict[str, Any]:
     check, precise, chance = spring_set.check, spring_set.deployment, spring_set.robustness
     clearance = None if precise is None else precise.clearance
@@ -238,47 +279,6 @@ def _set_facts(spring_set: SpringSet, labels: Labels) -> dict[str, Any]:
     }
 
 
-def tuning_advice(tuning: Tuning) -> str:
-    """Return a sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
-    spring_set = tuning.chosen
-    name = "catalogue springs" if spring_set is tuning.rounded else "tuned springs"
-    if not spring_set.confirmed:
-        return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
-    if spring_set.doubt:
-        return f"{name}, with care: {spring_set.doubt}"
-    chance = spring_set.robustness
-    if chance is None or not chance.failures:
-        return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")
-    share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
-    if 2 * chance.failures > chance.samples:
-        return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
-    return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
-
-
-def springs_to_buy(tuning: Tuning) -> list[tuple[float, ...]] | None:
-    """Return the catalogue springs in parallel at each hinge, N m/rad; None unless catalogue springs are to be used."""
-    if not tuning.catalogue or tuning.chosen is not tuning.rounded:
-        return None
-    return [springs_for(stiffness, tuning.catalogue) for stiffness in tuning.chosen.stiffnesses]
-
-
-def shopping_sentence(tuning: Tuning) -> str:
-    """Return a sentence on the springs to buy, and the hinges that do not get exactly one spring."""
-    springs_at = springs_to_buy(tuning)
-    if springs_at is None:
-        none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
-        return f"nothing of the catalogue: {none}"
-    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(springs_at))
-    listed = f"{listed} N m/rad" if listed else "no springs"
-    hinges_with: dict[tuple[float, ...], list[str]] = {}
-    for name, springs in zip(tuning.labels.hinges, springs_at, strict=True):
-        # the table shows the stiffness of pairs of equal springs
-        key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
-        hinges_with.setdefault(key, []).append(name)
-    notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(hinges_with.items()) if len(key) != 1]
-    return listed + (f" ({'; '.join(notes)})" if notes else "")
-
-
 def _where(springs: tuple[float, ...]) -> str:
     if not springs:
         return "none"
@@ -298,21 +298,3 @@ def _bought_facts(springs_at: list[tuple[float, ...]]) -> dict[str, Any]:
         "springs": [{"stiffness_N_m_rad": spring, "count": count} for spring, count in _counts(springs_at)],
         "at_hinges_N_m_rad": [list(springs) for springs in springs_at],
     }
-
-
-def spring_set_sentence(spring_set: SpringSet, labels: Labels) -> str:
-    """Return a sentence on the outcome of a spring set."""
-    check, precise, chance = spring_set.check, spring_set.deployment, spring_set.robustness
-    if precise is None:
-        text = f"{check.reason(labels)} (by a quick simulation)"
-    else:
-        reason = precise.reason if spring_set.agreement is None else spring_set.agreement.reason
-        text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
-        clear = precise.clearance is not None and precise.clearance.kind == "clear"
-        text += f", {'' if clear else 'not '}certified clear"
-        play = play_facts(precise)["play"]
-        text += f"; {play}" if play else ""
-    if chance is not None:
-        low, high = chance.interval
-        text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
-    return text
