@@ -53,7 +53,7 @@ from hcsearch.scenes import SCENES as SCENES
 # Results
 from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
-from hcsearch.springs.drive.driven_folding import Drive as Drive
+from hcsearch.springs.drive.drive_facts import Drive as Drive
 from hcsearch.cases.replay import Replay as Replay
 from hcsearch.search.pipeline import Funnel as Funnel
 

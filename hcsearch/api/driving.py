@@ -14,8 +14,18 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
-from hcsearch.springs.drive.driven_folding import DRIVE_STAGES, Drive, DriveOptions, DriveProgress, drive_along
+from hcsearch.springs.drive.drive_facts import DRIVE_SUFFIXES, Drive
+from hcsearch.springs.drive.driven_folding import (
+    DRIVE_STAGES,
+    DriveOptions,
+    DriveProgress,
+    NoPathError,
+    drive_along,
+    latch_facts,
+)
 from hcsearch.system.terminal import write_notice
+
+__all__ = ["DRIVE_SUFFIXES", "DriveOptions", "NoPathError", "drive", "latch_facts"]
 
 
 def drive(

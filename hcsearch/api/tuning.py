@@ -14,10 +14,12 @@ from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place, writing_database
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
+from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
 from hcsearch.springs.tuning.evaluation import DatabaseMemory
-from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
-from hcsearch.springs.tuning.spring_tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
+from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
+from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions
 from hcsearch.system.terminal import write_notice
 
 
@@ -27,10 +29,10 @@ def tune(
     *,
     formulation: Formulation | None = None,
     catalogue: Sequence[float] = (),
-    evaluations: int = DEFAULT_EVALUATION_COUNT,
-    samples: int = DEFAULT_SAMPLE_COUNT,
+    evaluations: int = TuningOptions.evaluations,
+    samples: int = TuningOptions.samples,
     spread: Spread | None = None,
-    seed: int = 0,
+    seed: int = TuningOptions.seed,
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
@@ -44,7 +46,7 @@ def tune(
     formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
     evaluations : greatest number of spring sets tried. samples : number of simulations within the tolerances for each
-    candidate set. spread : the tolerances, a `hcsearch.springs.tuning.robustness.Spread`.
+    candidate set. spread : the tolerances, a `hcsearch.springs.tuning.tuning_options.Spread`.
     seed : of the random numbers; equal arguments give equal springs.
     keep_in : a database that keeps every evaluation, so that the same call continues an interrupted search.
     progress : called with the numbers of evaluations that are done and of all, and a note.
@@ -55,33 +57,30 @@ def tune(
     ['0', '1', '2', '4', '5', '6', '7', '9']
     """
     check_kinds(tune, locals())
-    _check_counts(evaluations, samples, seed)
+    options = TuningOptions(tuple(map(float, catalogue)), evaluations, samples, spread or Spread(), seed)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
     write_notice(case.sentence)
     if case.drive is not None:
         raise HcsearchError(
             f"{case.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"
         )
-    if catalogue:  # before a database is created
+    if options.catalogue:  # before a database is created
         softest, stiffest = case.setup.spring_range
-        catalogue_levels(catalogue, stiffest, softest)
+        catalogue_levels(options.catalogue, stiffest, softest)
     with nullcontext() if keep_in is None else writing_database(keep_in, create=True) as database:
         return tune_springs(
             case.linkage,
             case.setup,
+            options,
             formulation or case.formulation,
-            catalogue=catalogue,
-            evaluations=evaluations,
-            samples=samples,
-            spread=spread,
-            seed=seed,
             memory=None if database is None else DatabaseMemory(database, json.dumps(case.key, sort_keys=True)),
             progress=progress,
         )
 
 
-def _check_counts(evaluations: int, samples: int, seed: int) -> None:
-    """Refuse a search without evaluations, and negative numbers."""
-    for name, number, minimum in (("evaluations", evaluations, 1), ("samples", samples, 0), ("seed", seed, 0)):
-        if number < minimum:
-            raise HcsearchError(f"{name} cannot be {number}: give {minimum} or more")
+def tuned_file_text(case: Case, tuning: Tuning) -> str:
+    """Return the text of a file with a case and its tuned springs, for `deploy`, below a note on what to buy."""
+    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
+    scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
+    bought = "" if tuning.springs_to_buy is None else f"# buy: {tuning.purchase}\n"
+    return bought + scene_file_text(case.facts, tuning.formulation, scene)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.options import FiniteNumber, examples_epilog
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short_number
-
-if TYPE_CHECKING:
-    pass
 
 _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 

@@ -90,30 +90,26 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     proved; 2 for wrong input.
     """
     from hcsearch.api import driving
-    from hcsearch.springs.drive import drive_facts
-    from hcsearch.springs.drive.driven_folding import NoPathError, release_with_latches
 
     for path in options["outputs"]:
-        check_output(path, (*drive_facts.DRIVE_TABLE_SUFFIXES, *drive_facts.DRIVE_SCENE_SUFFIXES))
+        check_output(path, driving.DRIVE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
     drive_options = _drive_options(options)
     try:
         with ProgressMeter("step") as meter:
             driven = driving.drive(name, options=drive_options, progress=meter, **case_options(options))
-    except NoPathError as error:
-        answer = (
-            json.dumps({"verdict": "no drive", "reason": str(error)}, indent=2) if as_json else f"no drive: {error}"
-        )
-        click.echo(answer)
+    except driving.NoPathError as error:
+        outcome = {"verdict": "no drive", "reason": str(error)}
+        click.echo(json.dumps(outcome, indent=2) if as_json else f"no drive: {error}")
         click.get_current_context().exit(1)
     for path in options["outputs"]:
-        drive_facts.save_drive(driven, path)
+        driven.save(path)
     if options["picture"]:
-        drive_facts.draw_drive(driven, options["picture"])
-    outcome = drive_facts.drive_facts(driven)
+        driven.picture(options["picture"])
+    outcome = driven.facts()
     if options["latches"]:
-        outcome |= drive_facts.latch_facts(*release_with_latches(driven))
+        outcome |= driving.latch_facts(driven)
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
@@ -123,17 +119,13 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
 
 
 def _drive_options(options: dict[str, Any]) -> Any:
-    from hcsearch.shape.labels import is_label
-    from hcsearch.springs.drive.driven_folding import DriveOptions
+    from hcsearch.api.driving import DriveOptions
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:
         values["near"] = _near(options["near"])
     if options["hinges"] is not None:
-        parts = options["hinges"].split(",")
-        if not all(map(is_label, parts)):
-            raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
-        values["hinges"] = tuple(parts)
+        values["hinges"] = tuple(options["hinges"].split(","))
     return DriveOptions(**values)
 
 

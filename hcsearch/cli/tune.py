@@ -11,13 +11,12 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples_epilog, json_option, named_numbers
 from hcsearch.cli.progress import ProgressMeter
+from hcsearch.springs.tuning.tuning_options import SPREAD_NAMES, Spread, TuningOptions
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
-    from hcsearch.cases.case import Case
-    from hcsearch.springs.tuning.robustness import Spread
-    from hcsearch.springs.tuning.spring_tuning import Tuning
+    from hcsearch import Case, Tuning
 
 
 @click.command(
@@ -41,14 +40,14 @@ if TYPE_CHECKING:
 @click.option(
     "--evaluations",
     type=click.IntRange(min=1),
-    default=500,
+    default=TuningOptions.evaluations,
     show_default=True,
     help="How many sets of springs are tried at most, in all, each by one quick simulation.",
 )
 @click.option(
     "--samples",
     type=click.IntRange(min=0),
-    default=64,
+    default=TuningOptions.samples,
     show_default=True,
     help="How many simulations within the tolerances are run for each set that is reported; more compare sets.",
 )
@@ -64,7 +63,13 @@ if TYPE_CHECKING:
     metavar="SOFT,STIFF",
     help="The softest and the stiffest spring, N m/rad.  [default: those of the scene]",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=TuningOptions.seed,
+    show_default=True,
+    help="Seed of the random numbers.",
+)
 @json_option
 @click.option(
     "--output", metavar="FILE.toml", help="Write the scene with its springs to a file that hcsearch deploy reads."
@@ -81,7 +86,6 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     springs; 2 for wrong input.
     """
     from hcsearch.api import tuning as tunings
-    from hcsearch.springs.tuning import spring_tuning
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -90,42 +94,24 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     with ProgressMeter("set") as meter:
         tuning = tunings.tune(
             case,
-            formulation=options["formulation"],
             keep_in=options["db"],
             catalogue=catalogue,
-            evaluations=options["evaluations"],
-            samples=options["samples"],
             spread=spread,
-            seed=options["seed"],
             progress=meter,
+            **{name: options[name] for name in ("formulation", "evaluations", "samples", "seed")},
         )
     if options["output"]:
-        _write(options["output"], tuning, case)
+        if tuning.rounded is not None and not tuning.rounded.confirmed:
+            click.echo(f"no catalogue springs are certified clear: {options['output']} has the tuned ones", err=True)
+        write_output(options["output"], tunings.tuned_file_text(case, tuning))
     if as_json:
-        click.echo(json.dumps(spring_tuning.tuning_facts(tuning), indent=2, allow_nan=False))
+        click.echo(json.dumps(tuning.facts(), indent=2, allow_nan=False))
     else:
         _print(tuning, case)
     if tuning.interrupted:
         raise KeyboardInterrupt
     if not tuning.chosen.confirmed:
         click.get_current_context().exit(1)
-
-
-def _write(path: str, tuning: Tuning, case: Case) -> None:
-    """Write the scene with the chosen springs to a file."""
-    from hcsearch.scenes.scene_file import scene_file_text
-    from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
-
-    if tuning.rounded is not None and not tuning.rounded.confirmed:
-        click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    from hcsearch.springs.tuning import spring_tuning
-
-    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
-    scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
-    bought = (
-        "" if spring_tuning.springs_to_buy(tuning) is None else f"# buy: {spring_tuning.shopping_sentence(tuning)}\n"
-    )
-    write_output(path, bought + scene_file_text(case.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -138,8 +124,6 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.springs.tuning.robustness import SPREAD_NAMES, Spread
-
     shares: dict[str, float] = {}
     twice = "--spread {} is given twice: leave one out"
     for text, name, share in named_numbers(texts, lambda name: HcsearchError(twice.format(name))):
@@ -151,13 +135,11 @@ def _spread(texts: tuple[str, ...]) -> Spread:
 
 
 def _print(tuning: Tuning, case: Case) -> None:
-    from hcsearch.springs.tuning import spring_tuning
-
     labels, hinges = tuning.labels, case.linkage.pattern.hinges
     low, high = tuning.setup.spring_range
-    click.echo(f"{'use':24}{spring_tuning.tuning_advice(tuning)}")
+    click.echo(f"{'use':24}{tuning.advice}")
     if tuning.catalogue:
-        click.echo(f"{'buy':24}{spring_tuning.shopping_sentence(tuning)}")
+        click.echo(f"{'buy':24}{tuning.purchase}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{short_number(tuning.setup.seconds, 6)}")
@@ -166,7 +148,7 @@ def _print(tuning: Tuning, case: Case) -> None:
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, spring_set) for name, spring_set in sets if spring_set is not None]
     for name, spring_set in shown:
-        click.echo(f"{name:24}{spring_tuning.spring_set_sentence(spring_set, labels)}")
+        click.echo(f"{name:24}{spring_set.sentence(labels)}")
     pairs = [f"{labels.panels[joint.first]}, {labels.panels[joint.second]}" for joint in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")

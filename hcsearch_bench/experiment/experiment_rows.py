@@ -13,7 +13,8 @@ from hcsearch.scenes.scene import SceneVector
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.tuning.choice import SpringSet
-from hcsearch.springs.tuning.spring_tuning import DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT, Tuning, tune_springs
+from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
+from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch_bench.run.bench import Say
 
 G = 9.81
@@ -122,10 +123,8 @@ def tuned_rows(*, quick: bool, say: Say) -> list[TunedRow]:
         say(f"tuning, gravity {gravity}")
         began = time.perf_counter()
         scene = Scene(gravity=GRAVITIES[gravity])
-        evaluations, samples = (100, 0) if quick else (DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT)
-        tuning = tune_springs(
-            linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples
-        )
+        options = TuningOptions(CATALOGUE, 100, 0) if quick else TuningOptions(CATALOGUE)
+        tuning = tune_springs(linkage, scene, options, "compliant")
         tuned += _rows(gravity, tuning, time.perf_counter() - began)
     return tuned
 

@@ -22,7 +22,6 @@ from hcsearch import (
 from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.grid import GRIDS, parse_array
-from hcsearch.springs.tuning.spring_tuning import tuning_facts
 
 SMALL = "hex:023350:1"
 
@@ -95,7 +94,7 @@ def test_tune_is_the_command_and_goes_on_where_it_stopped(tmp_path):
     design = "hex:0233340501:3"
     expected = json.loads(printed("tune", design, "--evaluations", "8", "--samples", "0", "--json", "--db", "a.sqlite"))
     tuning = tune(Folding.from_notation(design), evaluations=8, samples=0, keep_in="b.sqlite")
-    assert json.loads(json.dumps(tuning_facts(tuning))) == expected
+    assert json.loads(json.dumps(tuning.facts())) == expected
     assert expected["hinges"] == [0, 1, 2, 4, 5, 6, 7, 9]
     assert expected["merged_panels"] == ["3+4", "8+9"]
     assert list(tuning.springs.values()) == list(tuning.chosen.stiffnesses)

@@ -22,8 +22,7 @@ from hcsearch.springs.deployment.drives import drives_in, drives_text
 from hcsearch.springs.deployment.simulated_deployment import compile_driven, simulate_deployment
 from hcsearch.springs.drive import driven_folding
 from hcsearch.springs.drive.choosing import choose_driven_hinges, frames_at, least_singular_values, monotone_hinges
-from hcsearch.springs.drive.drive_facts import envelope
-from hcsearch.springs.drive.driven_folding import judge_following
+from hcsearch.springs.drive.drive_facts import envelope, judge_following
 from hcsearch.springs.drive.torques import static_stability, torques_along
 from hcsearch.springs.drive.trajectory import smooth_path, time_path
 from hcsearch.springs.dynamics.time_integration import simulate_system

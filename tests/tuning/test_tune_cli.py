@@ -23,7 +23,7 @@ from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.robustness import Robustness
-from hcsearch.springs.tuning.spring_tuning import Tuning, shopping_sentence, tuning_advice
+from hcsearch.springs.tuning.spring_tuning import Tuning
 from hcsearch.store import open_readonly, select
 
 DESIGN = "hex:0233340501:3"
@@ -115,7 +115,7 @@ def advised(confirmed, failures, samples=64):
     chance = None if samples is None else Robustness(samples, failures, failures)
     check = DeploymentCheck("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
     one = replace(SpringSet((0.1,), check), robustness=chance, deployment=Mock(deploys=confirmed))
-    return tuning_advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
+    return Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False).advice
 
 
 @pytest.mark.parametrize(
@@ -136,10 +136,10 @@ def test_what_to_buy_is_counted_by_hinges(catalogue, stiffnesses, line):
     one = SpringSet(stiffnesses, check, deployment=Mock(deploys=True))
     labels = Labels(("0",), ("0", "3", "4", "6", "8"))
     tuning = Tuning(SCENES["default"], "constrained", (), one, one, one, 1, 0, False, labels, catalogue=catalogue)
-    assert shopping_sentence(tuning) == line
+    assert tuning.purchase == line
     unsure = replace(one, deployment=None)
-    assert "none is certified clear" in shopping_sentence(replace(tuning, rounded=unsure))
-    assert "give more --evaluations" in shopping_sentence(replace(tuning, rounded=None))
+    assert "none is certified clear" in replace(tuning, rounded=unsure).purchase
+    assert "give more --evaluations" in replace(tuning, rounded=None).purchase
 
 
 def test_a_verdict_in_doubt_does_not_shine():

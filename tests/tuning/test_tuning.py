@@ -14,7 +14,6 @@ from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.deployment.spring_sets import tied_hinges
 from hcsearch.springs.tuning import spring_tuning
 from hcsearch.springs.tuning.evaluation import Evaluator, RunMemory, tuning_objective
-from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import (
     DISTINCT_STIFFNESS_SHARE,
     SpringSearch,
@@ -23,17 +22,18 @@ from hcsearch.springs.tuning.spring_search import (
     stiffnesses_of_groups,
 )
 from hcsearch.springs.tuning.spring_tuning import tune_springs
+from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions
 from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
 NAME = "hex:0233340501:3"
 GOOD = DeploymentCheck("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
-QUICK = {"evaluations": 60, "samples": 6}
+QUICK = TuningOptions((0.07, 0.10), 60, 6)
 
 
 @pytest.fixture(scope="module")
 def tuned():
-    return tune_springs(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    return tune_springs(linkage_named(NAME), DEFAULT, QUICK)
 
 
 def test_what_is_found_comes_flat_certified_clear(tuned):
@@ -63,7 +63,7 @@ def test_springs_keep_to_bounds_symmetry_and_catalogue(tuned):
 
 
 def test_the_same_arguments_find_the_same(tuned):
-    again = tune_springs(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    again = tune_springs(linkage_named(NAME), DEFAULT, QUICK)
     assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.rounded.stiffnesses == tuned.rounded.stiffnesses
     assert again.best.robustness == tuned.best.robustness
@@ -73,16 +73,16 @@ def test_the_same_arguments_find_the_same(tuned):
 def test_a_tuning_that_was_stopped_goes_on(tuned, monkeypatch):
     memory = Stopping(after=4)
     linkage = linkage_named(NAME)
-    stopped = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    stopped = tune_springs(linkage, DEFAULT, QUICK, memory=memory)
     assert stopped.interrupted
     assert stopped.best.robustness is None
     known = len(memory.known)
     memory.after = 10**9
-    whole = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    whole = tune_springs(linkage, DEFAULT, QUICK, memory=memory)
     assert whole.best.stiffnesses == tuned.best.stiffnesses
     assert whole.recalled + whole.samples_recalled >= known > 0
     monkeypatch.setattr("hcsearch.springs.tuning.evaluation.check_deployments", None)
-    again = tune_springs(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    again = tune_springs(linkage, DEFAULT, QUICK, memory=memory)
     assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.recalled == again.evaluations
 
@@ -107,7 +107,7 @@ class Stopping(RunMemory):
 @pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
-    tuned = tune_springs(linkage, SCENES[scene], samples=4)
+    tuned = tune_springs(linkage, SCENES[scene], TuningOptions(samples=4))
     assert tuned.start.check.clear is False
     assert tuned.formulation == "compliant"
     assert tuned.best.confirmed
@@ -209,9 +209,9 @@ def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
         0,
         (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
     )
-    chosen = spring_tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None)
+    chosen = spring_tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None, 60)
     assert chosen.formulation == "compliant"
-    assert spring_tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
+    assert spring_tuning._evaluator(linkage, DEFAULT, "constrained", first, None, 60).formulation == "constrained"
 
 
 def test_checks_are_told_in_a_few_words():
@@ -222,7 +222,7 @@ def test_checks_are_told_in_a_few_words():
 
 
 def test_a_set_without_samples_is_told_without_a_probability():
-    tuned = tune_springs(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
+    tuned = tune_springs(linkage_named(NAME), DEFAULT, TuningOptions((), 20, 0, Spread(0.1)))
     assert tuned.best.confirmed
     assert tuned.best.robustness is None
     assert tuned.rounded is None
@@ -237,7 +237,7 @@ def test_deploys_wants_flat_and_clear():
 
 def test_nothing_worse_than_the_start_is_told():
     # its quick check, of a coarse simulation, cannot tell; precisely it comes flat and clear
-    tuned = tune_springs(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
+    tuned = tune_springs(linkage_named("hex:0223335500:3"), DEFAULT, TuningOptions((), 16, 0), "constrained")
     assert tuned.start.confirmed
     assert tuned.best.confirmed
 
@@ -246,7 +246,7 @@ def test_nothing_worse_than_the_start_is_told():
     ("name", "evaluations", "samples"), [(NAME, 1, 2), (NAME, 4, 0), (NAME, 17, 2), ("thesis-4x4", 17, 0)]
 )
 def test_no_more_sets_are_tried_than_asked(name, evaluations, samples):
-    tuned = tune_springs(linkage_named(name), DEFAULT, evaluations=evaluations, samples=samples, catalogue=(0.07, 0.1))
+    tuned = tune_springs(linkage_named(name), DEFAULT, TuningOptions((0.07, 0.1), evaluations, samples))
     assert 1 <= tuned.evaluations <= evaluations
 
 
@@ -259,15 +259,11 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
             self.stored += len(checks)
             super().record(checks)
 
-    memory = Counting()
-    tuned = tune_springs(
-        linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
-    )
+    memory, options, linkage = Counting(), TuningOptions((), evaluations, 0), linkage_named("square:0123:0")
+    tuned = tune_springs(linkage, DEFAULT, options, "constrained", memory=memory)
     assert tuned.evaluations == memory.stored <= evaluations
     assert tuned.recalled == 0
-    again = tune_springs(
-        linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
-    )
+    again = tune_springs(linkage, DEFAULT, options, "constrained", memory=memory)
     assert again.recalled == again.evaluations == tuned.evaluations
 
 
@@ -286,4 +282,4 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
 )
 def test_what_cannot_be_tuned_is_refused(scene, formulation, message):
     with pytest.raises(HcsearchError, match=message):
-        tune_springs(linkage_named(NAME), scene, formulation)
+        tune_springs(linkage_named(NAME), scene, TuningOptions(), formulation)

@@ -29,8 +29,9 @@ from hcsearch.springs.tuning.evaluation import (
     Evaluator,
     tuning_objective,
 )
-from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness_of_checks, sampled_setups
+from hcsearch.springs.tuning.robustness import Robustness, most_robust, robustness_of_checks, sampled_setups
 from hcsearch.springs.tuning.spring_search import catalogue_levels, descend_levels, nearest_levels, neighbouring_levels
+from hcsearch.springs.tuning.tuning_options import Spread
 from hcsearch.store import open_database, select
 from tests.linkages import linkage_named
 

@@ -1,32 +1,117 @@
-"""Reports of a drive: plain data, tables, pictures, and scene files for `hcsearch deploy`."""
+"""A drive: plain data, tables, pictures, scene files for `hcsearch deploy`, and the comparison with its plan."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding
+from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
-from hcsearch.scenes.setup import scene_of_setup
+from hcsearch.scenes.setup import Setup, scene_of_setup
 from hcsearch.shape.labels import label_data, labels_of
+from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import finite_or_none, mark_collision, play_facts
-from hcsearch.springs.deployment.drives import drives_text
+from hcsearch.springs.deployment.drives import Drives, drives_text
 from hcsearch.springs.deployment.outcomes import reason_with_clearance
-from hcsearch.springs.drive.driven_folding import Drive, Latch, judge_following
+from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.springs.drive.choosing import DrivenHinges
+from hcsearch.springs.drive.torques import Torques
+from hcsearch.springs.drive.trajectory import TimedPath
 from hcsearch.system.figures import add_legend, curve_look, figure_for, line_style, set_title
 from hcsearch.system.outputs import write_output, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hcsearch.springs.deployment.simulated_deployment import Deployment
     from hcsearch.system.figures import Axes
 
 
-def drive_facts(drive: Drive) -> dict[str, Any]:
-    """Return a drive as plain data; keys name their units, and numbers that are not finite are None."""
-    return {name: finite_or_none(value) for name, value in _facts(drive).items()}
+DRIVE_SUFFIXES = (".csv", ".parquet", ".toml")
+"""Endings of files of the course, and of the scene with the drive."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The result of `drive`: a driven folding.
+
+    play : least play of each face (m) at which its path is proved clear. scene : with the panels and the flat-pair
+    joint (`way`) of the path. setup : the scene evaluated for the linkage, with the time of the course. deployment :
+    the motion simulated under control, certified at the scene's margin.
+    """
+
+    folding: Folding
+    way: Way
+    linkage: Linkage
+    scene: Scene
+    setup: Setup
+    play: float
+    choice: DrivenHinges
+    timed: TimedPath
+    torques: Torques
+    drives: Drives
+    deployment: Deployment
+
+    @property
+    def greatest(self) -> Reals:
+        """Greatest torque of each driven hinge under control, until the end of the course, (n_driven,), N m."""
+        assert self.deployment.driven is not None
+        return self.deployment.driven.greatest_torques
+
+    @property
+    def missed(self) -> float:
+        """Greatest deviation of a hinge, driven or not, from its planned course during the motion (rad)."""
+        return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data, as `hcsearch drive --json` prints them; keys name their units."""
+        return {name: finite_or_none(value) for name, value in _facts(self).items()}
+
+    def table(self) -> pd.DataFrame:
+        """A pandas table of the planned course: time, angles and rates of all hinges, torques of the driven ones."""
+        import pandas as pd  # noqa: PLC0415 - only where a table is wanted
+
+        torques, names = self.torques, labels_of(self.linkage).hinges
+        columns = {"time_s": torques.times}
+        columns |= {f"angle_{name}_rad": torques.angles[:, k] for k, name in enumerate(names)}
+        columns |= {f"rate_{name}_rad_s": torques.rates[:, k] for k, name in enumerate(names)}
+        columns |= {f"torque_{names[k]}_N_m": torques.torques[:, i] for i, k in enumerate(torques.driven)}
+        return pd.DataFrame(columns)
+
+    def save(self, path: str) -> None:
+        """Write the planned course to a file .csv or .parquet, or the scene with the drive to a file .toml."""
+        if path.endswith(".toml"):
+            labels = labels_of(self.linkage)
+            scene = scene_of_setup(self.setup, self.scene, labels)
+            text = scene_file_text({"design": self.folding.notation}, "constrained", scene)
+            write_output(path, f"{text}\n{drives_text(self.drives, labels)}")
+        else:
+            write_table(path, self.table(), DRIVE_SUFFIXES)
+
+    def picture(self, path: str) -> None:
+        """Draw fold angles and torques over time into a file .svg, .png or .pdf; simulated torques as a faint band."""
+        torques, labels, deployment = self.torques, labels_of(self.linkage), self.deployment
+        with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
+            above, below = figure.subplots(2, 1, sharex=True)
+            for i, k in enumerate(torques.driven):
+                above.plot(torques.times, torques.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(i))
+            for number, column in enumerate(np.delete(torques.angles, torques.driven, axis=1).T):
+                label = "_others" if number else "others"
+                above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
+            above.set(ylabel="fold angle, rad")
+            reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
+            set_title(above, f"{self.folding.notation}: {reason}")
+            mark_collision(above, deployment)
+            for number, column in enumerate(torques.torques.T):
+                below.plot(torques.times, column, label=labels.hinges[torques.driven[number]], **line_style(number))
+            _draw_simulated(below, self)
+            below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
+            for axes in (above, below):
+                add_legend(axes, "driven hinge")
 
 
 def _facts(drive: Drive) -> dict[str, Any]:
@@ -76,81 +161,15 @@ def _facts(drive: Drive) -> dict[str, Any]:
     }
 
 
-def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
-    """Return latches, and the verdict on the deployment by springs alone with them, as plain data."""
-    clearance = deployment.clearance
-    names = [label_data(name) for name in labels_of(deployment.compiled.linkage).hinges]
-    return {
-        "latches": [
-            {"hinge": names[latch.hinge], "waits_for": names[latch.waits_for], "angle_rad": latch.angle}
-            for latch in latches
-        ],
-        "latched_verdict": deployment.verdict,
-        "latched_reason": deployment.reason,
-        "latched_clearance": None if clearance is None else clearance.kind,
-    }
-
-
 def _greatest(torques: np.ndarray) -> list[float]:
     greatest: list[float] = np.abs(torques).max(axis=0).tolist()
     return greatest
-
-
-def drive_table(drive: Drive) -> pd.DataFrame:
-    """Return the planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
-    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
-
-    torques = drive.torques
-    names = labels_of(drive.linkage).hinges
-    columns = {"time_s": torques.times}
-    columns |= {f"angle_{name}_rad": torques.angles[:, k] for k, name in enumerate(names)}
-    columns |= {f"rate_{name}_rad_s": torques.rates[:, k] for k, name in enumerate(names)}
-    columns |= {f"torque_{names[k]}_N_m": torques.torques[:, i] for i, k in enumerate(torques.driven)}
-    return pd.DataFrame(columns)
-
-
-DRIVE_TABLE_SUFFIXES = (".csv", ".parquet")
-"""Endings of files of the course."""
-DRIVE_SCENE_SUFFIXES = (".toml",)
-
-
-def save_drive(drive: Drive, path: str) -> None:
-    """Write the course of a drive (.csv, .parquet), or a scene with the drive (.toml)."""
-    if path.endswith(DRIVE_SCENE_SUFFIXES):
-        labels = labels_of(drive.linkage)
-        scene = scene_of_setup(drive.setup, drive.scene, labels)
-        text = scene_file_text({"design": drive.folding.notation}, "constrained", scene)
-        write_output(path, f"{text}\n{drives_text(drive.drives, labels)}")
-    else:
-        write_table(path, drive_table(drive), DRIVE_TABLE_SUFFIXES)
 
 
 ENVELOPE_PART_COUNT = 60
 """Number of time intervals, for each of which mean, least and greatest simulated torque are drawn."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
-
-
-def draw_drive(drive: Drive, path: str) -> None:
-    """Draw fold angles and torques over time: planned torques as lines, simulated ones as a mean in a faint band."""
-    torques, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
-    with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
-        above, below = figure.subplots(2, 1, sharex=True)
-        for number, k in enumerate(torques.driven):
-            above.plot(torques.times, torques.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(number))
-        for number, column in enumerate(np.delete(torques.angles, torques.driven, axis=1).T):
-            label = "_others" if number else "others"
-            above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
-        above.set(ylabel="fold angle, rad")
-        reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
-        set_title(above, f"{drive.folding.notation}: {reason}")
-        mark_collision(above, deployment)
-        for number, column in enumerate(torques.torques.T):
-            below.plot(torques.times, column, label=labels.hinges[torques.driven[number]], **line_style(number))
-        _draw_simulated(below, drive)
-        below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
-        for axes in (above, below):
-            add_legend(axes, "driven hinge")
 
 
 def _draw_simulated(axes: Axes, drive: Drive) -> None:
@@ -179,3 +198,79 @@ def envelope(times: Reals, values: Reals, parts: int = ENVELOPE_PART_COUNT) -> t
     whole = np.add.reduceat(weight, first)
     mean = np.add.reduceat(values * weight[:, None], first) / whole[:, None]
     return np.add.reduceat(times * weight, first) / whole, mean, least, greatest
+
+
+DRIVE_TORQUE_TOLERANCE = 0.05
+"""A drive follows its plan if the greatest torque of each driven hinge is within this share of the planned one."""
+MIN_COMPARED_TORQUE_SHARE = 0.01
+"""Lower bound of the planned torque in that comparison, as a share of the greatest of all hinges."""
+DRIVE_ANGLE_TOLERANCE = 0.02
+"""Greatest deviation of a hinge from its planned angle (rad) with which a drive follows."""
+DEAD_POINT_SINGULAR_VALUE = 0.05
+"""Least singular value of the reduced Jacobian below which a dead point is near."""
+SINGULAR_CLOSURE_VALUE = 0.01
+"""Least singular value of the closure Jacobian below which loops are nearly singular."""
+
+
+@dataclass(frozen=True)
+class Following:
+    """The comparison of a drive with its plan.
+
+    follows : whether it follows. share : greatest difference between the greatest torques of a driven hinge under
+    control and planned, over the planned one. sentence : both, with a remedy where it does not follow.
+    """
+
+    follows: bool
+    share: float
+    sentence: str
+
+
+def judge_following(drive: Drive) -> Following:
+    """Compare a drive with its plan."""
+    planned, greatest = np.abs(drive.torques.torques).max(axis=0), drive.greatest
+    shares = np.abs(greatest - planned) / np.maximum(
+        np.maximum(planned, MIN_COMPARED_TORQUE_SHARE * planned.max(initial=0.0)), 1e-12
+    )
+    worst = int(shares.argmax())
+    share = float(shares[worst])
+    if share <= DRIVE_TORQUE_TOLERANCE and drive.missed <= DRIVE_ANGLE_TOLERANCE:
+        return Following(True, share, f"follows: greatest torques are within {_percent(share)} of those planned")
+    cause = f"hinges miss their planned angles by up to {drive.missed:.2g} rad"
+    if share > DRIVE_TORQUE_TOLERANCE:
+        hinge = labels_of(drive.linkage).hinges[drive.drives.hinges[worst]]
+        cause = f"hinge {hinge} takes {greatest[worst]:.3g} N m where {planned[worst]:.3g} are planned"
+    return Following(False, share, f"does not follow: {cause}; {_remedy(drive)}")
+
+
+def _remedy(drive: Drive) -> str:
+    """Return a remedy for a drive that does not follow, or the advice where there is none.
+
+    Where loops are nearly singular, the manifold of closed states bends sharply, and the torques that a controller adds
+    there depend on rounding.
+    """
+    assert drive.deployment.driven is not None
+    drives, driven = drive.drives, drive.deployment.driven
+    times = np.linspace(0.0, drive.timed.seconds, 5000)
+    interpolated, plan = drives.interpolated(times), drives.at(times)
+    interpolation_torque = _most(
+        interpolated[2]
+        - plan[2]
+        + drives.stiffness * (interpolated[0] - plan[0])
+        + drives.damping * (interpolated[1] - plan[1])
+    )
+    if interpolation_torque > 0.5 * _most(driven.torques - driven.planned):
+        return "give a shorter --period, or a smaller --rate"
+    if drive.choice.least_value < DEAD_POINT_SINGULAR_VALUE:
+        return "a dead point is near: drive more hinges (a greater --firm)"
+    if drive.choice.closure_value < SINGULAR_CLOSURE_VALUE:
+        location = f"{drive.choice.closure_place:.2g} of the path"
+        return f"its loops are nearly singular at {location}: size motors by simulated torques, or try other panels"
+    return "give a smaller --rate and --acceleration, or drive more hinges (a greater --firm)"
+
+
+def _most(values: Reals) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+def _percent(share: float) -> str:
+    return f"{max(100.0 * share, 0.1):.2g} %"

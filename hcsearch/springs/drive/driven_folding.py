@@ -9,18 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, reason_of
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.scenes.setup import Setup, setup_of_scene
-from hcsearch.shape.labels import labels_of
+from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.shape.labels import is_label, label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.drives import MAX_CONTROL_PERIOD, MIN_CONTROL_PERIOD, Drives
@@ -31,13 +31,13 @@ from hcsearch.springs.deployment.simulated_deployment import (
     deployment_of_motion,
     simulate_driven_scene,
 )
-from hcsearch.springs.drive.choosing import FIRM_SINGULAR_VALUE, DrivenHinges, choose_driven_hinges, judge_driven_hinges
-from hcsearch.springs.drive.torques import DEFAULT_CONTROL_PERIOD, Torques, position_control, torques_along
+from hcsearch.springs.drive.choosing import FIRM_SINGULAR_VALUE, choose_driven_hinges, judge_driven_hinges
+from hcsearch.springs.drive.drive_facts import Drive
+from hcsearch.springs.drive.torques import DEFAULT_CONTROL_PERIOD, position_control, torques_along
 from hcsearch.springs.drive.trajectory import (
     DRIVE_END_ANGLES,
     MAX_HINGE_ACCELERATION,
     MAX_HINGE_RATE,
-    TimedPath,
     smooth_path,
     time_path,
 )
@@ -142,38 +142,9 @@ class DriveOptions:
     firm: float = FIRM_SINGULAR_VALUE
     period: float = DEFAULT_CONTROL_PERIOD
 
-
-@dataclass(frozen=True)
-class Drive:
-    """A driven folding.
-
-    play : least play of each face (m) at which its path is proved clear. scene : with the panels and the flat-pair
-    joint (`way`) of the path. setup : the scene evaluated for the linkage, with the time of the course. deployment :
-    the motion simulated under control, certified at the scene's margin.
-    """
-
-    folding: Folding
-    way: Way
-    linkage: Linkage
-    scene: Scene
-    setup: Setup
-    play: float
-    choice: DrivenHinges
-    timed: TimedPath
-    torques: Torques
-    drives: Drives
-    deployment: Deployment
-
-    @property
-    def greatest(self) -> Reals:
-        """Greatest torque of each driven hinge under control, until the end of the course, (n_driven,), N m."""
-        assert self.deployment.driven is not None
-        return self.deployment.driven.greatest_torques
-
-    @property
-    def missed(self) -> float:
-        """Greatest deviation of a hinge, driven or not, from its planned course during the motion (rad)."""
-        return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
+    def __post_init__(self) -> None:
+        if not all(map(is_label, self.hinges)):
+            raise HcsearchError(f"cannot read --hinges {','.join(self.hinges)!r}: write numbers, such as 0,4,5")
 
 
 class NoPathError(HcsearchError):
@@ -251,91 +222,24 @@ def drive_along(
     return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
 
 
-def release_with_latches(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
-    """Return latches that impose the order of hinges on the path, and a deployment by springs alone with them."""
+def latch_facts(driven: Drive) -> dict[str, Any]:
+    """Return latches that impose the order of hinges on the path, and the verdict on springs alone with them."""
     path = driven.timed.path
     latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0])
     scene = replace(driven.scene, seconds=None)
-    return latches, simulate_latched(compile_driven(driven.linkage, scene, None), latches)
+    deployment = simulate_latched(compile_driven(driven.linkage, scene, None), latches)
+    names = [label_data(name) for name in labels_of(driven.linkage).hinges]
+    return {
+        "latches": [
+            {"hinge": names[latch.hinge], "waits_for": names[latch.waits_for], "angle_rad": latch.angle}
+            for latch in latches
+        ],
+        "latched_verdict": deployment.verdict,
+        "latched_reason": deployment.reason,
+        "latched_clearance": None if deployment.clearance is None else deployment.clearance.kind,
+    }
 
 
 def start_at_drives(compiled: CompiledScene, drives: Drives) -> CompiledScene:
     """Return a compiled scene that starts at the start of drives."""
     return replace(compiled, start=drives.start_in(compiled))
-
-
-DRIVE_TORQUE_TOLERANCE = 0.05
-"""A drive follows its plan if the greatest torque of each driven hinge is within this share of the planned one."""
-MIN_COMPARED_TORQUE_SHARE = 0.01
-"""Lower bound of the planned torque in that comparison, as a share of the greatest of all hinges."""
-DRIVE_ANGLE_TOLERANCE = 0.02
-"""Greatest deviation of a hinge from its planned angle (rad) with which a drive follows."""
-DEAD_POINT_SINGULAR_VALUE = 0.05
-"""Least singular value of the reduced Jacobian below which a dead point is near."""
-
-SINGULAR_CLOSURE_VALUE = 0.01
-"""Least singular value of the closure Jacobian below which loops are nearly singular."""
-
-
-@dataclass(frozen=True)
-class Following:
-    """The comparison of a drive with its plan.
-
-    follows : whether it follows. share : greatest difference between the greatest torques of a driven hinge under
-    control and planned, over the planned one. sentence : both, with a remedy where it does not follow.
-    """
-
-    follows: bool
-    share: float
-    sentence: str
-
-
-def judge_following(drive: Drive) -> Following:
-    """Compare a drive with its plan."""
-    planned, greatest = np.abs(drive.torques.torques).max(axis=0), drive.greatest
-    shares = np.abs(greatest - planned) / np.maximum(
-        np.maximum(planned, MIN_COMPARED_TORQUE_SHARE * planned.max(initial=0.0)), 1e-12
-    )
-    worst = int(shares.argmax())
-    share = float(shares[worst])
-    if share <= DRIVE_TORQUE_TOLERANCE and drive.missed <= DRIVE_ANGLE_TOLERANCE:
-        return Following(True, share, f"follows: greatest torques are within {_percent(share)} of those planned")
-    cause = f"hinges miss their planned angles by up to {drive.missed:.2g} rad"
-    if share > DRIVE_TORQUE_TOLERANCE:
-        hinge = labels_of(drive.linkage).hinges[drive.drives.hinges[worst]]
-        cause = f"hinge {hinge} takes {greatest[worst]:.3g} N m where {planned[worst]:.3g} are planned"
-    return Following(False, share, f"does not follow: {cause}; {_remedy(drive)}")
-
-
-def _remedy(drive: Drive) -> str:
-    """Return a remedy for a drive that does not follow, or the advice where there is none.
-
-    Where loops are nearly singular, the manifold of closed states bends sharply, and the torques that a controller adds
-    there depend on rounding.
-    """
-    assert drive.deployment.driven is not None
-    drives, driven = drive.drives, drive.deployment.driven
-    times = np.linspace(0.0, drive.timed.seconds, 5000)
-    interpolated, plan = drives.interpolated(times), drives.at(times)
-    interpolation_torque = _most(
-        interpolated[2]
-        - plan[2]
-        + drives.stiffness * (interpolated[0] - plan[0])
-        + drives.damping * (interpolated[1] - plan[1])
-    )
-    if interpolation_torque > 0.5 * _most(driven.torques - driven.planned):
-        return "give a shorter --period, or a smaller --rate"
-    if drive.choice.least_value < DEAD_POINT_SINGULAR_VALUE:
-        return "a dead point is near: drive more hinges (a greater --firm)"
-    if drive.choice.closure_value < SINGULAR_CLOSURE_VALUE:
-        location = f"{drive.choice.closure_place:.2g} of the path"
-        return f"its loops are nearly singular at {location}: size motors by simulated torques, or try other panels"
-    return "give a smaller --rate and --acceleration, or drive more hinges (a greater --firm)"
-
-
-def _most(values: Reals) -> float:
-    return float(np.abs(values).max(initial=0.0))
-
-
-def _percent(share: float) -> str:
-    return f"{max(100.0 * share, 0.1):.2g} %"

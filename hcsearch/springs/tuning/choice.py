@@ -11,11 +11,13 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
+from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
-from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.deployment.deployment_facts import play_facts
+from hcsearch.springs.deployment.outcomes import DeploymentCheck, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
-from hcsearch.springs.tuning.robustness import Robustness, Spread, most_robust, robustness_of_sets, sampled_setups
+from hcsearch.springs.tuning.robustness import Robustness, most_robust, robustness_of_sets, sampled_setups
 from hcsearch.springs.tuning.spring_search import (
     MIN_OBJECTIVE_GAIN,
     CatalogueLevels,
@@ -25,6 +27,7 @@ from hcsearch.springs.tuning.spring_search import (
     stiffnesses_of_groups,
     strategy_from,
 )
+from hcsearch.springs.tuning.tuning_options import TuningOptions
 
 SAMPLING_STAGES = ((8, 4), (3, 8))
 """Stages of the comparison by samples of the tolerances: number of sets, and samples of each; the few best get more."""
@@ -77,29 +80,45 @@ class SpringSet:
             return self.agreement.flat_time
         return None if self.deployment is None else self.deployment.flat_time
 
+    def sentence(self, labels: Labels) -> str:
+        """Return a sentence on the outcome."""
+        check, precise, chance = self.check, self.deployment, self.robustness
+        if precise is None:
+            text = f"{check.reason(labels)} (by a quick simulation)"
+        else:
+            reason = precise.reason if self.agreement is None else self.agreement.reason
+            text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
+            clear = precise.clearance is not None and precise.clearance.kind == "clear"
+            text += f", {'' if clear else 'not '}certified clear"
+            play = play_facts(precise)["play"]
+            text += f"; {play}" if play else ""
+        if chance is not None:
+            low, high = chance.interval
+            text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
+        return text
+
 
 class EvaluationShares(NamedTuple):
-    """The total number of evaluations, and the numbers reserved for robust sets and for catalogue springs."""
+    """The numbers of evaluations for the search, and for catalogue springs; the rest is for robust sets."""
 
-    total: int
-    robust: int
+    search: int
     catalogue: int
 
 
-def evaluation_shares(evaluations: int, samples: int, catalogue: bool) -> EvaluationShares:
-    """Divide a number of evaluations into shares; the rest, one at least, is for the search."""
-    rounded = min(max(1, evaluations // 4), evaluations - 1) if catalogue else 0
-    return EvaluationShares(evaluations, min(ROBUST_SET_COUNT, evaluations // 8) if samples else 0, rounded)
+def evaluation_shares(options: TuningOptions, spent: int) -> EvaluationShares:
+    """Divide the evaluations that are not spent into shares; that of the search is one at least."""
+    evaluations = options.evaluations - spent
+    catalogue = min(max(1, evaluations // 4), evaluations - 1) if options.catalogue else 0
+    robust = min(ROBUST_SET_COUNT, evaluations // 8) if options.samples else 0
+    return EvaluationShares(max(1, evaluations - robust - catalogue), catalogue)
 
 
 class SpringSetFinder:
     """Chooses the reported sets among those of a search: confirmed ones that are least likely to collide."""
 
-    def __init__(
-        self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: EvaluationShares
-    ) -> None:
-        self.search, self.setup, self.samples, self.spread, self.shares = search, setup, samples, spread, shares
-        self.evaluator = search.evaluator
+    def __init__(self, search: SpringSearch, setup: Setup, options: TuningOptions, shares: EvaluationShares) -> None:
+        self.search, self.setup, self.options, self.shares = search, setup, options, shares
+        self.evaluator, self.spread = search.evaluator, options.spread
         self.best: SpringSet | None = None
 
     def choose(self, sets: Sequence[Reals], start: SpringSet) -> None:
@@ -121,7 +140,7 @@ class SpringSetFinder:
             for stiffnesses, check in zip(sets, self.evaluator.of_springs(sets), strict=True)
             if check.deploys
         ]
-        if not self.samples or not clear:
+        if not self.options.samples or not clear:
             return []
         chances = most_robust(self.evaluator, clear, self.spread, SAMPLING_STAGES, self.search.seed)
         first, chance = chances[0]
@@ -133,7 +152,7 @@ class SpringSetFinder:
         strategy = strategy_from(start, 0.04, self.search.bounds, ROBUST_SEARCH_SIZES[0], rng)
         trials: list[tuple[float, int, Reals]] = []
         least_mean, idle = math.inf, 0
-        generations = max(1, self.shares.total // (2 * ROBUST_SEARCH_SIZES[0] * ROBUST_SEARCH_SIZES[1]))
+        generations = max(1, self.options.evaluations // (2 * ROBUST_SEARCH_SIZES[0] * ROBUST_SEARCH_SIZES[1]))
         for k in range(generations):
             points = np.array(strategy.ask())
             neighbours = [stiffnesses_of_groups(np.exp(point), tied) for point in points]
@@ -150,7 +169,7 @@ class SpringSetFinder:
             if strategy.stop() or idle == 2:
                 break
         mean_set = stiffnesses_of_groups(np.exp(strategy.result.xfavorite), tied)
-        remaining = self.shares.total - self.evaluator.evaluation_count - self.shares.catalogue
+        remaining = self.options.evaluations - self.evaluator.evaluation_count - self.shares.catalogue
         return [mean_set, *(stiffnesses for _, _, stiffnesses in sorted(trials)[: ROBUST_SET_COUNT - 1])][
             : max(0, remaining)
         ]
@@ -169,7 +188,7 @@ class SpringSetFinder:
     def round_to_catalogue(self, levels: Sequence[float]) -> SpringSet | None:
         """Round the best set to catalogue springs by local search; None where no evaluation is left."""
         assert self.best is not None
-        remaining = self.shares.total - self.evaluator.evaluation_count
+        remaining = self.options.evaluations - self.evaluator.evaluation_count
         if remaining < 1:
             return None
         tied = self.search.tied
@@ -206,7 +225,7 @@ class SpringSetFinder:
         clear = [
             spring_set for spring_set in clear if self.evaluator.slack(spring_set.check) < 2.0 * self.evaluator.margin
         ] or clear
-        if self.samples and len(clear) > 1:
+        if self.options.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
             springs = [spring_set.stiffnesses for spring_set in clear]
             order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, SAMPLING_STAGES, self.search.seed)]
@@ -227,12 +246,12 @@ class SpringSetFinder:
 
     def with_samples(self, spring_set: SpringSet) -> SpringSet:
         """Add the robustness from samples of the tolerances, if samples are to be drawn."""
-        if not self.samples:
+        if not self.options.samples:
             return spring_set
         total = self.search.budget
         self.search.progress(total, total, "drawing samples")
         (chance,) = robustness_of_sets(
-            self.evaluator, [spring_set.stiffnesses], self.spread, self.samples, self.search.seed
+            self.evaluator, [spring_set.stiffnesses], self.spread, self.options.samples, self.search.seed
         )
         return replace(spring_set, robustness=chance)
 

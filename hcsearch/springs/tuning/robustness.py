@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,25 +12,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
+from hcsearch.springs.tuning.tuning_options import Spread
 
 ROBUSTNESS_CONFIDENCE = 0.95
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Manufacturing tolerances: standard deviations, relative except for the start.
-
-    stiffness : of each spring, independently. damping, mass : of all dampers together, of all panels together. start :
-        of the share of the folded angles at which the motion starts; samples only ever start less folded.
-    """
-
-    stiffness: float = 0.05
-    damping: float = 0.05
-    mass: float = 0.05
-    start: float = 0.001
-
-
-SPREAD_NAMES = tuple(field.name for field in fields(Spread))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,11 +16,9 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import play_facts
-from hcsearch.springs.deployment.outcomes import reason_with_clearance
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares
 from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator, SceneScales
-from hcsearch.springs.tuning.robustness import Spread
 from hcsearch.springs.tuning.spring_search import (
     SeenSpringSet,
     SpringSearch,
@@ -31,11 +28,8 @@ from hcsearch.springs.tuning.spring_search import (
     springs_for,
     stiffnesses_of_groups,
 )
+from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch.system.figures import load_matplotlib
-
-DEFAULT_EVALUATION_COUNT, DEFAULT_SAMPLE_COUNT = 500, 64
-"""Spring sets that are tried, and samples of the tolerances that are drawn for a confirmed set."""
-
 
 NO_LABELS = Labels((), ())
 
@@ -82,27 +76,87 @@ class Tuning:
         """The stiffness of each hinge's spring, N m/rad, by the names of hinges."""
         return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
 
+    @property
+    def advice(self) -> str:
+        """A sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
+        spring_set = self.chosen
+        name = "catalogue springs" if spring_set is self.rounded else "tuned springs"
+        if not spring_set.confirmed:
+            return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
+        if spring_set.doubt:
+            return f"{name}, with care: {spring_set.doubt}"
+        chance = spring_set.robustness
+        if chance is None:
+            return f"{name}: flat, certified clear"
+        if not chance.failures:
+            return f"{name}: flat, certified clear, in all {chance.samples} samples too"
+        share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
+        if 2 * chance.failures > chance.samples:
+            return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
+        return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
+
+    @property
+    def springs_to_buy(self) -> list[tuple[float, ...]] | None:
+        """The catalogue springs in parallel at each hinge, N m/rad; None unless catalogue springs are to be used."""
+        if not self.catalogue or self.chosen is not self.rounded:
+            return None
+        return [springs_for(stiffness, self.catalogue) for stiffness in self.chosen.stiffnesses]
+
+    @property
+    def purchase(self) -> str:
+        """A sentence on the springs to buy, and the hinges that do not get exactly one spring."""
+        springs_at = self.springs_to_buy
+        if springs_at is None:
+            none = "none was tried, give more --evaluations" if self.rounded is None else "none is certified clear"
+            return f"nothing of the catalogue: {none}"
+        listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(springs_at))
+        listed = f"{listed} N m/rad" if listed else "no springs"
+        hinges_with: dict[tuple[float, ...], list[str]] = {}
+        for name, springs in zip(self.labels.hinges, springs_at, strict=True):
+            # the table shows the stiffness of pairs of equal springs
+            key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
+            hinges_with.setdefault(key, []).append(name)
+        notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(hinges_with.items()) if len(key) != 1]
+        return listed + (f" ({'; '.join(notes)})" if notes else "")
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data, as `hcsearch tune --json` prints them; stiffnesses in the order of `hinges`."""
+        hinges = [label_data(name) for name in self.labels.hinges]
+        sets = {"start": self.start, "best": self.best, "rounded": self.rounded}
+        return {
+            "formulation": self.formulation,
+            "spring_range_N_m_rad": list(self.setup.spring_range),
+            "seconds": self.setup.seconds,
+            "use": self.advice,
+            "hinges": hinges,
+            "merged_panels": list(self.labels.merged),
+            "tied_hinges": [[hinges[k] for k in group] for group in self.tied],
+            **{
+                name: None if spring_set is None else _set_facts(spring_set, self.labels)
+                for name, spring_set in sets.items()
+            },
+            "buy": None if (springs_at := self.springs_to_buy) is None else _bought_facts(springs_at),
+            "evaluations": self.evaluations,
+            "known_before": self.recalled,
+            "samples": self.samples,
+            "samples_known_before": self.samples_recalled,
+            "interrupted": self.interrupted,
+        }
+
 
 def tune_springs(
     linkage: Linkage,
     scene: Scene | Setup,
+    options: TuningOptions,
     formulation: Formulation | None = None,
     *,
-    catalogue: Sequence[float] = (),
-    evaluations: int = DEFAULT_EVALUATION_COUNT,
-    samples: int = DEFAULT_SAMPLE_COUNT,
-    spread: Spread | None = None,
-    seed: int = 0,
     memory: EvaluationMemory | None = None,
     progress: TuningProgress | None = None,
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
     formulation : unless given `constrained`, or `compliant` where only with it a set of the first generation becomes
-    flat. catalogue : stiffnesses of the springs that can be bought (N m/rad). evaluations : greatest number of spring
-    sets tried in all: for the choice of the formulation, the search and the rounding. samples : drawn of the tolerances
-    in `spread` for each reported set; half as many as evaluations may be drawn in addition to compare sets and make
-    them more robust. memory : a cache of evaluations, with which the same tuning resumes where it stopped.
+    flat. memory : a cache of evaluations, with which the same tuning resumes where it stopped.
     The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
     """
@@ -120,14 +174,13 @@ def tune_springs(
             f"springs of {given.min():g} to {given.max():g} N m/rad are no start of a search from {softest:g} to "
             f"{stiffest:g}: {_remedy(float(given.min()), float(given.max()), softest)}"
         )
-    levels = catalogue_levels(catalogue, stiffest, softest) if catalogue else ()
+    levels = catalogue_levels(options.catalogue, stiffest, softest) if options.catalogue else ()
     start = stiffnesses_of_groups([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
-    first = first_generation(start, tied, seed, (softest, stiffest))
-    evaluator = _evaluator(linkage, setup, formulation, first, memory, evaluations)
-    shares = evaluation_shares(evaluations - evaluator.earlier_evaluations, samples, bool(catalogue))
-    budget = max(1, shares.total - shares.robust - shares.catalogue)
-    search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
-    finder = SpringSetFinder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
+    first = first_generation(start, tied, options.seed, (softest, stiffest))
+    evaluator = _evaluator(linkage, setup, formulation, first, memory, options.evaluations)
+    shares = evaluation_shares(options, evaluator.earlier_evaluations)
+    search = SpringSearch(evaluator, tied, shares.search, options.seed, progress or _silent)
+    finder = SpringSetFinder(search, setup, options, shares)
     interrupted = False
     rounded = None
     start_set = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
@@ -154,7 +207,7 @@ def tune_springs(
         labels_of(linkage),
         evaluator.sample_count,
         evaluator.samples_recalled,
-        tuple(map(float, catalogue)),
+        options.catalogue,
     )
 
 
@@ -179,7 +232,7 @@ def _evaluator(
     formulation: Formulation | None,
     first: Reals,
     memory: EvaluationMemory | None,
-    evaluations: int = DEFAULT_EVALUATION_COUNT,
+    evaluations: int,
 ) -> Evaluator:
     """Return the evaluator of the given formulation, or of exact closure unless only compliant arrays become flat.
 
@@ -201,31 +254,6 @@ def _evaluator(
     )
     chosen.earlier_evaluations, chosen.recalled = rejected.evaluation_count, chosen.recalled + rejected.recalled
     return chosen
-
-
-def tuning_facts(tuning: Tuning) -> dict[str, Any]:
-    """Return a tuning as plain data; keys name their units. Stiffnesses are in the order of `hinges`."""
-    hinges = [label_data(name) for name in tuning.labels.hinges]
-    sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
-    return {
-        "formulation": tuning.formulation,
-        "spring_range_N_m_rad": list(tuning.setup.spring_range),
-        "seconds": tuning.setup.seconds,
-        "use": tuning_advice(tuning),
-        "hinges": hinges,
-        "merged_panels": list(tuning.labels.merged),
-        "tied_hinges": [[hinges[k] for k in group] for group in tuning.tied],
-        **{
-            name: None if spring_set is None else _set_facts(spring_set, tuning.labels)
-            for name, spring_set in sets.items()
-        },
-        "buy": None if (springs_at := springs_to_buy(tuning)) is None else _bought_facts(springs_at),
-        "evaluations": tuning.evaluations,
-        "known_before": tuning.recalled,
-        "samples": tuning.samples,
-        "samples_known_before": tuning.samples_recalled,
-        "interrupted": tuning.interrupted,
-    }
 
 
 def _set_facts(spring_set: SpringSet, labels: Labels) -> dict[str, Any]:
@@ -251,47 +279,6 @@ def _set_facts(spring_set: SpringSet, labels: Labels) -> dict[str, Any]:
     }
 
 
-def tuning_advice(tuning: Tuning) -> str:
-    """Return a sentence on the springs to use, by the less favourable of the precise simulation and the samples."""
-    spring_set = tuning.chosen
-    name = "catalogue springs" if spring_set is tuning.rounded else "tuned springs"
-    if not spring_set.confirmed:
-        return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
-    if spring_set.doubt:
-        return f"{name}, with care: {spring_set.doubt}"
-    chance = spring_set.robustness
-    if chance is None or not chance.failures:
-        return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")
-    share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
-    if 2 * chance.failures > chance.samples:
-        return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
-    return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
-
-
-def springs_to_buy(tuning: Tuning) -> list[tuple[float, ...]] | None:
-    """Return the catalogue springs in parallel at each hinge, N m/rad; None unless catalogue springs are to be used."""
-    if not tuning.catalogue or tuning.chosen is not tuning.rounded:
-        return None
-    return [springs_for(stiffness, tuning.catalogue) for stiffness in tuning.chosen.stiffnesses]
-
-
-def shopping_sentence(tuning: Tuning) -> str:
-    """Return a sentence on the springs to buy, and the hinges that do not get exactly one spring."""
-    springs_at = springs_to_buy(tuning)
-    if springs_at is None:
-        none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
-        return f"nothing of the catalogue: {none}"
-    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(springs_at))
-    listed = f"{listed} N m/rad" if listed else "no springs"
-    hinges_with: dict[tuple[float, ...], list[str]] = {}
-    for name, springs in zip(tuning.labels.hinges, springs_at, strict=True):
-        # the table shows the stiffness of pairs of equal springs
-        key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
-        hinges_with.setdefault(key, []).append(name)
-    notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(hinges_with.items()) if len(key) != 1]
-    return listed + (f" ({'; '.join(notes)})" if notes else "")
-
-
 def _where(springs: tuple[float, ...]) -> str:
     if not springs:
         return "none"
@@ -311,21 +298,3 @@ def _bought_facts(springs_at: list[tuple[float, ...]]) -> dict[str, Any]:
         "springs": [{"stiffness_N_m_rad": spring, "count": count} for spring, count in _counts(springs_at)],
         "at_hinges_N_m_rad": [list(springs) for springs in springs_at],
     }
-
-
-def spring_set_sentence(spring_set: SpringSet, labels: Labels) -> str:
-    """Return a sentence on the outcome of a spring set."""
-    check, precise, chance = spring_set.check, spring_set.deployment, spring_set.robustness
-    if precise is None:
-        text = f"{check.reason(labels)} (by a quick simulation)"
-    else:
-        reason = precise.reason if spring_set.agreement is None else spring_set.agreement.reason
-        text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
-        clear = precise.clearance is not None and precise.clearance.kind == "clear"
-        text += f", {'' if clear else 'not '}certified clear"
-        play = play_facts(precise)["play"]
-        text += f"; {play}" if play else ""
-    if chance is not None:
-        low, high = chance.interval
-        text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
-    return text

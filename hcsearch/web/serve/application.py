@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from werkzeug.exceptions import HTTPException, NotFound
@@ -23,9 +24,10 @@ from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.cases.names import stored_circuit
+from hcsearch.cases.names import design_named
+from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
+from hcsearch.store import Database, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
@@ -140,10 +142,8 @@ class Application:
 
     def _design(self, request: Request, number: int) -> Response:
         scene = self._scene_of(request)
-        circuit = self._circuit(number)
-        key = ("design", number, scene, self.database.fingerprint())
         scene_parameter = "" if scene == self.scene else scene
-        text = self.computing(key, jobs.stored_design_page, self.db, circuit, number, scene, scene_parameter)
+        text = self._computed(jobs.stored_design_page, self._circuit(number), number, scene, scene_parameter)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
@@ -151,12 +151,11 @@ class Application:
         circuit = self._circuit(number)
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
-        key = ("motion", number, crease, scene, self.database.fingerprint())
-        text = self.computing(key, jobs.stored_motion_json, self.db, circuit, number, crease, scene)
+        text = self._computed(jobs.stored_motion_json, circuit, number, crease, scene)
         return Response(text, mimetype="application/json")
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
-        form, scene_parameter, motion, settings = read_export(ending, _pairs(request))
+        form, settings, motion, scene_parameter = read_export(ending, _pairs(request))
         scene = self._scene(scene_parameter)
         self._circuit(number)  # raises without a known format
         subject, stem = str(number), f"design-{number}"
@@ -166,20 +165,21 @@ class Application:
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
             raise QueryError(f"{form.name} is of one folding: ask for {below}")
         stem += f"-{form.name}" if form.only_by_name else ""  # another format has this ending, too
-        sorted_settings = tuple(sorted(settings.items()))
-        key = (form.name, subject, stem, scene, motion, sorted_settings, self.database.fingerprint())
-        file = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
+        file = self._computed(jobs.export_file, subject, form, replace(settings, stem=stem), motion, scene)
         headers = {"Content-Disposition": f"attachment; filename={file.name}"}
         return Response(file.content, mimetype="application/octet-stream", headers=headers)
 
-    def _circuit(self, number: int) -> str:
-        """Return the notation of a design's circuit; MissingError for an unknown id."""
+    def _computed(self, call: Callable[..., Any], *arguments: Hashable) -> Any:
+        """Return the result of a call with the database, perhaps from the cache of results of this state of it."""
+        return self.computing((call, arguments, self.database.fingerprint()), call, self.db, *arguments)
+
+    def _circuit(self, number: int) -> Circuit:
+        """Return a design's circuit; MissingError for an unknown id."""
         try:
-            _, notation = find_circuit(self.database, str(number))
+            return design_named(str(number), self.database)[0]
         except QueryError:
             missing = f"no design {number} in {self.database.location}: choose one of those at /designs"
             raise MissingError(missing) from None
-        return stored_circuit(self.database, number, notation).notation
 
     def _scene_of(self, request: Request) -> str:
         """Return the scene in an address without other parameters."""

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
+from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.export.export_files import checked_export_settings
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings
 from hcsearch.store import Database, format_rows, select_page, stream
@@ -128,8 +130,8 @@ _READ: dict[str, Callable[[str], Any]] = {
 assert set(_READ) == set(SETTING_NAMES)
 
 
-def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, str, str | None, dict[str, Any]]:
-    """Return format, scene (empty if not named), motion and settings in the address of an export.
+def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, ExportSettings, ReplaySource | None, str]:
+    """Return format, settings, motion and scene (empty if not named) in the address of an export.
 
     HcsearchError for values that exports do not accept.
     """
@@ -144,9 +146,8 @@ def read_export(ending: str, pairs: Any) -> tuple[ExportFormat, str, str | None,
     if len(candidates) != 1:
         names = ", ".join(f"{form.endings[0]} ({form.name})" for form in EXPORT_FORMATS.values())
         raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")
-    motion = values.get("motion")
+    motion: Any = values.get("motion")
     if motion is not None:
         _word(motion, ("path", "springs"))
     settings = {name: read(values[name]) for name, read in _READ.items() if name in values}
-    ExportSettings(**settings)  # raises here rather than in a new process
-    return candidates[0], values.get("scene", ""), motion, settings
+    return candidates[0], checked_export_settings(candidates[0], settings), motion, values.get("scene", "")

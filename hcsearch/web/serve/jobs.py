@@ -9,7 +9,7 @@ import io
 import threading
 import zipfile
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable
 from concurrent.futures import TimeoutError as LateError
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -17,7 +17,12 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.replay_sources import ReplaySource, stored_replays
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
+from hcsearch.export.export_files import export_files
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
+from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
 from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
@@ -31,14 +36,11 @@ class ExportedFile:
     content: bytes
 
 
-def stored_design_page(db: str, notation: str, number: int, scene: str, scene_parameter: str) -> str:
+def stored_design_page(db: str, circuit: Circuit, number: int, scene: str, scene_parameter: str) -> str:
     """Return the page of a stored design with its foldings and their motions; scene_parameter : scene in addresses."""
-    from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
-    from hcsearch.designs.folding import foldings  # noqa: PLC0415 - the engine
     from hcsearch.web.report.design_data import fetch_design_data  # noqa: PLC0415 - the engine
     from hcsearch.web.report.page_files import render_design  # noqa: PLC0415 - the engine
 
-    circuit = Circuit.from_notation(notation)
     with open_readonly(db) as database:
         data = fetch_design_data(circuit, foldings(circuit), db, database, number, scene)
     row = ListRequest("designs", query=f"id={number}", scene=scene_parameter, default_scene="")
@@ -59,14 +61,12 @@ def stored_design_page(db: str, notation: str, number: int, scene: str, scene_pa
     return render_design(replace(data, links=links, exports=exports))
 
 
-def stored_motion_json(db: str, notation: str, number: int, crease: int, scene: str) -> str:
+def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:
     """Return the stored path of a folding in a scene as data of the player."""
-    from hcsearch.cases.replay_sources import stored_replays  # noqa: PLC0415 - the engine
-    from hcsearch.designs.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine
 
     with open_readonly(db) as database:
-        replays = stored_replays(database, {number: Circuit.from_notation(notation)}, scene)
+        replays = stored_replays(database, {number: circuit}, scene)
         for path, replay in replays:
             if path.crease == crease:
                 return motion_json(replay)
@@ -91,15 +91,11 @@ def _export_address(number: int, form: ExportFormat, scene_parameter: str, creas
 
 
 def export_file(
-    db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
+    db: str, subject: str, form: ExportFormat, settings: ExportSettings, motion: ReplaySource | None, scene: str
 ) -> ExportedFile:
-    """Return an export of a stored design or folding, an archive if of several files; stem : of its name."""
-    from hcsearch.export.export_files import checked_export_settings, export_files  # noqa: PLC0415 - the engine
-
-    form = EXPORT_FORMATS[name]
-    export_settings = replace(checked_export_settings(form, settings), stem=stem)
-    _, files = export_files(subject, form, export_settings, motion, db, scene=scene)
-    ending = form.endings[0]
+    """Return an export of a stored design or folding, an archive if of several files."""
+    _, files = export_files(subject, form, settings, motion, db, scene=scene)
+    stem, ending = settings.stem, form.endings[0]
     if len(files) == 1:
         return ExportedFile(stem + ending, files[ending])
     archive = io.BytesIO()
