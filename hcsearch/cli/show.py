@@ -71,7 +71,7 @@ def show(
 
 
 def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None]) -> None:
-    """Foldings with panels of a size. why : there are none. tell : prints what is known of one beside."""
+    """Print foldings with panels of a size. why : the reason for none. tell : prints further results on a folding."""
     if not chosen:
         click.echo(f"\nno two-stack folding: {why}")
     for folding in chosen:

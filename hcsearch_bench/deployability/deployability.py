@@ -1,4 +1,4 @@
-"""The bench `deployability`: what becomes of all untwisted foldings of many arrays, by a path and by springs."""
+"""The bench `deployability`: verdicts on all untwisted foldings of many arrays, by a path and by springs."""
 
 from __future__ import annotations
 
