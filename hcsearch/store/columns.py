@@ -116,7 +116,7 @@ _VERDICT = (
             "deploy_time",
             "real",
             "s",
-            "time from folded to flat, in the digits on which tolerances agree, if to a tenth",
+            "time from folded to flat, in the digits on which tolerances agree; null if they differ by over a tenth",
         ),
         better="lower",
         half=0.5,
@@ -136,7 +136,11 @@ DESIGN_QUANTITIES = (
     Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit", better="higher", half=2.0),
     Quantity("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
     Quantity(
-        "n_fixed", "integer", "", "circuits up to translation alone that this one stands for", label="fixed copies"
+        "n_fixed",
+        "integer",
+        "",
+        "fixed circuits (up to translation) that are congruent to this one",
+        label="fixed copies",
     ),
     Quantity("n_foldings", "integer", "", "two-stack foldings", label="foldings"),
     Quantity("two_stack", "boolean", "", "1 when there is a two-stack folding", label="two-stack"),

@@ -62,7 +62,7 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
         ("movable", 0, "a path", ["default"], "panels 1 and 5 collide; springs of the scene default"),
         ("movable", 0, "a path", ["default"], "flat pairs rigid; a path"),
         ("undecided", 0, "no path", [], "springs were not tried; no path"),
-        ("undecided", 0, None, [], "no path was looked for and no springs were tried in this scene"),
+        ("undecided", 0, None, [], "no path was searched for and no springs were tried in this scene"),
     ],
 )
 def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, text):
