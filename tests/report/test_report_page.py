@@ -102,7 +102,8 @@ def test_columns_of_later_stages_appear_when_known(hex_ten):
     assert described["deploy_time"] == (
         "time to flat",
         "s",
-        "time from folded to flat, in the digits that tolerances agree on, if to a tenth, s, lower is better",
+        "time from folded to flat, in the digits on which tolerances agree; null if they differ by over a tenth, s, "
+        "lower is better",
     )
     assert described["needed_margin"][:2] == ("needed margin", "mm")
     assert not [label for label, _, _ in described.values() if "_" in label]

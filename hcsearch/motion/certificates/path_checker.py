@@ -1,9 +1,8 @@
 """Check a certificate of a path by independent arithmetic: `python path_checker.py FILE`.
 
 The path leads from packed to flat with closed loops, hinges between their stops, and shrunk facets that do not overlap.
-Closure at stops is decided in fractions; all else is computed with polynomials whose coefficients have radii for all
-errors. Doubles are assumed to be rounded to nearest, sines to two units in the last place. Theory:
-docs/explanation/certificates.md.
+Closure at stops is decided in fractions; all else is computed with polynomials with radii for all errors. Doubles are
+taken to be rounded to nearest, sines to two units in the last place. Theory: docs/explanation/certificates.md.
 """
 
 import json
