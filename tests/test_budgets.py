@@ -87,7 +87,7 @@ def test_going_on_comes_to_what_one_search_comes_to(stepwise, tmp_path):
     [
         (("--budget", 0), "a budget of 0 is too small: give 1 or more efforts, or leave it out"),
         (("--budget", -1), "a budget of -1 is too small"),
-        (("--budget", 3, "--until", "twist"), "--budget is for motions, which no stage here searches for"),
+        (("--budget", 3, "--until", "twist"), "--budget applies to the stage motion, which does not run"),
     ],
 )
 def test_budgets_that_say_nothing_are_refused(words, message, tmp_path):

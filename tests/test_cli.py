@@ -476,9 +476,7 @@ def test_an_interrupted_run_says_how_to_go_on(run, tmp_path, number):
     _, said = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert process.returncode == 130
-        assert said.strip() == (
-            "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
-        )
+        assert said.strip() == ("hcsearch: interrupted; the same command continues work that is stored in a database")
     else:
         assert process.returncode == -signal.SIGTERM
     done = run(*words)

@@ -197,9 +197,9 @@ def test_a_file_is_a_scene_by_its_name(tmp_path):
     file.write_text('panel_mm = "1000x20"\n', encoding="utf-8")
     assert "another scene 'solar'" in call(*words, "--scene", file, code=2)
     file.write_text('name = "default"\npanel_mm = "1000x20"\n', encoding="utf-8")
-    assert "a name of its own" in call(*words, "--scene", file, code=2)
+    assert "give it another name" in call(*words, "--scene", file, code=2)
     file.write_text('name = "mountains first"\npanel_mm = "1000x20"\n', encoding="utf-8")
-    assert "a way to try a scene" in call(*words, "--scene", file, code=2)
+    assert "a variant of a scene" in call(*words, "--scene", file, code=2)
     file.write_text('design = "hex:023350:1"\n', encoding="utf-8")
     assert "give it to hcsearch deploy" in call(*words, "--scene", file, code=2)
 

@@ -1,4 +1,4 @@
-"""Take a pattern or a circuit of the user's own through every stage."""
+"""Take a pattern or a circuit of the user through every stage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compile the kernels of the main commands beforehand: small jobs that need them, each in a process of its own."""
+"""Compile the kernels of the main commands beforehand: small jobs that need them, each in a separate process."""
 
 from __future__ import annotations
 

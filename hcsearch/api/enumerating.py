@@ -29,7 +29,7 @@ from hcsearch.search.stages.order import STAGES, check_keep
 from hcsearch.system.machine import usable_cores
 
 MAX_JOBS_PER_CORE = 4
-"""Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
+"""Greatest number of processes per core: more gain nothing, and each takes some hundred megabytes."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def enumerate_into(
     array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
     until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
     keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel : as in `deploy`.
-    budget : efforts of the search for the motion of a folding; what is undecided in the database is searched on.
+    budget : efforts of the search for the motion of each folding; undecided foldings in the database are included.
     jobs : the number of processes. scheduler : the address of a Dask cluster, in place of jobs.
     progress : called with the numbers of finished and of all batches. announce : called with sentences on long runs.
 
@@ -99,7 +99,7 @@ def chosen_search(grid: str | Grid | None, n: int | None, array: str | Array | N
 
 
 def chosen_workers(jobs: int | None, scheduler: str | None) -> WorkerPool:
-    """Who works: processes of this machine, all its cores unless given, or a Dask cluster."""
+    """The workers: processes of this machine, one per core unless `jobs` is given, or a Dask cluster."""
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
     if jobs is not None and jobs < 1:

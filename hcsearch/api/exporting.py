@@ -38,7 +38,7 @@ def save(
     """Write a folding or an assembly to a file for another program, as `hcsearch export` does; return the paths.
 
     what, scene, panel, flat_pairs, db : as in `deploy`; a Linkage cannot be exported.
-    path : the file; its ending sets the format. format : the format, if the ending does not tell it.
+    path : the file; its ending sets the format. format : the format, if the ending does not determine it.
     motion : the motion to export, `path` or `springs`. values : other values of the scene, as in `deploy`.
     settings : options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
 

@@ -1,4 +1,4 @@
-"""Show a design: what is known of its circuit, and of its foldings in a database."""
+"""Show a design: its circuit, its foldings, and the results on them in a database."""
 
 from __future__ import annotations
 

@@ -200,5 +200,5 @@ class Case:
             raise SceneError(f"{self.name} has formulation = {self.formulation!r}: drives need 'constrained'")
         if self.look_of == "name":
             springs = self.look.springs or self.look.pairs
-            raise SceneError(f"{springs!r} is a way to try a scene: name a scene alone, and --flat-pairs")
+            raise SceneError(f"{springs!r} is a variant of a scene: name the scene alone, and --flat-pairs")
         return self.folding

@@ -72,7 +72,7 @@ LENGTH_PARAMETERS = ("base", "thickness", "side", "width")
 
 
 def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
-    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows.
+    """The default parameters of an assembly, with the given ones replaced: degrees, millimetres, columns x rows.
 
     HcsearchWarning for lengths that are probably not meant.
     """

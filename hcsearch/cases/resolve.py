@@ -86,7 +86,7 @@ def resolve_scene(
     with _scene_database(scene, db) as (database, _):
         base, parts = _base_scene({}, arguments, database, grid)
     if parts:
-        raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs")
+        raise SceneError(f"{parts[-1]!r} is a variant of a scene: name the scene alone, and --flat-pairs")
     return replace(arguments.changed(base), panel=panel_of(base, grid))
 
 

@@ -110,9 +110,9 @@ def _of_file(path: str, grid: str | None = None) -> Scene:
     scene = scene_in(content, grid=grid)
     scene = replace(scene, name=check_scene_name(content.get("name", Path(path).stem)))
     if variant_parts([scene.name]) != (None, ""):
-        raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")
+        raise SceneError(f"{path} has the name {scene.name!r}, which names a variant of a scene: write name = 'solar'")
     if scene.name in SCENES and scene != SCENES[scene.name]:
-        raise SceneError(f"{path} is another scene than {scene.name!r}: give it a name of its own, name = 'solar'")
+        raise SceneError(f"{path} differs from the scene {scene.name!r}: give it another name, name = 'solar'")
     return scene
 
 

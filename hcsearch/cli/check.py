@@ -1,4 +1,4 @@
-"""`hcsearch check`: a pattern or a circuit of the user's own through every stage."""
+"""`hcsearch check`: a pattern or a circuit of the user, taken through every stage."""
 
 from __future__ import annotations
 

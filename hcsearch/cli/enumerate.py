@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     "--budget",
     type=int,
     metavar="EFFORTS",
-    help="How much to search for the motion of each folding; what is undecided in the database is searched on.",
+    help="Efforts of the search for the motion of each folding; undecided foldings in the database are included.",
 )
 @worker_options
 @click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")

@@ -32,7 +32,7 @@ from hcsearch.export.settings import (
     "--format",
     "format_name",
     type=click.Choice(tuple(EXPORT_FORMATS)),
-    help="The format, if the ending does not tell it.",
+    help="The format, if the ending does not determine it.",
 )
 @click.option(
     "--motion",

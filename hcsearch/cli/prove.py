@@ -28,11 +28,11 @@ from hcsearch.cli.progress import ProgressMeter
 def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     """Write a certificate that a folding can be opened, or that no motion opens it.
 
-    The certificate of a path says that loops stay closed and panels, shrunk by a margin, keep apart from packed to
-    flat; that of a lock lists boxes of fold angles which no motion leaves, or none without a collision of panels.
-    All are plain data. `hcsearch verify` checks them with arithmetic that shares nothing with the search, and so do
-    programs of their own that need NumPy alone: path_checker.py, lock_checker.py and collision_checker.py in
-    hcsearch/motion/certificates.
+    The certificate of a path states that loops stay closed, and that panels, shrunk by a margin, keep apart from
+    packed to flat. The certificate of a lock lists boxes of fold angles that no motion leaves, or no motion without a
+    collision of panels. Both are plain data. `hcsearch verify` checks them with arithmetic that shares nothing with
+    the search, and so do standalone programs that need only NumPy: path_checker.py, lock_checker.py and
+    collision_checker.py in hcsearch/motion/certificates.
     """
     from hcsearch.api import proving
 

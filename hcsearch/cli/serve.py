@@ -24,8 +24,8 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None) -
     """Show a database in a browser on this machine.
 
     The command prints an address to open in a browser; Ctrl-C ends it. The pages list the designs of a query, filtered
-    and sorted, and show each design with its motions to play. Exports, CSV and JSON have addresses of their own. The
-    database is only read. Every user of this machine can read the pages.
+    and sorted, and show each design with its motions to play. Exports, and lists as CSV and JSON, have separate
+    addresses. The database is only read. Every user of this machine can read the pages.
     """
     from hcsearch.api import serving
 

@@ -1,4 +1,4 @@
 """Export to file formats of other programs: crease patterns, sheets, pictures, tables, solids, simulation models.
 
-`formats.FORMATS` lists the formats.
+`formats.EXPORT_FORMATS` lists the formats.
 """

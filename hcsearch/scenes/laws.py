@@ -7,7 +7,7 @@ energy is the integral of these pieces, so both are exact. Laws have a notation,
     linear:STIFFNESS                 linear:0.1
     quadratic:STIFFNESS,GROWTH       quadratic:0.02,0.03
     table:MOMENT@ANGLE,...           table:0@0,0.1@1.5,0.3@3.1
-    table:FILE.csv                   a file of `spring_files`; the law's own text holds the points
+    table:FILE.csv                   a file of `spring_files`; the text of the law holds the points
     tape:PEAK@ANGLE,LOW@BACK         tape:0.2@0.05,0.03@0.01
 
 Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).

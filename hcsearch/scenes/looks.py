@@ -51,7 +51,7 @@ _SETS = (*SPRING_SET_GRADES, OUTER_FIRST_SET, *SPREAD_SPRING_SETS)
 
 @dataclass(frozen=True)
 class SceneVariant:
-    """A joint of the flat pairs and a spring set, the scene's own where empty; `as_written` is the scene unchanged."""
+    """A joint of the flat pairs and a spring set (empty: that of the scene); `as_written` is the scene unchanged."""
 
     pairs: Way
     springs: str = ""

@@ -59,7 +59,7 @@ def finish_run(
 ) -> None:
     """Record the outcome of a run.
 
-    funnel : counts by the names in `schema.FUNNEL`, None or missing for a stage that has not run; stage_times : s.
+    funnel : counts by the names in `FUNNEL_COLUMNS`, None or missing for a stage that has not run; stage_times : s.
     """
     if unknown := set(funnel) - set(FUNNEL_COLUMNS):
         raise KeyError(f"no funnel column {sorted(unknown)}; there are {FUNNEL_COLUMNS}")

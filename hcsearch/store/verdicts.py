@@ -148,7 +148,7 @@ def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int
 def undecided(database: Database, work: WorkKey, budget: int | None = None) -> list[Undecided]:
     """Return the foldings of designs of a run that are undecided in its scene.
 
-    budget : only foldings searched with a smaller budget. Efforts count as 0 if a path was met, so that the search is
+    budget : only foldings searched with a smaller budget. Efforts count as 0 if a path was found, so that the search is
     repeated and meets it again.
     """
     recorded_efforts = func.coalesce(motion.c.efforts, 0)

@@ -17,7 +17,7 @@ _DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status
 
 
 def _known(verdict: str, status: str, twist: str) -> str:
-    """Return SQL for the evidence of a folding's status: a word of `vocabulary.EVIDENCE`, or NULL."""
+    """Return SQL for the evidence of a folding's status: a word of `vocabulary.STATUS_EVIDENCE`, or NULL."""
     return f"""CASE
         WHEN {twist} > 0 THEN 'twist'
         WHEN {verdict} = 'deploys' THEN 'deployment'

@@ -112,7 +112,7 @@ def rename_columns(columns: CsvColumns, known: Mapping[str, str], example: str) 
     for name in set(known.values()):
         if names.count(name) > 1:
             raise HcsearchError(
-                f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
+                f"the first line of {columns.path} names no columns: {name} occurs {names.count(name)} times; "
                 f"write one name for each, such as {example}"
             )
     return CsvColumns(columns.path, names, columns.rows)

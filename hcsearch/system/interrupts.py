@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-INTERRUPT_MESSAGE = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
+INTERRUPT_MESSAGE = "hcsearch: interrupted; the same command continues work that is stored in a database"
 INTERRUPT_EXIT_CODE = 128 + 2  # SIGINT, as shells say it
 
 

@@ -1,4 +1,4 @@
-"""The bench `collision`: distances of pairs of panels and of all pairs of whole deployments, and those of coal."""
+"""The bench `collision`: distances of pairs of panels and of all pairs of whole deployments, compared with coal."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class _Answers:
 
 
 def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
-    """Ask for n distances of a kind."""
+    """Measure n distances of a kind."""
     sample = family.make(np.random.default_rng(seed), n)
     solids, counts = sample.vertices(), sample.counts
     answers, cold, runs = _search(solids, counts, None, repeats)

@@ -1,4 +1,4 @@
-"""Pairs of panels of which the bench `collision` asks the distance: random, degenerate, stacked."""
+"""Pairs of panels whose distances the bench `collision` measures: random, degenerate, stacked."""
 
 from __future__ import annotations
 

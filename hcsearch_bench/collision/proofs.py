@@ -1,4 +1,4 @@
-"""Who is right about a distance: both bounds of it in exact arithmetic, from what a search ends with."""
+"""Which of two distances is right: exact lower and upper bounds from the result of a search."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Disagreements:
 
 
 def settle(solids: Sequence[tuple[Reals, Reals]], ours: Reals, theirs: Reals, width: float) -> Disagreements:
-    """Who is right about some pairs of hulls; ours, theirs : distances, m."""
+    """Decide which program is right about some pairs of hulls; ours, theirs : distances, m."""
     within = PROVED * width
     right = [0, 0]
     for k, (one, two) in enumerate(solids):

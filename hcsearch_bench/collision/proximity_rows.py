@@ -61,7 +61,7 @@ class ProximityRow:
 
 
 def proximity_row(name: str, repeats: int) -> ProximityRow:
-    """Deploy with uniform springs until flat or 1 s, and ask for the distances of all pairs that no hinge joins."""
+    """Deploy with uniform springs until flat or 1 s, and compute the distances of all pairs that no hinge joins."""
     linkage = design(name) if ":" in name else assembly(name)
     compiled = compile_scene(linkage, SCENE)
     deployment = simulate_compiled(compiled, certified=False)

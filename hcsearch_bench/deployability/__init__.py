@@ -1,1 +1,1 @@
-"""The bench `deployability`: what becomes of all untwisted foldings of many arrays."""
+"""The bench `deployability`: the verdicts on all untwisted foldings of many arrays."""

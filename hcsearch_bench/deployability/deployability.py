@@ -1,4 +1,4 @@
-"""The bench `deployability`: what becomes of all untwisted foldings of many arrays, by a path and by springs."""
+"""The bench `deployability`: verdicts on all untwisted foldings of many arrays, by a path and by springs."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def measure(*, quick: bool, say: Say) -> DeployabilityResults:
 
 DEPLOYABILITY = Bench(
     "deployability",
-    "Count foldings that springs open, and what helps the others. For docs/measurements/tables.md.",
+    "Count foldings that springs open, and their springs and flat pairs. For docs/measurements/tables.md.",
     "hcsearch bench deployability --quick",
     measure,
     tables,

@@ -1,4 +1,4 @@
-"""Rows of the bench `deployability`: what becomes of the untwisted foldings of some arrays."""
+"""Rows of the bench `deployability`: verdicts on the untwisted foldings of some arrays."""
 
 from __future__ import annotations
 

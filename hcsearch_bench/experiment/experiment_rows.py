@@ -73,7 +73,7 @@ class TunedRow:
 
 @dataclass(frozen=True)
 class Claim:
-    """What the thesis says, and what comes out."""
+    """A statement of the thesis, and the result here."""
 
     thesis: str
     here: str

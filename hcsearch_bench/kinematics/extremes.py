@@ -1,4 +1,4 @@
-"""Extreme scenes for the kinematics: each must be right, or say how wrong it may be, or refuse with a reason."""
+"""Extreme scenes for the kinematics: each result is right, has an error bound, or is refused."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class BranchRow:
 
 @dataclass(frozen=True)
 class DescentRow:
-    """Untwisted foldings of all designs of n panels, 50 mm and 6 mm thick, looked for a motion from stacks to flat.
+    """Untwisted foldings of all designs of n panels, 50 mm, 6 mm thick, and the search for a motion to flat.
 
     pairs : whether the two flat pairs are rigid or hinged. flat : with equal springs, and `flat_in_all` with any of the
         spring sets. descent_ms : median and greatest time of one descent, search_ms : of all sets together.

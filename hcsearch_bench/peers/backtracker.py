@@ -1,4 +1,4 @@
-"""A plain backtracker in Python: what one writes in an afternoon, with the one pruning rule that everybody uses."""
+"""A plain backtracker in Python: a simple reference, with the usual pruning rule only."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def measure(*, quick: bool, say: Say) -> PlanningResults:
 
 PLANNING = Bench(
     "planning",
-    "Measure the stage motion. Foldings settled against work, margin and thickness, and searches beside OMPL.\n"
+    "Measure the stage motion. Counts settled foldings by effort, margin and thickness, and compares with OMPL.\n"
     "\n"
     "OMPL comes with an extra: pip install 'hcsearch[bench]'.",
     "hcsearch bench planning --quick",

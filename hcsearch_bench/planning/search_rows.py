@@ -45,7 +45,7 @@ class SearchRow:
 
 
 def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float]:
-    """PathSearch for a path with our planner until it meets one, or so many processor seconds are over."""
+    """Search for a path with our planner, until it finds one or for so many processor seconds."""
     watch, again = Stopwatch(), 0
     while watch.cpu < limit:
         with watch:
@@ -60,7 +60,7 @@ ENGINES: dict[str, PathSearch] = {OURS: ours, "OMPL RRT-Connect": ompl_search.se
 
 
 def search_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[SearchRow]:
-    """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
+    """Search for paths of a folding with every engine, several times each, within so many processor seconds."""
     name, way = subject
     folding = Folding.from_notation(name)
     linkage = folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs=way)

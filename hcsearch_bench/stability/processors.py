@@ -55,7 +55,7 @@ class ProcessorRow:
 
 
 def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
-    """Ask everything with this machine's own kernels, then with those for others.
+    """Compute all results with the kernels for this machine, then with those for others.
 
     quick : hexagons of 10 cells, and of other kernels those for the oldest processor.
     """

@@ -90,7 +90,7 @@ def test_a_folding_whose_path_is_not_proved_has_no_drive():
     """Panels come too near on the path that is met."""
     result = CliRunner().invoke(drive, ["hex:023335551512:2"], catch_exceptions=False)
     assert result.exit_code == 1
-    assert result.stdout.startswith("no drive: undecided: a path with hinged flat pairs was met and is not proved: ")
+    assert result.stdout.startswith("no drive: undecided: a path with hinged flat pairs was found but not proved: ")
     assert len(result.stdout.splitlines()) == 1
 
 

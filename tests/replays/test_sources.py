@@ -122,7 +122,7 @@ def test_a_folding_is_replayed_along_its_path_or_let_go_as_asked():
     assert path.title == springs.title == MOVES
 
 
-@pytest.mark.parametrize(("name", "reason"), [(TWISTED, "the folding is twisted"), (STUCK, "no path was met")])
+@pytest.mark.parametrize(("name", "reason"), [(TWISTED, "the folding is twisted"), (STUCK, "no path was found")])
 def test_a_folding_without_a_path_is_let_go_and_refused_where_a_path_is_asked_for(name, reason):
     replay = replay_case(resolve(name, "none.sqlite"))[0]
     assert (replay.axis, replay.title) == ("time", name)

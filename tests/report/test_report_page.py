@@ -62,7 +62,7 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
         ("movable", 0, "a path", ["default"], "panels 1 and 5 collide; springs of the scene default"),
         ("movable", 0, "a path", ["default"], "flat pairs rigid; a path"),
         ("undecided", 0, "no path", [], "springs were not tried; no path"),
-        ("undecided", 0, None, [], "no path was looked for and no springs were tried in this scene"),
+        ("undecided", 0, None, [], "no path was searched for and no springs were tried in this scene"),
     ],
 )
 def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, text):
@@ -102,7 +102,8 @@ def test_columns_of_later_stages_appear_when_known(hex_ten):
     assert described["deploy_time"] == (
         "time to flat",
         "s",
-        "time from folded to flat, in the digits that tolerances agree on, if to a tenth, s, lower is better",
+        "time from folded to flat, in the digits on which tolerances agree; null if they differ by over a tenth, s, "
+        "lower is better",
     )
     assert described["needed_margin"][:2] == ("needed margin", "mm")
     assert not [label for label, _, _ in described.values() if "_" in label]

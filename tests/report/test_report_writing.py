@@ -141,7 +141,7 @@ def test_numbers_of_a_scene_without_results_are_not_known(scenes):
     data = fetch_report_data(scenes, "grid=hex n=8", limit=None, scene="long")
     assert list(counts(data).values())[-3:] == [1, None, None]
     assert data.notes[0].startswith(
-        "No motion was looked for in the scene long: --scene names one with results (default,"
+        "No motion was searched for in the scene long: --scene names one with results (default,"
     )
     assert not fetch_report_data(scenes, "grid=hex n=8", limit=None).notes
 

@@ -1,7 +1,7 @@
 """Motions of one-sided hinges: cones of velocities, and wrenches that hold the hinges shut.
 
 Hinges are given as lines or screws, oriented in the sense in which they can turn, in the order of their loop;
-velocities x >= 0 keep the loop closed to first order when sum x_i screw_i = 0. `locks.proofs` draws the conclusions.
+velocities x >= 0 keep the loop closed to first order when sum x_i screw_i = 0. `locks.end_locks` draws the conclusions.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Tables of a tree of rigid bodies with closed loops, and work tables of the recursions.
 
-Body i hangs on a body of a lower number, or on the ground (-1), by joint i, which turns about or slides along a line.
+Joint i joins body i to a body of a lower number, or to the ground (-1), and turns about or slides along a line.
 In the reference state all joint coordinates are 0; axes, points and inertias are those of that state, in world axes.
 A loop is closed by a weld: two bodies, halves of one panel as a rule, that must move as one. A row is one equation of
 a weld; a slot is a row at a body that its force passes through on the way to the ground.

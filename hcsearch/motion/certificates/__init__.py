@@ -1,1 +1,1 @@
-"""Certificates of paths and of locks: plain data that a stranger can check, and the program that checks it."""
+"""Certificates of paths and of locks: plain data, and checkers that import nothing of the search."""

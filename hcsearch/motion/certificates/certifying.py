@@ -86,7 +86,7 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Ch
         return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
     except lock_checker.NotProvedError as refused:
         raise HcsearchError(
-            f"the lock of {folding.notation} is not proved by the checker, too: {refused}; give other panels"
+            f"the checker does not confirm the lock of {folding.notation}: {refused}; give other panels"
         ) from refused
 
 
@@ -104,7 +104,7 @@ def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: flo
             return {**claim, "pairs": motion.way}, path_checker.checked(claim)
         except path_checker.NotProvedError as refused:
             refusal = str(refused)
-    raise HcsearchError(f"no path of {folding.notation} is proved by the checker, too: {refusal}; give other panels")
+    raise HcsearchError(f"the checker confirms no path of {folding.notation}: {refusal}; give other panels")
 
 
 def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:

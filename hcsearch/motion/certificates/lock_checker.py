@@ -1,4 +1,4 @@
-"""Check a certificate of a lock by arithmetic of its own: `python lock_checker.py FILE`.
+"""Check a certificate of a lock by independent arithmetic: `python lock_checker.py FILE`.
 
 A lock states that no motion with closed loops and hinges between their stops leaves a set of boxes of fold angles, in
 which the packed or the flat state lies and the other one does not. Every face by which the set could be left is proved

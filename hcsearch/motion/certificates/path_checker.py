@@ -1,8 +1,8 @@
-"""Check a certificate of a path by arithmetic of its own: `python path_checker.py FILE`.
+"""Check a certificate of a path by independent arithmetic: `python path_checker.py FILE`.
 
-It leads from packed to flat with closed loops, hinges between their stops, and shrunk facets that do not overlap. Stops
-are decided in fractions; all else is computed with polynomials whose coefficients have radii for all errors. Doubles
-are taken to be rounded to the nearest, sines to two units in the last place. Theory: docs/explanation/certificates.md.
+The path leads from packed to flat with closed loops, hinges between their stops, and shrunk facets that do not overlap.
+Closure at stops is decided in fractions; all else is computed with polynomials with radii for all errors. Doubles are
+taken to be rounded to nearest, sines to two units in the last place. Theory: docs/explanation/certificates.md.
 """
 
 import json
@@ -70,7 +70,7 @@ def folded(one: Reals, two: Reals) -> Reals:
 
 
 def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Return polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n); all radii."""
+    """Return sin and 1 - cos of cubics, (count, n, 4), and all radii; radii : (count, n), of one order."""
     mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
     rad = 2 * EPS * (mid != 0.0)
     rad[..., order] += radii
@@ -217,7 +217,7 @@ class Array:
         return twists, slopes, off
 
     def tube(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any = None) -> Reals:
-        """What closed states c + G y lie beside each piece, (count, n), as y - S F(c + G y) maps a ball into itself.
+        """Return bounds, (count, n), of closed states c + G y beside pieces: y - S F(c + G y) maps a box into itself.
 
         Infinite if not proved. wrenches : those that no hinge works against at c where x is 0; if there are any, states
         are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x. radii : of a box

@@ -11,8 +11,8 @@ Least squares or a linear program find the wrench, in floating point. Where the 
 checked in whole numbers, with rays computed anew (`lattice`, `exact_checks`), and counts only if it holds there:
 `LockVerdict.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to
 rounding. Contacts between layers (`LayerContact`) narrow K by C x >= 0. At first order they push with forces f >= 0,
-and the proof is y . A_i > f . C_i for every hinge; at second order they only narrow K, as a contact has an order of its
-own and may slide off.
+and the proof is y . A_i > f . C_i for every hinge; at second order they only narrow K, as gaps have second-order
+terms and contacts may slide off.
 Locked means that the state is isolated: panels, hinges and stops are exact. Other states may lie near it, behind a gap
 of micrometres. Nothing here says that a linkage moves: only a path shows that.
 

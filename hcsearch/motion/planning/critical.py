@@ -1,9 +1,9 @@
 """The critical margin of a linkage: the least play that opens it, and the greatest for which no path was found.
 
 Panels shrunk by more have all motions of those shrunk by less, so the least margin with a path is found by bisection,
-on a grid of margins that is the same for all linkages up to their scale. Above it stands a proof. Below it there is
-only a search that met no path (docs/explanation/motion.md), with its cost. More room also means more to search: where
-no path is met with the greatest margin, one may be met with less.
+on a grid of margins that is the same for all linkages up to their scale. At this margin a path is proved. Below it
+there is only a search that found no path (docs/explanation/motion.md), with its cost. With more play there is more to
+search, so that no path may be found with the greatest margin, and one with less.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class CriticalMargin(ByValue):
     """The play that opens a linkage.
 
     least_proved : m, the least margin of the grid with a proved path, None without one. least_met : m, the least margin
-    with a path that was met, proved or not. greatest_unmet : m, the greatest margin below `least_met` for which the
-    search met no path, or of all where it met none at all; None where it met one at the least margin. extent : of each
+    with a path that was found, proved or not. greatest_unmet : m, the greatest margin below `least_met` for which the
+    search found no path, or of all where it found none; None where it found one at the least margin. extent : of each
     search. searches : number of searches, each with one margin. states : of the path that is proved at the least
-    margin, as it was met, (k, n_hinges).
+    margin, as it was found, (k, n_hinges).
     """
 
     least_proved: float | None
@@ -69,7 +69,7 @@ def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
 
 
 def critical_margin(linkage: Linkage, extent: SearchExtent | None = None) -> CriticalMargin:
-    """Find the least play that opens a linkage, and the greatest below it for which no path was met.
+    """Find the least play that opens a linkage, and the greatest below it for which no path was found.
 
     The way of joining flat pairs whose motions include those of all others has the least: `motion_search._widest`.
     """
@@ -79,8 +79,8 @@ def critical_margin(linkage: Linkage, extent: SearchExtent | None = None) -> Cri
 class _Bisection:
     """Bisection over the list of margins.
 
-    met, proved : index of the least margin with a path that is met, and that is proved; the list's length for unknown.
-    failed : indices of margins for which the search met no path.
+    met, proved : index of the least margin with a path that is found, or proved; the list's length for unknown.
+    failed : indices of margins for which the search found no path.
     """
 
     def __init__(self, linkage: Linkage, extent: SearchExtent) -> None:
@@ -93,7 +93,7 @@ class _Bisection:
 
     @property
     def unmet(self) -> int:
-        """The greatest index below `met` at which no path was met, -1 without one."""
+        """The greatest index below `met` at which no path was found, -1 without one."""
         return max((place for place in self.failed if place < self.met), default=-1)
 
     def run(self) -> CriticalMargin:

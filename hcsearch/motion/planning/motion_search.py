@@ -1,7 +1,7 @@
 """The motion of one folding: searches and proofs in the order of their cost, and the result in sentences.
 
-The search starts with the least stated margin and goes on with the scene's own, by which panels have the most play.
-Where flat pairs may be hinged, only that way is searched, as its motions include those of all others.
+The search starts with the least stated margin and continues with the margin of the scene, which gives panels the most
+play. Where flat pairs may be hinged, only hinged pairs are then searched, as their motions include all others.
 """
 
 from __future__ import annotations
@@ -283,11 +283,13 @@ def reason_of(motion: PlannedMotion) -> str:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
     if motion.proof is not None:
-        known = f"a path with {motion.way} flat pairs was met and is not proved: {_failed(motion.proof, motion.labels)}"
+        known = f"a path with {motion.way} flat pairs was found but not proved: {_failed(motion.proof, motion.labels)}"
     elif not motion.growths:
         return "no path was searched for: the folding has no mirror pairs of panels to merge"
     else:
-        known = "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
+        known = "no path was found: " + "; ".join(
+            f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths
+        )
     return "; ".join([known, *_beside(motion)])
 
 
@@ -306,7 +308,7 @@ def _beside(motion: PlannedMotion) -> list[str]:
     if critical is not None and critical.least_proved is not None:
         parts.append(f"a path is proved with {1e3 * critical.least_proved:.4g} mm of play on every face")
     elif critical is not None and critical.greatest_unmet is not None:
-        parts.append(f"none was met with up to {1e3 * critical.greatest_unmet:.4g} mm of play either")
+        parts.append(f"none was found with up to {1e3 * critical.greatest_unmet:.4g} mm of play either")
     return parts
 
 

@@ -4,7 +4,7 @@ The first two roots are packed and flat, the others flat-folded states whose com
 trees at a time grow towards each other. Trees that met are one part (union-find); a pair takes its turn only if one of
 its trees is in the part of packed or flat, and the other in another part.
 
-Panels may slide along each other and hinges along their stops, without friction. A tree knows no springs: a drive can
+Panels may slide along each other and hinges along their stops, without friction. Springs play no role: a drive can
 reach every state of it. A search without a path does not prove that there is none.
 """
 

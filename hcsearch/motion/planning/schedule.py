@@ -71,9 +71,9 @@ def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
     """Yield all efforts in order, each as its steps, without end.
 
     A proof that a folding is locked ends the search, as a proved path does. A proof that uses panels holds up to
-    a margin, so that the first comes after the critical margin, which says what play is enough. Trees come before
-    simple moves, whose paths lead through singular states, where no drive has a grip on them. From the third effort on
-    floods take ever more boxes, and trees have seeds of their own: with junctions as further roots, then without, and
+    a margin, so that the first comes after the critical margin, which gives a sufficient play. Trees come before
+    simple moves, whose paths lead through singular states, where drives cannot control them. From the third effort on
+    floods take ever more boxes, and trees have new seeds: with junctions as further roots, then without, and
     every third time with the least margin, by which paths are better.
     """
     yield (

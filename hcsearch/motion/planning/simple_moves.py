@@ -7,7 +7,7 @@ stop. States of such a path are computed exactly or by Newton's method in the pl
 as a stretch.
 
 Packed and flat are two of the junctions. There are few, 2 to 24 in all for 10 and 12 panels on a tiling. Motions branch
-at junctions, and the junctions in a component of the closed states tell it from others.
+at junctions, and the junctions in a component of the closed states distinguish it from others.
 
 A loop is closed where the half turns of its first half end where those of its second half, gone backwards, do: so the
 products of both halves are listed and matched (Horowitz and Sahni, doi:10.1145/321812.321823), 2^(k/2) of each for k

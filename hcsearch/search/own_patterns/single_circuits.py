@@ -26,7 +26,7 @@ class FoldingVerdict:
     twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided or the folding is
     twisted. status : None where it is twisted. reason : a sentence. scene : name of a scene in which springs deploy it,
     for `hcsearch deploy`; None without one. needed_margin, least_gap : m, of the motion on which the status rests, as
-    of `records.play_of`; None without one.
+    of `records.play_of_batch`; None without one.
     """
 
     folding: Folding
@@ -83,7 +83,7 @@ def check_circuit(
     circuit : in any position, order and direction. creases : of the foldings to check, in its canonical order; all
     unless given. progress : called with the numbers of untwisted foldings done and in all, and the stage of the next
     one. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would take more memory
-    than `planning.sizes` allows.
+    than `check_memory` allows.
     """
     check_memory(circuit.n)
     circuit = circuit.canonical()

@@ -95,7 +95,7 @@ class Plan:
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
         if self.budget is not None and not self.scene_stages:
-            raise StageError("--budget is for motions, which no stage here searches for: leave out --until or --budget")
+            raise StageError("--budget applies to the stage motion, which does not run: leave out --until or --budget")
         if self.scene_stages:
             check_scene_of_run(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # too large a search is refused before a database is touched

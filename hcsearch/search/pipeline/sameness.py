@@ -92,7 +92,7 @@ def packed_task(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
 
 
 def run_packed_task(expected: ProgramVersions, packed_task: bytes) -> list[Any] | ProgramRefusal:
-    """Execute a packed task on its inputs, or return a Refusal where this process runs another program."""
+    """Execute a packed task on its inputs, or return a ProgramRefusal where this process runs another program."""
     if running_program() != expected:
         return ProgramRefusal(running_program())
     try:

@@ -1,4 +1,4 @@
-"""Stage `mobility_of_batch`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
+"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
 
 from __future__ import annotations
 

@@ -357,7 +357,7 @@ class _Compiler:
         separated = frozenset(joined | images)
         self._leave_out(
             "pairs",
-            f"{len(separated)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            f"{len(separated)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels in the check for contact",
             "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
         )
         return separated

@@ -60,7 +60,7 @@ def reason_of_check(
         return collision_sentence(collision[1], collision[0], labels)
     contact = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
-        return f"flat after about {short_number(end, 1)} s, {contact}"  # more digits may hang on the tolerance
+        return f"flat after about {short_number(end, 1)} s, {contact}"  # more digits may depend on the tolerance
     return f"{outcome} at {short_number(end)} s, {contact}"
 
 

@@ -155,7 +155,7 @@ def find_drive_motion(folding: Folding, scene: Scene) -> PlannedMotion:
     """Plan a motion of a folding with the panels, flat-pair joints and margin of a scene; HcsearchError without one."""
     ways = [way for way in scene.flat_pairs if folding.can_join(way)]
     if not ways:
-        raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
+        raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --flat-pairs merged")
     return plan_motion(folding, panel_of(scene, folding.circuit.grid.name), ways, scene.margin)
 
 

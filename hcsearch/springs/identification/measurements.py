@@ -215,7 +215,7 @@ def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Rea
     for name in names:
         if names.count(name) > 1:
             raise HcsearchError(
-                f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
+                f"the first line of {columns.path} names no columns: {name} occurs {names.count(name)} times; "
                 f"write one name for each, such as {TIME_COLUMN}"
             )
     texts = {name: columns.texts(name) for name in names}

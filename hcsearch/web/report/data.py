@@ -129,7 +129,7 @@ def _elsewhere(database: Database, scene: str) -> list[str]:
     if not other_scenes:
         return []
     return [
-        f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(other_scenes)})."
+        f"No motion was searched for in the scene {scene}: --scene names one with results ({', '.join(other_scenes)})."
     ]
 
 

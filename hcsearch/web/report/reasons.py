@@ -10,7 +10,7 @@ from hcsearch.scenes.looks import SceneVariant, describe_spring_set
 from hcsearch.store import StoredVerdict
 from hcsearch.web.report.data import ViewRow
 
-UNTRIED_SENTENCE = "not proved locked; no path was looked for and no springs were tried in this scene"
+UNTRIED_SENTENCE = "not proved locked; no path was searched for and no springs were tried in this scene"
 LOCKED_SENTENCE = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
 
 

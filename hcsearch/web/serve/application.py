@@ -163,7 +163,7 @@ class Application:
             subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
         elif form.subject != "array":
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
-            raise QueryError(f"{form.name} is of one folding: ask for {below}")
+            raise QueryError(f"{form.name} exports one folding: request {below}")
         stem += f"-{form.name}" if form.only_by_name else ""  # another format has this ending, too
         file = self._computed(jobs.export_file, subject, form, replace(settings, stem=stem), motion, scene)
         headers = {"Content-Disposition": f"attachment; filename={file.name}"}
