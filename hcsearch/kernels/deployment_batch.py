@@ -256,16 +256,7 @@ def _tables_at(stack: Any, i: int) -> SceneTables:
     """Return the tables of the i-th folding of a stack, in which numbers are tables."""
     t, h, c, r, p = stack.tree, stack.hinges, stack.chain, stack.pairs, stack.prisms
     return SceneTables(
-        BodyTree(
-            t.bodies[i],
-            t.links[i],
-            t.welds[i],
-            t.weld_places[i],
-            t.rows[i],
-            t.slots[i],
-            t.gravity[i],
-            t.size[i],
-        ),
+        BodyTree(t.bodies[i], t.links[i], t.welds[i], t.weld_places[i], t.rows[i], t.slots[i], t.gravity[i], t.size[i]),
         Hinges(
             h.pieces[i],
             h.breaks[i],

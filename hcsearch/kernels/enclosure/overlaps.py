@@ -16,15 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra import (
-    Vector3,
-    cross,
-    dot,
-    put_vector,
-    scaled_vector,
-    vector_at,
-    vector_difference,
-)
+from hcsearch.kernels.algebra import Vector3, cross, dot, put_vector, scaled_vector, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import add_shares, combine_equations, solve_combinations, weigh_equations
 from hcsearch.kernels.enclosure.contraction import Contraction

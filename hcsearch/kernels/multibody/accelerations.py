@@ -99,9 +99,7 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
     """Return the discrete state at given coordinates: no joint held, laws bent beyond `snaps_up`."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
     return DiscreteState(
-        np.zeros(n, np.int8),
-        (q > hinges.snaps_up).astype(np.int8),
-        np.zeros(len(mechanism.cuts.bodies), np.int8),
+        np.zeros(n, np.int8), (q > hinges.snaps_up).astype(np.int8), np.zeros(len(mechanism.cuts.bodies), np.int8)
     )
 
 

@@ -48,14 +48,7 @@ class Track(NamedTuple):
 
 @compiled
 def prove_tube(
-    loops: Loops,
-    group: Group,
-    coarse: Track,
-    ends: Reals,
-    limit: float,
-    halvings: int,
-    fine: Track,
-    stop: Reals,
+    loops: Loops, group: Group, coarse: Track, ends: Reals, limit: float, halvings: int, fine: Track, stop: Reals
 ) -> bool:
     """Prove that closed states lie beside a motion; return whether the proof spans it from end to end.
 

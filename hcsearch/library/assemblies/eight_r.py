@@ -245,14 +245,7 @@ def _unit(
     )
 
 
-_BOTH = {
-    "panels": 21,
-    "hinges": 24,
-    "merged_joints": 8,
-    "dof": 1,
-    "deployment_ratio": "7:1",
-    "void_volume_mm3": 0.0,
-}
+_BOTH = {"panels": 21, "hinges": 24, "merged_joints": 8, "dof": 1, "deployment_ratio": "7:1", "void_volume_mm3": 0.0}
 """Published facts common to units I and II."""
 
 

@@ -156,11 +156,7 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
         "facets": lattice,
         "panels": [list(panel) for panel in pattern.panels],
         "hinges": [
-            {
-                "facets": _facets(pattern, number),
-                "face": hinge.face,
-                "closes": bool(hinge.closes),
-            }
+            {"facets": _facets(pattern, number), "face": hinge.face, "closes": bool(hinge.closes)}
             for number, hinge in enumerate(pattern.hinges)
         ],
     }

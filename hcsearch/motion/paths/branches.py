@@ -83,13 +83,7 @@ class Branches:
         return tuple(branch for branch in self.branches if branch.status == "finite")
 
 
-def find_branches(
-    linkage: Linkage,
-    angles: Reals,
-    *,
-    stops: bool = False,
-    zero_below: float | None = None,
-) -> Branches:
+def find_branches(linkage: Linkage, angles: Reals, *, stops: bool = False, zero_below: float | None = None) -> Branches:
     """Find the motions that begin at a closed state, singular or not.
 
     zero_below : singular values below it count as zero, where the state is near a singular one, such as an event of a

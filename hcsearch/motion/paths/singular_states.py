@@ -42,10 +42,7 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
         return []
     middle = walker.advance(before, last, 0.5 * length) if length > MIN_EVENT_STEP else None
     if middle is not None:
-        return [
-            *singular_states(walker, before, last, middle.step),
-            *singular_states(walker, last, middle.step, after),
-        ]
+        return [*singular_states(walker, before, last, middle.step), *singular_states(walker, last, middle.step, after)]
     if differ:
         return [_crossing(walker, last, after)]
     event = _turning(walker, last, after) if falls_ahead and falls_behind else None

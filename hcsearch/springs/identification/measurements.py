@@ -162,10 +162,7 @@ def read_measured_moments(path: str) -> tuple[Reals, Reals]:
 
 
 def read_accelerations(
-    path: str,
-    rate: float | None = None,
-    start: float | None = None,
-    note: Callable[[str], None] = lambda _: None,
+    path: str, rate: float | None = None, start: float | None = None, note: Callable[[str], None] = lambda _: None
 ) -> tuple[Reals, float]:
     """Read accelerations, shape (channels, samples), and their sampling rate (Hz) from a file.
 
