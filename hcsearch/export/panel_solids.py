@@ -11,7 +11,6 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.labels import Labels, is_label, label_ranges
-from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import sides_of
 from hcsearch.shape.pattern import Pattern
 
@@ -111,8 +110,3 @@ def placed_vertices(pose: Reals, vertices: Reals) -> Reals:
     """Transform vertices (n, 3) by a pose (3, 4)."""
     moved: Reals = vertices @ pose[:, :3].T + pose[:, 3]
     return moved
-
-
-def all_panel_solids(linkage: Linkage) -> list[PanelSolid]:
-    """Return the solids of all panels, in the flat state."""
-    return [panel_solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]

@@ -97,17 +97,6 @@ def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Real
 
 
 @lean
-def refute_box(rings: HingeRings, low: Reals, high: Reals, max_boxes: int, work: Refutation) -> tuple[int, int]:
-    """Return EMPTY, CLOSED or OPEN for a box, (n,) each, and the number of boxes used, up to `max_boxes`.
-
-    A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
-    """
-    start_refutation(rings, low, high, work)
-    verdict = continue_refutation(rings, max_boxes, work)
-    return BOX_OPEN if verdict == BOX_UNFINISHED else verdict, work.counts[REFUTATION_TESTED_BOXES]
-
-
-@lean
 def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutation) -> None:
     """Start the search of a box, (n,) each."""
     for h in range(len(low)):
