@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import WholeNumbers
 from hcsearch.kernels.circuits.chains import HalfChains, Plane
 from hcsearch.kernels.compiling.compiled import lean
 
@@ -110,15 +111,15 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
 @lean
 def join_chains(
     plane: Plane,
-    key: NDArray[np.int64],
-    lists: tuple[HalfChains, HalfChains, NDArray[np.int64]],
+    key: WholeNumbers,
+    lists: tuple[HalfChains, HalfChains, WholeNumbers],
     untwisted: bool,
     part: int,
     parts: int,
     group_order: int,
-    state: NDArray[np.int64],
+    state: WholeNumbers,
     words: NDArray[np.int8],
-    totals: NDArray[np.int64],
+    totals: WholeNumbers,
 ) -> int:
     """Join the half-chains of a key to foldable circuits, one per class, until `words` is full; return their number.
 

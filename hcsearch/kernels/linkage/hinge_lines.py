@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Integers16, Integers32, Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 DirectionWords = NDArray[np.int8]
@@ -188,8 +188,8 @@ def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int
 @compiled
 def survey_ends(
     words: DirectionWords,
-    rows: NDArray[np.int32],
-    creases: NDArray[np.int16],
+    rows: Integers32,
+    creases: Integers16,
     steps: WholeNumbers,
     edges: WholeNumbers,
     scale: int,

@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Integers32, Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, cross, dot, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain
@@ -95,8 +94,8 @@ class PrismPairs(NamedTuple):
     """
 
     prisms: WholeNumbers
-    hinges: NDArray[np.int32]
-    nexts: NDArray[np.int32]
+    hinges: Integers32
+    nexts: Integers32
     reaches: Reals
 
 
@@ -131,8 +130,8 @@ def _write_reaches(
     chain: Chain,
     prisms: Prisms,
     parents: WholeNumbers,
-    hinges: NDArray[np.int32],
-    nexts: NDArray[np.int32],
+    hinges: Integers32,
+    nexts: Integers32,
     f: int,
     lengths: Reals,
     reaches: Reals,
@@ -156,8 +155,8 @@ def _write_reaches(
 def _write_reach(
     chain: Chain,
     prisms: Prisms,
-    hinges: NDArray[np.int32],
-    nexts: NDArray[np.int32],
+    hinges: Integers32,
+    nexts: Integers32,
     f: int,
     panel: int,
     lengths: Reals,

@@ -10,9 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
@@ -54,8 +53,8 @@ class Closing(NamedTuple):
     right_side: Reals
     basis: Reals
     pose: Reals
-    held: NDArray[np.bool_]
-    fixed: NDArray[np.bool_]
+    held: Flags
+    fixed: Flags
 
 
 @compiled
@@ -190,6 +189,6 @@ class Group(NamedTuple):
     """
 
     rows: Reals
-    moving: NDArray[np.bool_]
+    moving: Flags
     starts: WholeNumbers
     hinges: WholeNumbers

@@ -15,9 +15,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns
@@ -97,7 +96,7 @@ def skew_symmetric_angles(pattern: Pattern, alpha: float, first: float) -> Reals
     return fold
 
 
-def joint_parts(pattern: Pattern) -> NDArray[np.int64] | None:
+def joint_parts(pattern: Pattern) -> WholeNumbers | None:
     """Return for each hinge 0 if it is an odd joint (1, 3, 5, 7) of its elements, 1 if even; None if they disagree."""
     parts = np.full(len(pattern.hinges), -1)
     for loop in pattern.loops:

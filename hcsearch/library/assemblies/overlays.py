@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet, PlanePoint
@@ -49,7 +48,7 @@ def _padded(facets: Sequence[Facet]) -> Reals:
     return corners
 
 
-def _outside(first: Reals, second: Reals, tolerance: float) -> NDArray[np.bool_]:
+def _outside(first: Reals, second: Reals, tolerance: float) -> Flags:
     """Whether an edge of the first of two convex polygons separates them, for pairs of polygons, shape (k, n, 2)."""
     edges = np.roll(first, -1, axis=1) - first
     lengths = np.linalg.norm(edges, axis=2)

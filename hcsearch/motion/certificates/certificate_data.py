@@ -11,9 +11,8 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import path_checker
 from hcsearch.motion.certificates.path_checker import Array, NotProvedError
@@ -65,7 +64,7 @@ class _Refinement:
     def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
         self.array, self.times, self.steps = array, times, np.diff(times)
         self.cubics = cubics_of(times, angles, rates)
-        self.moving: NDArray[np.bool_] = (angles != angles[0]).any(0) | rates.any(0)
+        self.moving: Flags = (angles != angles[0]).any(0) | rates.any(0)
         self.rows = array.equations(closed, self.moving)[0]
         self.ends = angles[[0, -1]]
         self.leaves = self._left(0), self._left(1)

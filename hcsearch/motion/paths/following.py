@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.paths.motions import (
@@ -323,5 +322,5 @@ def _blurred(step: PathStep, distance: float) -> bool:
     return BLURRED_STATE_SHARE * step.local.least_singular_value * distance < CLOSURE_ROUNDING
 
 
-def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> PathEnding:
+def _stopped(linkage: Linkage, hinges: WholeNumbers) -> PathEnding:
     return PathEnding("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))

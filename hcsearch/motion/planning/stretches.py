@@ -11,9 +11,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.planning.closed_states import (
     PLANNING_CLOSURE_RESIDUAL,
     STOPPED_HINGE_ANGLE,
@@ -71,7 +70,7 @@ def switch_between(loops: Loops, first: Reals, second: Reals, work: Closing) -> 
     return switch if near and within and largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL else None
 
 
-def _stopped(state: Reals) -> NDArray[np.bool_]:
+def _stopped(state: Reals) -> Flags:
     """Flags of the hinges that are at a stop."""
     return (state < STOPPED_HINGE_ANGLE) | (state > math.pi - STOPPED_HINGE_ANGLE)
 

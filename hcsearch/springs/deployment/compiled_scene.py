@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.motion.collision.panel_prisms import kept_apart
@@ -80,7 +79,7 @@ class CompiledScene(ByValue):
     system: System
     start: Reals
     joint_of: WholeNumbers
-    hinged: NDArray[np.bool_]
+    hinged: Flags
     shares: Reals
     factor: float
     separated_pairs: frozenset[tuple[int, int]]

@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Flags
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import folding_at, representatives
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
@@ -55,12 +55,7 @@ TriedVariant = tuple[int, SceneVariant]
 
 
 def deploy_foldings(
-    circuits: CircuitBatch,
-    foldings: FoldingBatch,
-    locked: NDArray[np.bool_],
-    moves: NDArray[np.bool_],
-    scene: Scene,
-    threads: int = 1,
+    circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int = 1
 ) -> DeploymentBatch:
     """Deploy a batch of untwisted foldings in a scene.
 
@@ -77,13 +72,7 @@ class _Verdicts:
     """The computation of the verdicts on a batch; foldings are numbers in the batch."""
 
     def __init__(
-        self,
-        circuits: CircuitBatch,
-        foldings: FoldingBatch,
-        locked: NDArray[np.bool_],
-        moves: NDArray[np.bool_],
-        scene: Scene,
-        threads: int,
+        self, circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.variants = scene_variants(scene)

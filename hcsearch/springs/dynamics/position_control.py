@@ -12,9 +12,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.multibody.hinges import Targets
 from hcsearch.springs.dynamics.system import System
 from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
@@ -125,7 +124,7 @@ def simulate_driven(
     tolerance: float = 1e-6,
     restitution: float = 0.0,
     flat: float | None = None,
-    watched: NDArray[np.bool_] | None = None,
+    watched: Flags | None = None,
     max_steps: int = 200_000,
 ) -> DrivenMotion:
     """Simulate a system under control from a closed state at rest up to a time (s); options as of `simulate_system`."""

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, Required, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.accelerations import discrete_state_for
@@ -136,7 +135,7 @@ class SimulationOptions(TypedDict, total=False):
     restitution: float
     slow: float
     flat: float | None
-    watched: NDArray[np.bool_] | None
+    watched: Flags | None
     rest: float | None
     closed: float
     first_step: float
@@ -175,7 +174,7 @@ def plan_for(
     restitution: float = 0.0,
     slow: float = 1e-2,
     flat: float | None = None,
-    watched: NDArray[np.bool_] | None = None,
+    watched: Flags | None = None,
     rest: float | None = None,
     closed: float = 1e-14,
     first_step: float = 0.0,

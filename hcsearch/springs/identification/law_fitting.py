@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import lstsq
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import Law, linear_law, quadratic_law, tabulated_law
 from hcsearch.scenes.spring_files import MAX_FOLD_ANGLE
@@ -166,7 +165,7 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
     return angles, moments
 
 
-def _unloading(angles: Reals) -> NDArray[np.bool_]:
+def _unloading(angles: Reals) -> Flags:
     """Mark the angles of unloading: after a peak and before a trough, where the decrease exceeds the noise."""
     threshold = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
     unloading = np.zeros(len(angles), bool)

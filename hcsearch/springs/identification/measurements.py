@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import spring_files
 from hcsearch.system.csv_columns import (
@@ -111,7 +110,7 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     )
 
 
-def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
+def _without_gaps(times: Reals, gaps: WholeNumbers, digits: int) -> str:
     """Return advice on keeping a stretch without gaps: the last if long enough for a vibration, else the longest."""
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
@@ -126,7 +125,7 @@ def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
     return f"leave out what follows {end} s" + (f" and begin by --from {start}" if k else "")
 
 
-def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, WholeNumbers]:
     """Return the usual step (s), the mean of rounded steps, and the numbers of steps with samples missing.
 
     Steps of one unit and of two are due to rounding if with them all times fit a line; else the longer ones are gaps.
