@@ -134,11 +134,8 @@ def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, 
 
     The interval is of the shortest length: at its end rounding may still hide an overlap.
     """
-    poses, share, advance = (
-        tables.end_poses[top],
-        tables.end_shares[top],
-        tables.end_shares[top] - tables.start_shares[top],
-    )
+    poses, share = tables.end_poses[top], tables.end_shares[top]
+    advance = share - tables.start_shares[top]
     while True:
         write_relative_pose(prisms, pairs, p, poses, tables.relative_poses[1])
         if pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0] <= 0.0:

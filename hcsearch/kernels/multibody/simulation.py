@@ -248,11 +248,8 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
     pace[PACE_EVENT_COUNT] += 1.0
-    pace[PACE_CROWD_COUNT] = (
-        pace[PACE_CROWD_COUNT] + 1.0
-        if time - pace[PACE_CROWD_TIME] <= CROWDED_TIME_SHARE * simulation.plan.end
-        else 0.0
-    )
+    crowded = time - pace[PACE_CROWD_TIME] <= CROWDED_TIME_SHARE * simulation.plan.end
+    pace[PACE_CROWD_COUNT] = pace[PACE_CROWD_COUNT] + 1.0 if crowded else 0.0
     pace[PACE_CROWD_TIME] = time
     if kind < 2:
         record_hits(mechanism, hold, time, joint, q, v, record)

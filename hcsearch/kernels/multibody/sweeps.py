@@ -94,11 +94,8 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
         line, origin = axis, (0.0, 0.0, 0.0)
         if p >= 0:
             arm, line = rotated(b, p, WORK_ROTATION, arm), rotated(b, p, WORK_ROTATION, axis)
-            x, y, z = (
-                vector_at(b, p, WORK_ROTATION),
-                vector_at(b, p, WORK_ROTATION + 3),
-                vector_at(b, p, WORK_ROTATION + 6),
-            )
+            x, y = vector_at(b, p, WORK_ROTATION), vector_at(b, p, WORK_ROTATION + 3)
+            z = vector_at(b, p, WORK_ROTATION + 6)
             origin = vector_at(b, p, WORK_PLACE)
         if tree.links[i, LINK_SLIDES]:
             arm = vector_sum(arm, scaled_vector(q[i], line))
@@ -159,15 +156,8 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     c = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
     s = rotated_symmetric(b, i, WORK_ROTATION, symmetric_at(tree.bodies, i, BODY_INERTIA))
     cc = mass * dot(c, c)
-    steiner = outer_product(-mass, c)
-    a = (
-        s[0] + steiner[0] + cc,
-        s[1] + steiner[1] + cc,
-        s[2] + steiner[2] + cc,
-        s[3] + steiner[3],
-        s[4] + steiner[4],
-        s[5] + steiner[5],
-    )
+    t = outer_product(-mass, c)  # Steiner's term, with cc
+    a = s[0] + t[0] + cc, s[1] + t[1] + cc, s[2] + t[2] + cc, s[3] + t[3], s[4] + t[4], s[5] + t[5]
     for k in range(6):
         b[i, WORK_COUPLES + k] = a[k]
         b[i, WORK_FORCES + k] = mass if k < 3 else 0.0
@@ -176,15 +166,9 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     put_vector(b, i, WORK_CROSSED + 3, (z, 0.0, -x))
     put_vector(b, i, WORK_CROSSED + 6, (-y, x, 0.0))
     spin = vector_at(b, i, WORK_SPIN)
-    put_vector(
-        b,
-        i,
-        WORK_BIAS_COUPLE,
-        vector_difference(cross(spin, apply_symmetric(a, spin)), vector_at(b, i, WORK_PULL_COUPLE)),
-    )
-    put_vector(
-        b, i, WORK_BIAS_FORCE, vector_difference(cross(spin, cross(spin, (x, y, z))), vector_at(b, i, WORK_PULL_FORCE))
-    )
+    couple, force = cross(spin, apply_symmetric(a, spin)), cross(spin, cross(spin, (x, y, z)))
+    put_vector(b, i, WORK_BIAS_COUPLE, vector_difference(couple, vector_at(b, i, WORK_PULL_COUPLE)))
+    put_vector(b, i, WORK_BIAS_FORCE, vector_difference(force, vector_at(b, i, WORK_PULL_FORCE)))
 
 
 @lean
@@ -204,12 +188,8 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
             sign = 1.0 if side else -1.0
             if is_gap:
                 force = scaled_vector(sign / tree.size, direction)
-                add_vector(
-                    slots,
-                    slot,
-                    WORK_SLOT_COUPLE,
-                    cross(vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A), force),
-                )
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
+                add_vector(slots, slot, WORK_SLOT_COUPLE, cross(arm, force))
                 add_vector(slots, slot, WORK_SLOT_FORCE, force)
             else:
                 add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(sign, direction))
@@ -232,20 +212,9 @@ def _add_to_parent(i: int, p: int, work: Work) -> None:
     add_symmetric(b, p, WORK_FORCES, d)
     x, y, z = cross(r, x), cross(r, y), cross(r, z)
     u, v, w = cross(r, x2), cross(r, y2), cross(r, z2)
-    a = symmetric_at(b, i, WORK_COUPLES)
-    add_symmetric(
-        b,
-        p,
-        WORK_COUPLES,
-        (
-            a[0] + x[0] + u[0],
-            a[1] + y[1] + v[1],
-            a[2] + z[2] + w[2],
-            a[3] + x[1] + v[0],
-            a[4] + x[2] + w[0],
-            a[5] + y[2] + w[1],
-        ),
-    )
+    a0, a1, a2, a3, a4, a5 = symmetric_at(b, i, WORK_COUPLES)
+    s = a0 + x[0] + u[0], a1 + y[1] + v[1], a2 + z[2] + w[2], a3 + x[1] + v[0], a4 + x[2] + w[0], a5 + y[2] + w[1]
+    add_symmetric(b, p, WORK_COUPLES, s)
 
 
 @lean
@@ -386,9 +355,8 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
         if first >= 0:
             first_spin = vector_at(b, first, WORK_SPIN)
             if tree.rows[r, ROW_KIND] < 3:
-                work.rates[r] -= dot(
-                    direction, cross(first_spin, vector_difference(vector_at(b, second, WORK_SPIN), first_spin))
-                )
+                relative_spin = vector_difference(vector_at(b, second, WORK_SPIN), first_spin)
+                work.rates[r] -= dot(direction, cross(first_spin, relative_spin))
             else:
                 first_velocity = vector_sum(
                     vector_at(b, first, WORK_SPEED), cross(first_spin, vector_at(work.row_lines, r, WAY_ARM_A))
@@ -397,11 +365,8 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
                     vector_at(b, second, WORK_SPEED),
                     cross(vector_at(b, second, WORK_SPIN), vector_at(work.row_lines, r, WAY_ARM_B)),
                 )
-                work.rates[r] -= (
-                    2.0
-                    * dot(direction, cross(first_spin, vector_difference(second_velocity, first_velocity)))
-                    / tree.size
-                )
+                relative_velocity = vector_difference(second_velocity, first_velocity)
+                work.rates[r] -= 2.0 * dot(direction, cross(first_spin, relative_velocity)) / tree.size
         if tree.rows[r, ROW_KIND] < 3:
             continue
         for side in range(2):

@@ -204,13 +204,8 @@ def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[s
 
 def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dict[str, Any]:
     """Return the certificate of a folding, with its checksum."""
-    data: dict[str, Any] = {
-        "format": CERTIFICATE_FORMAT,
-        "version": CERTIFICATE_VERSION,
-        "of": of,
-        "panel_mm": panel_mm,
-        "claims": list(claims),
-    }
+    kind = {"format": CERTIFICATE_FORMAT, "version": CERTIFICATE_VERSION}
+    data: dict[str, Any] = {**kind, "of": of, "panel_mm": panel_mm, "claims": list(claims)}
     return {**data, "sha256": checksum(data)}
 
 

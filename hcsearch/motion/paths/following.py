@@ -79,11 +79,9 @@ class Stepping:
         """The first step: short, as it usually leaves a singular state; later steps grow by error control."""
         if self.step is not None:
             return self.step
-        return (
-            0.01
-            if self.method == "increment"
-            else (SURE_LANDING_DISTANCE if self.adapts else 0.02) * math.sqrt(n_hinges)
-        )
+        if self.method == "increment":
+            return 0.01
+        return (SURE_LANDING_DISTANCE if self.adapts else 0.02) * math.sqrt(n_hinges)
 
 
 @dataclass(frozen=True)

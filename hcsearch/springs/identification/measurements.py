@@ -42,19 +42,15 @@ def sampling_rate(times: Reals, path: str) -> float:
     steps, unit = np.diff(times), _unit(times)
     numbers: Reals = np.arange(len(times), dtype=float) - 0.5 * (len(times) - 1)
     step = float(numbers @ times / (numbers @ numbers))
-    width = _strip(times, numbers, step, unit)
+    width, rounding_width = _strip(times, numbers, step, unit), unit * (1.0 + TIME_ROUNDING_SLACK)
     if not (steps > 0.0).all():
-        if (
-            (steps >= 0.0).all()
-            and step < MAX_ROUNDING_UNIT_SHARE * unit
-            and width <= unit * (1.0 + TIME_ROUNDING_SLACK)
-        ):
+        if (steps >= 0.0).all() and step < MAX_ROUNDING_UNIT_SHARE * unit and width <= rounding_width:
             raise HcsearchError(
                 f"the times of {path} are rounded to {unit:g} s, more than a step: give the sampling rate by --rate HZ"
             )
         k = int(np.argmin(steps > 0.0))
         raise HcsearchError(f"{times[k + 1]:g} s comes after {times[k]:g} s in {path}: sort the rows, each time once")
-    rounding = unit * (1.0 + TIME_ROUNDING_SLACK) if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
+    rounding = rounding_width if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
     if width > max(2.0 * MAX_JITTER_SHARE * step, rounding):
         raise HcsearchError(f"{path} is not sampled evenly{_place(times, steps, unit)}")
     return 1.0 / step
