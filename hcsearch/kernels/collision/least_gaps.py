@@ -54,9 +54,8 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = tables.end_shares[top] - tables.start_shares[top]
-            undecided, least_gap = _bound_pairs(
-                prisms, pairs, resolution, least_gap, share * h, share <= MIN_GAP_INTERVAL, top, tables
-            )
+            last = share <= MIN_GAP_INTERVAL
+            undecided, least_gap = _bound_pairs(prisms, pairs, resolution, least_gap, share * h, last, top, tables)
             if not undecided:
                 top -= 1
             else:
@@ -192,9 +191,8 @@ def smallest_dip(
         while top >= 0:
             share = tables.end_shares[top] - tables.start_shares[top]
             bound_count += tables.pair_counts[top]
-            undecided = _narrow_dips(
-                prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, tables, dips
-            )
+            last = share <= MIN_DIP_INTERVAL
+            undecided = _narrow_dips(prisms, pairs, rise, resolution, share * h, last, top, tables, dips)
             if not undecided:
                 top -= 1
             else:

@@ -35,15 +35,9 @@ class Prisms(NamedTuple):
 @compiled
 def copy_prisms(prisms: Prisms) -> Prisms:
     """Copy prisms; only the tables that change with the pose are duplicated."""
-    return Prisms(
-        prisms.panels,
-        prisms.counts,
-        prisms.vertices.copy(),
-        prisms.middles.copy(),
-        prisms.reaches,
-        prisms.normals.copy(),
-        prisms.edges.copy(),
-    )
+    p = prisms
+    vertices, middles, normals, edges = p.vertices.copy(), p.middles.copy(), p.normals.copy(), p.edges.copy()
+    return Prisms(p.panels, p.counts, vertices, middles, p.reaches, normals, edges)
 
 
 @lean

@@ -301,11 +301,8 @@ def _opening(
     for loop in range(len(tables.lengths)):
         shortest = min(shortest, tables.lengths[loop])
     rounding *= 1.0 + max_norm + max_reach / (loops.size * shortest)
-    return (
-        LEBESGUE_CONSTANT * newton + strength * (remainder + rounding),
-        LEBESGUE_CONSTANT * opening + remainder + rounding,
-        rounding,
-    )
+    newton = LEBESGUE_CONSTANT * newton + strength * (remainder + rounding)
+    return newton, LEBESGUE_CONSTANT * opening + remainder + rounding, rounding
 
 
 @lean

@@ -112,13 +112,9 @@ def find_branches(linkage: Linkage, angles: Reals, *, stops: bool = False, zero_
         if not stops:
             direction = _opening(direction)
         power, within = _nudged(local, direction)
-        status: BranchStatus = (
-            "finite"
-            if power >= MIN_FINITE_POWER
-            else "infinitesimal"
-            if power <= MAX_INFINITESIMAL_POWER
-            else "undecided"
-        )
+        status: BranchStatus = "infinitesimal" if power <= MAX_INFINITESIMAL_POWER else "undecided"
+        if power >= MIN_FINITE_POWER:
+            status = "finite"
         nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)

@@ -184,14 +184,8 @@ def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
     """
     arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        together = next(
-            (
-                arrival
-                for arrival in arrived[::-1]
-                if arrival.stop == stop and time - arrival.time <= ARRIVAL_TIME_TOLERANCE
-            ),
-            None,
-        )
+        recent = (a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE)
+        together = next(recent, None)
         if together is None:
             arrived.append(Arrival(time, stop, (hinge,), speed))
         else:

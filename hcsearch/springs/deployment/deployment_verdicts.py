@@ -221,10 +221,8 @@ class _Verdicts:
         """Return whether a scene is the same for two congruent foldings: its gravity and held panel may break this."""
         way = self.scene.flat_pairs[0]
         linkage, first_linkage = (self.foldings[k].linkage(self.panel, flat_pairs=way) for k in (i, first))
-        one, other = (
-            setup_of_scene(self.scene, linkage).of_congruent(linkage),
-            setup_of_scene(self.scene, first_linkage),
-        )
+        one = setup_of_scene(self.scene, linkage).of_congruent(linkage)
+        other = setup_of_scene(self.scene, first_linkage)
         return one.held == other.held and bool(np.allclose(one.gravity, other.gravity, rtol=0.0, atol=1e-12))
 
     def _transferred(

@@ -108,9 +108,8 @@ class DrivenMotion(ByValue):
     def drift(self) -> float:
         """Greatest error of the energy balance, J."""
         motion = self.motion
-        total = (
-            motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost - self.work
-        )
+        total = motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost
+        total = total - self.work
         return float(np.abs(total - total[0]).max())
 
 
@@ -146,16 +145,10 @@ def simulate_driven(
     angles, rates = motion.q[:, joints], motion.v[:, joints]
     target_angles, target_rates, feedforward = commands.interpolated(motion.times)
     torques = feedforward + commands.stiffness * (target_angles - angles) + commands.damping * (target_rates - rates)
-    plan = commands.at(motion.times)
+    planned_angles, _, planned = commands.at(motion.times)
     # in the kernel's books, dissipation is the energy taken by dampers less the work of drives
-    return DrivenMotion(
-        replace(motion, damped=damped),
-        damped - motion.damped,
-        plan[2],
-        torques,
-        angles - plan[0],
-        np.abs(torques).max(axis=0),
-    )
+    work, errors, greatest = damped - motion.damped, angles - planned_angles, np.abs(torques).max(axis=0)
+    return DrivenMotion(replace(motion, damped=damped), work, planned, torques, errors, greatest)
 
 
 def _damped(system: System, motion: Motion) -> Reals:
