@@ -81,11 +81,9 @@ def panel_solid_of(pattern: Pattern, panel: int) -> PanelSolid:
     corners = list(chain.from_iterable(outlines))
     if len(set(corners)) < len(corners):
         raise HcsearchError(f"panel {panel} touches itself in a corner, which no solid may: leave its facets hinged")
-    kinds: dict[frozenset[int], FaceKind] = {
-        frozenset(pattern.edges[pair]): "valley" if crease.face == "top" else "mountain"
-        for pair, crease in pattern.creases.items()
-        if crease.face is not None
-    }
+    hinged = {frozenset(pattern.edges[pair]): crease.face for pair, crease in pattern.creases.items() if crease.face}
+    kinds: dict[frozenset[int], FaceKind]
+    kinds = {edge: "valley" if face == "top" else "mountain" for edge, face in hinged.items()}
     wall = sorted((number[a], number[b]) for walk in outlines for a, b in sides_of(walk))
     return PanelSolid(
         np.array([pattern.vertices[vertex] for vertex in vertices]),

@@ -134,12 +134,10 @@ def _along_axes(
         elif number < first_axes + second_axes:
             panel_side, direction = 1, vector_at(prisms.normals[g], number - first_axes, 0)
         else:
-            first_edge = vector_at(prisms.edges[f], (number - first_axes - second_axes) // second_axes, 0)
-            second_edge = rotated_by_pose(
-                tables.relative_poses[end],
-                vector_at(prisms.edges[g], (number - first_axes - second_axes) % second_axes, 0),
-            )
-            direction = cross(first_edge, second_edge)
+            k = number - first_axes - second_axes
+            first_edge = vector_at(prisms.edges[f], k // second_axes, 0)
+            second_edge = vector_at(prisms.edges[g], k % second_axes, 0)
+            direction = cross(first_edge, rotated_by_pose(tables.relative_poses[end], second_edge))
             length = math.sqrt(dot(direction, direction))
             if length < GAP_PARALLEL_ANGLE:
                 continue

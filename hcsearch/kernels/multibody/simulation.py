@@ -301,15 +301,13 @@ def _ending_after(
 ) -> int:
     """Return the ending reached after a step, or `ENDING_NONE`."""
     limit = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
+    unmoved = pace[PACE_EVENT_COUNT] * (1.0 - plan.restitution) > MAX_UNMOVED_EVENTS
     ending = ENDING_NONE
     if not residual <= limit:
         ending = ENDING_OPEN if residual > limit else ENDING_INVALID_NUMBER
     elif not abs(energies.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
         ending = ENDING_UNBALANCED
-    elif (
-        pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS
-        or pace[PACE_EVENT_COUNT] * (1.0 - plan.restitution) > MAX_UNMOVED_EVENTS
-    ):
+    elif pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS or unmoved:
         ending = ENDING_JAMMED
     elif flat:
         ending = ENDING_FLAT

@@ -247,9 +247,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
         b[i, WORK_ALONG] = along
         first, last = tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]
         for slot in range(first, last):
-            slots[slot, WORK_SLOT_POWER] = dot(
-                w, vector_at(slots, slot, WORK_SLOT_FORCE if slides else WORK_SLOT_COUPLE)
-            )
+            part = vector_at(slots, slot, WORK_SLOT_FORCE if slides else WORK_SLOT_COUPLE)
+            slots[slot, WORK_SLOT_POWER] = dot(w, part)
         if not held[i]:
             _release_joint(i, couple, force, along, work)
             for slot in range(first, last):
@@ -263,13 +262,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
             _add_to_parent(i, p, work)
             for slot in range(first, last):
                 above = tree.slots[slot, SLOT_ABOVE]
-                f = vector_at(slots, slot, WORK_SLOT_FORCE)
-                add_vector(
-                    slots,
-                    above,
-                    WORK_SLOT_COUPLE,
-                    vector_sum(vector_at(slots, slot, WORK_SLOT_COUPLE), cross(vector_at(b, i, WORK_ARM), f)),
-                )
+                f, c = vector_at(slots, slot, WORK_SLOT_FORCE), vector_at(slots, slot, WORK_SLOT_COUPLE)
+                add_vector(slots, above, WORK_SLOT_COUPLE, vector_sum(c, cross(vector_at(b, i, WORK_ARM), f)))
                 add_vector(slots, above, WORK_SLOT_FORCE, f)
     # the slots of a body are in the order of their rows, so only one triangle is written
     for r in range(len(tree.rows)):
@@ -298,7 +292,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
     moving : whether velocities, gravity and external forces count, which allows one call only; else `torques` are
         impulses at rest, and calls may be repeated.
     """
-    b = work.bodies
+    b, slots = work.bodies, work.slots
     work.rates[:] = 0.0
     if not moving:
         for i in range(len(tree.links)):
@@ -316,20 +310,12 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
         if moving:
             turn, shift = vector_at(b, i, WORK_SPIN_DRIFT), vector_at(b, i, WORK_DRIFT)
             for slot in range(first, last):  # `gather_inertias` left in them the part that the joint transmits
-                rate = dot(vector_at(work.slots, slot, WORK_SLOT_COUPLE), turn) + dot(
-                    vector_at(work.slots, slot, WORK_SLOT_FORCE), shift
-                )
-                work.rates[tree.slots[slot, SLOT_ROW]] += rate
-            couple = vector_sum(
-                couple,
-                vector_sum(apply_symmetric(symmetric_at(b, i, WORK_COUPLES), turn), rotated(b, i, WORK_CROSSED, shift)),
-            )
-            force = vector_sum(
-                force,
-                vector_sum(
-                    rotated_back(b, i, WORK_CROSSED, turn), apply_symmetric(symmetric_at(b, i, WORK_FORCES), shift)
-                ),
-            )
+                c, f = vector_at(slots, slot, WORK_SLOT_COUPLE), vector_at(slots, slot, WORK_SLOT_FORCE)
+                work.rates[tree.slots[slot, SLOT_ROW]] += dot(c, turn) + dot(f, shift)
+            of_turn = apply_symmetric(symmetric_at(b, i, WORK_COUPLES), turn)
+            couple = vector_sum(couple, vector_sum(of_turn, rotated(b, i, WORK_CROSSED, shift)))
+            of_shift = apply_symmetric(symmetric_at(b, i, WORK_FORCES), shift)
+            force = vector_sum(force, vector_sum(rotated_back(b, i, WORK_CROSSED, turn), of_shift))
         couple = vector_sum(couple, scaled_vector(share, vector_at(b, i, WORK_HEAD_COUPLE)))
         force = vector_sum(force, scaled_vector(share, vector_at(b, i, WORK_HEAD_FORCE)))
         if p >= 0:
@@ -337,10 +323,9 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
             add_vector(b, p, WORK_BIAS_FORCE, force)
         elif moving:
             for slot in range(first, last):
-                force = vector_at(work.slots, slot, WORK_SLOT_FORCE)
-                work.rates[tree.slots[slot, SLOT_ROW]] -= (
-                    force[0] * tree.gravity[0] + force[1] * tree.gravity[1] + force[2] * tree.gravity[2]
-                )
+                f = vector_at(slots, slot, WORK_SLOT_FORCE)
+                fall = f[0] * tree.gravity[0] + f[1] * tree.gravity[1] + f[2] * tree.gravity[2]
+                work.rates[tree.slots[slot, SLOT_ROW]] -= fall
     if moving:
         _add_velocity_rates(tree, work)
 
@@ -353,18 +338,13 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
         direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         first, second = tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_A], tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_B]
         if first >= 0:
-            first_spin = vector_at(b, first, WORK_SPIN)
+            first_spin, second_spin = vector_at(b, first, WORK_SPIN), vector_at(b, second, WORK_SPIN)
             if tree.rows[r, ROW_KIND] < 3:
-                relative_spin = vector_difference(vector_at(b, second, WORK_SPIN), first_spin)
-                work.rates[r] -= dot(direction, cross(first_spin, relative_spin))
+                work.rates[r] -= dot(direction, cross(first_spin, vector_difference(second_spin, first_spin)))
             else:
-                first_velocity = vector_sum(
-                    vector_at(b, first, WORK_SPEED), cross(first_spin, vector_at(work.row_lines, r, WAY_ARM_A))
-                )
-                second_velocity = vector_sum(
-                    vector_at(b, second, WORK_SPEED),
-                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.row_lines, r, WAY_ARM_B)),
-                )
+                first_arm, second_arm = vector_at(work.row_lines, r, WAY_ARM_A), vector_at(work.row_lines, r, WAY_ARM_B)
+                first_velocity = vector_sum(vector_at(b, first, WORK_SPEED), cross(first_spin, first_arm))
+                second_velocity = vector_sum(vector_at(b, second, WORK_SPEED), cross(second_spin, second_arm))
                 relative_velocity = vector_difference(second_velocity, first_velocity)
                 work.rates[r] -= 2.0 * dot(direction, cross(first_spin, relative_velocity)) / tree.size
         if tree.rows[r, ROW_KIND] < 3:
@@ -373,9 +353,8 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
             body = tree.welds[tree.rows[r, ROW_WELD], side]
             if body >= 0:
                 spin = vector_at(work.bodies, body, WORK_SPIN)
-                inward = dot(
-                    direction, cross(spin, cross(spin, vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)))
-                )
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
+                inward = dot(direction, cross(spin, cross(spin, arm)))
                 work.rates[r] += (inward if side else -inward) / tree.size
             else:  # the ground, too, rises against gravity
                 fall = direction[0] * tree.gravity[0] + direction[1] * tree.gravity[1] + direction[2] * tree.gravity[2]
@@ -385,20 +364,14 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
 @lean
 def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
     """Write joint accelerations (or velocities, from impulses) under the constraint forces; after `load_joints`."""
-    b = work.bodies
+    b, ground = work.bodies, (0.0, 0.0, 0.0)
+    if moving:
+        ground = (-tree.gravity[0], -tree.gravity[1], -tree.gravity[2])
     for i in range(len(tree.links)):
-        p = tree.links[i, LINK_PARENT]
-        turn, shift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        if p >= 0:
-            turn, shift = vector_at(b, p, WORK_TURNING), vector_at(b, p, WORK_SHIFTING)
-        elif moving:
-            shift = (-tree.gravity[0], -tree.gravity[1], -tree.gravity[2])
-        shift = vector_sum(shift, cross(turn, vector_at(b, i, WORK_ARM)))
+        turn, shift = carried_motion(tree, i, ground, work)
         if moving:
-            turn, shift = (
-                vector_sum(turn, vector_at(b, i, WORK_SPIN_DRIFT)),
-                vector_sum(shift, vector_at(b, i, WORK_DRIFT)),
-            )
+            turn = vector_sum(turn, vector_at(b, i, WORK_SPIN_DRIFT))
+            shift = vector_sum(shift, vector_at(b, i, WORK_DRIFT))
         drive = b[i, WORK_DRIVE]
         for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
             drive += work.slots[slot, WORK_SLOT_POWER] * work.forces[tree.slots[slot, SLOT_ROW]]
@@ -406,6 +379,15 @@ def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates:
         rate = 0.0 if held[i] else drive / b[i, WORK_ALONG]
         rates[i] = -drive if held[i] else rate
         carry_body(tree, i, rate, turn, shift, work)
+
+
+@inlined
+def carried_motion(tree: BodyTree, i: int, ground: Vector3, work: Work) -> tuple[Vector3, Vector3]:
+    """Return the acceleration (turn, shift) of a body's parent, or of the ground, at the joint; after `carry_body`."""
+    p, turn, shift = tree.links[i, LINK_PARENT], (0.0, 0.0, 0.0), ground
+    if p >= 0:
+        turn, shift = vector_at(work.bodies, p, WORK_TURNING), vector_at(work.bodies, p, WORK_SHIFTING)
+    return turn, vector_sum(shift, cross(turn, vector_at(work.bodies, i, WORK_ARM)))
 
 
 @inlined

@@ -24,16 +24,10 @@ def facets_clash(fixed: Sequence[Facet], moved: Sequence[Facet], tolerance: floa
     )
     distance = np.linalg.norm(fixed_centres[:, None] - moved_centres, axis=2)
     i, j = np.nonzero(distance < fixed_radii[:, None] + moved_radii)
-    gaps = (
-        np.linalg.norm(fixed_corners[i, :, None] - moved_corners[j, None], axis=3)
-        if fixed_corners.shape[1] == moved_corners.shape[1]
-        else None
-    )
-    overlapping = ~(
-        _outside(fixed_corners[i], moved_corners[j], tolerance)
-        | _outside(moved_corners[j], fixed_corners[i], tolerance)
-    )
-    if gaps is not None:
+    first, second = fixed_corners[i], moved_corners[j]
+    overlapping = ~(_outside(first, second, tolerance) | _outside(second, first, tolerance))
+    if first.shape[1] == second.shape[1]:
+        gaps = np.linalg.norm(first[:, :, None] - second[:, None], axis=3)
         overlapping &= np.maximum(gaps.min(axis=2).max(axis=1), gaps.min(axis=1).max(axis=1)) > tolerance
     return bool(overlapping.any())
 

@@ -203,9 +203,7 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
         return offsets
 
     for hinge in pattern.hinges:
-        if (
-            offsets_from(hinge.first, hinge).min() >= -tolerance
-            and offsets_from(hinge.second, hinge).max() <= tolerance
-        ):
+        left, right = offsets_from(hinge.first, hinge), offsets_from(hinge.second, hinge)
+        if left.min() >= -tolerance and right.max() <= tolerance:
             pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
     return frozenset(pairs)

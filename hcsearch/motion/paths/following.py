@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -165,15 +165,9 @@ class _Following:
         ending = self._begin(start, direction)
         while ending is None:
             ending = self._ending() or self._advance()
-        return motion_path_of(
-            [state.local for state in self.states],
-            [state.length for state in self.states],
-            ending,
-            rejected=self.rejected,
-            evaluations=self.walker.evaluations,
-            events=self.events,
-            velocity=self.last.tangent,
-        )
+        states, lengths = [state.local for state in self.states], [state.length for state in self.states]
+        effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.walker.evaluations}
+        return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
         local = self.walker.state_at(start)
@@ -251,10 +245,8 @@ class _Following:
                 tangent = self.last.local.tangent(offset)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
             distance = min(distance, 0.8 * remaining)
-            if (
-                remaining < LANDING_DISTANCE * self.size
-                and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS
-            ):
+            near = remaining < LANDING_DISTANCE * self.size
+            if near and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS:
                 landing = _Landing(name, state, remaining)
         return distance, landing
 

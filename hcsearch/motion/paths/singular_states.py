@@ -60,12 +60,8 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
     value = CubicHermiteSpline([0.0, length], [least_before, -least_after], [last.slopes[-1], -after.slopes[-1]])
     distance = float(brentq(value, 0.0, length, xtol=1e-15))
     angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(distance)
-    return _event(
-        walker.state_at(angles),
-        last.length + distance,
-        after.local.kept_rank,
-        CROSSED_VALUE_SHARE * max(least_before, least_after),
-    )
+    zero = CROSSED_VALUE_SHARE * max(least_before, least_after)
+    return _event(walker.state_at(angles), last.length + distance, after.local.kept_rank, zero)
 
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:

@@ -215,11 +215,10 @@ def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution,
     """Return a fit with the last of its values by name, compared with the spline."""
     rows = len(solution.moments)
     half = t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, solution.freedom)
+    values, errors = solution.values[-len(names) :], solution.errors[-len(names) :]
     estimates = {
         name: SpringEstimate(float(value), float(error), float(value - half * error), float(value + half * error))
-        for name, value, error in zip(
-            names, solution.values[-len(names) :], solution.errors[-len(names) :], strict=False
-        )
+        for name, value, error in zip(names, values, errors, strict=False)
     }
     excess, unknowns = max(0.0, solution.squares - spline.squares), solution.freedom - spline.freedom
     sureness = 0.0
