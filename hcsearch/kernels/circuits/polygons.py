@@ -58,11 +58,8 @@ def _can_reach_home(
                 next_place = queue[index] + move
                 if distance[next_place] == 0:
                     return True
-                if (
-                    visited[next_place] == 0
-                    and stamps[next_place] != stamp
-                    and distance[next_place] <= steps - steps_taken
-                ):
+                near = distance[next_place] <= steps - steps_taken
+                if near and visited[next_place] == 0 and stamps[next_place] != stamp:
                     stamps[next_place] = stamp
                     queue[last] = next_place
                     last += 1

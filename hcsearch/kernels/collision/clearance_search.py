@@ -83,9 +83,8 @@ def judge_clearance(
     verdict = search_collision(chain, shrunk, pairs, course, slack, report)
     if verdict == MOTION_CLEAR:
         if measured:
-            gap, bound_count = smallest_dip(
-                chain, prisms, pairs, course, 2.0 * tolerances.margin, tolerances.resolution
-            )
+            rise, resolution = 2.0 * tolerances.margin, tolerances.resolution
+            gap, bound_count = smallest_dip(chain, prisms, pairs, course, rise, resolution)
             report.gaps[0] = max(gap - slack, 0.0)
             report.bound_counts[0] += bound_count
         return MOTION_CLEAR

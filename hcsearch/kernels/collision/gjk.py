@@ -156,16 +156,9 @@ def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
 @inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
-    i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
-    first_point, second_point = _row(first, i), _row(second, j)
-    return max(
-        abs(first_point[0]),
-        abs(first_point[1]),
-        abs(first_point[2]),
-        abs(second_point[0]),
-        abs(second_point[1]),
-        abs(second_point[2]),
-    )
+    x, y, z = _row(first, corner >> CORNER_INDEX_BITS)
+    u, v, w = _row(second, corner & CORNER_INDEX_MASK)
+    return max(abs(x), abs(y), abs(z), abs(u), abs(v), abs(w))
 
 
 @lean

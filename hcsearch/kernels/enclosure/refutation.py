@@ -135,11 +135,8 @@ def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int
         return BOX_EMPTY, 0
     keep_cuts(cuts, work.cuts[number])
     side, widest = _side(low, high, work.contraction.shares)
-    if (
-        work.counts[REFUTATION_TESTED_BOXES] % NEWTON_BOX_INTERVAL == 1
-        or widest < MIN_SPLIT_WIDTH
-        or (blocked and widest < SLIDING_BOX_WIDTH)
-    ):
+    small = widest < MIN_SPLIT_WIDTH or (blocked and widest < SLIDING_BOX_WIDTH)
+    if small or work.counts[REFUTATION_TESTED_BOXES] % NEWTON_BOX_INTERVAL == 1:
         for h in range(len(low)):
             work.state[h] = 0.5 * (low[h] + high[h])
         if reaches_closed_state(rings, low, high, work.state, work):

@@ -76,23 +76,15 @@ def climb_angles(
 
 @compiled
 def _climb_along(
-    rings: HingeRings,
-    hinge: int,
-    sign: float,
-    low: Reals,
-    high: Reals,
-    steps: int,
-    n: int,
-    path: Reals,
-    work: Refutation,
+    rings: HingeRings, h: int, sign: float, low: Reals, high: Reals, steps: int, n: int, path: Reals, work: Refutation
 ) -> int:
     """Turn one angle as far as steps lead; return the new number of states path."""
-    here = path[np.argmax(sign * path[:n, hinge])].copy()
+    here = path[np.argmax(sign * path[:n, h])].copy()
     direction, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = MAX_WALK_STEP, 0
     for _ in range(steps):
         moved = _step(rings, here, direction, longest, low, high, state, work)
-        if moved > 0.0 and sign * (state[hinge] - here[hinge]) > 0.0:
+        if moved > 0.0 and sign * (state[h] - here[h]) > 0.0:
             direction[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(len(here))
             here[:] = state
             path[n] = state

@@ -147,18 +147,11 @@ def _write_reaches(
 
 @lean
 def _write_reach(
-    chain: Chain,
-    prisms: Prisms,
-    hinges: Integers32,
-    nexts: Integers32,
-    f: int,
-    panel: int,
-    lengths: Reals,
-    reaches: Reals,
+    chain: Chain, prisms: Prisms, hinges: Integers32, nexts: Integers32, f: int, p: int, lengths: Reals, reaches: Reals
 ) -> None:
-    """Write the reach of a prism from the hinge that leads towards it from a panel, by that of the next hinge."""
+    """Write the reach of a prism from the hinge that leads towards it from a p, by that of the next hinge."""
     prism_panel = prisms.panels[f]
-    hinge, after = hinges[prism_panel, panel], nexts[prism_panel, panel]
+    hinge, after = hinges[prism_panel, p], nexts[prism_panel, p]
     point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
     if after == prism_panel:
         length = 0.0
@@ -168,13 +161,13 @@ def _write_reach(
             if hinge >= 0:
                 reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
             length = max(length, math.sqrt(dot(arm, arm)))
-        lengths[panel] = length
+        lengths[p] = length
     else:
         arm = vector_difference(_point(chain, hinges[prism_panel, after]), point)
         across = cross(arm, line)
         if hinge >= 0:
             reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
-        lengths[panel] = lengths[after] + math.sqrt(dot(arm, arm))
+        lengths[p] = lengths[after] + math.sqrt(dot(arm, arm))
 
 
 @lean

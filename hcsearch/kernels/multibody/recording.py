@@ -42,25 +42,18 @@ class SimulationRecord(NamedTuple):
 
 @lean
 def record_state(
-    record: SimulationRecord,
-    hold: DiscreteState,
-    time: float,
-    q: Reals,
-    v: Reals,
-    a: Reals,
-    energies: Reals,
-    opening: float,
+    record: SimulationRecord, hold: DiscreteState, t: float, q: Reals, v: Reals, a: Reals, energies: Reals, gap: float
 ) -> None:
     """Append a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
-        record.times[k] = time
+        record.times[k] = t
         for i in range(len(q)):
             record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
         for i in range(len(energies)):
             record.energies[k, i] = energies[i]
-        record.closure_residuals[k] = opening
+        record.closure_residuals[k] = gap
         record.counts[0] += 1
 
 

@@ -69,18 +69,9 @@ def new_closing(loops: Loops) -> Closing:
 @lean
 def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
     """Write closure residuals and their Jacobian, as `close_loops` does; pose : (3, 4), room for the pose of a walk."""
-    close_loops(
-        loops.chain.directions,
-        loops.chain.points,
-        loops.starts,
-        loops.hinges,
-        loops.signs,
-        angles,
-        loops.size,
-        residual,
-        jacobian,
-        pose,
-    )
+    lines, size = loops.chain, loops.size
+    starts, hinges, signs = loops.starts, loops.hinges, loops.signs
+    close_loops(lines.directions, lines.points, starts, hinges, signs, angles, size, residual, jacobian, pose)
 
 
 @lean

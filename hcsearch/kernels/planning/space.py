@@ -268,11 +268,8 @@ def _separates(space: Space, first: PlacedState, second: PlacedState, p: int) ->
         x = dot((a[0, 0], a[1, 0], a[2, 0]), direction)
         y = dot((a[0, 1], a[1, 1], a[2, 1]), direction)
         z = dot((a[0, 2], a[1, 2], a[2, 2]), direction)
-        turned = (
-            dot((b[0, 0], b[0, 1], b[0, 2]), (x, y, z)),
-            dot((b[1, 0], b[1, 1], b[1, 2]), (x, y, z)),
-            dot((b[2, 0], b[2, 1], b[2, 2]), (x, y, z)),
-        )
+        way = (x, y, z)
+        turned = (dot(vector_at(b, 0, 0), way), dot(vector_at(b, 1, 0), way), dot(vector_at(b, 2, 0), way))
         if _gap(space, second, f, g, turned) >= space.parting_gap:
             return True
         f, g, direction = g, f, scaled_vector(-1.0, direction)

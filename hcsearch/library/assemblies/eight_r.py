@@ -57,10 +57,8 @@ def _triangles(parameters: Parameters) -> tuple[Facet, ...]:
     side, gamma = equal_side(alpha, base), math.pi - 2 * alpha
     lengths = (side, side, side, base, side, base)
     sectors = (0.0, gamma, gamma, alpha, alpha, alpha)
-    ends = [
-        (length * math.cos(angle), length * math.sin(angle))
-        for length, angle in zip(lengths, np.cumsum(sectors).tolist(), strict=True)
-    ]
+    angles = np.cumsum(sectors).tolist()
+    ends = [(r * math.cos(angle), r * math.sin(angle)) for r, angle in zip(lengths, angles, strict=True)]
 
     def turned(point: PlanePoint) -> PlanePoint:
         return (side - point[0], -point[1])

@@ -138,11 +138,9 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
 
 def _comparable(before: PathStep | None, last: PathStep) -> bool:
     """Whether two states have comparable accelerations."""
-    return (
-        before is not None
-        and before.local.kept_rank == last.local.kept_rank
-        and last.length - before.length > DISTINCT_STATE_DISTANCE
-    )
+    if before is None or before.local.kept_rank != last.local.kept_rank:
+        return False
+    return last.length - before.length > DISTINCT_STATE_DISTANCE
 
 
 PREDICTORS = {

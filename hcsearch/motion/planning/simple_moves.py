@@ -113,10 +113,8 @@ class SimpleMoves:
         for _ in range(math.ceil(4.0 * math.pi / MOVE_STEP_TURN)):
             before = current.copy()
             current[hinges] += MOVE_STEP_TURN * direction / np.abs(direction).max()
-            if (
-                np.abs(current[hinges] - end[hinges]).max() < 1.5 * MOVE_STEP_TURN
-                or (sense * (current - end)[hinges]).max() > 0.0
-            ):
+            left = (end - current)[hinges]
+            if np.abs(left).max() < 1.5 * MOVE_STEP_TURN or (sense * left).min() < 0.0:
                 near = np.abs(before - end)[hinges].max() < 3.0 * MOVE_STEP_TURN
                 return np.array([*states, end]) if near else None
             for _ in range(20):

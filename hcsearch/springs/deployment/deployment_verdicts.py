@@ -52,7 +52,8 @@ some motions that this one finds, and takes nine tenths of the time."""
 FOLDINGS_IN_MEMORY = 256
 """Number of foldings whose scenes are held in memory together."""
 TriedVariant = tuple[int, SceneVariant]
-TriedScenes = dict[TriedVariant, tuple[CompiledScene, CheckedPanels]]
+TriedScene = tuple[CompiledScene, CheckedPanels]
+TriedScenes = dict[TriedVariant, TriedScene]
 TrialChecks = dict[TriedVariant, DeploymentCheck]
 
 
@@ -146,12 +147,7 @@ class _Verdicts:
         }
 
     def _agreement(
-        self,
-        tried: TriedVariant,
-        scene: tuple[CompiledScene, CheckedPanels],
-        first: DeploymentCheck,
-        others: list[DeploymentCheck],
-        play: Play,
+        self, tried: TriedVariant, scene: TriedScene, first: DeploymentCheck, others: list[DeploymentCheck], play: Play
     ) -> Agreement:
         """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
