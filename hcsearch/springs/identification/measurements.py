@@ -17,6 +17,7 @@ from hcsearch.system.csv_columns import (
     CsvColumns,
     is_number,
     read_columns,
+    refuse_repeated_names,
     rename_columns,
 )
 from hcsearch.system.terminal import short_number
@@ -204,12 +205,7 @@ def read_accelerations(
 def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Reals]:
     """Return the columns of numbers by name, with NaN in cells without a number."""
     names = [name for name in columns.names if name and name != TIME_COLUMN]
-    for name in names:
-        if names.count(name) > 1:
-            raise HcsearchError(
-                f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
-                f"write one name for each, such as {TIME_COLUMN}"
-            )
+    refuse_repeated_names(columns.path, names, names, TIME_COLUMN)
     texts = {name: columns.texts(name) for name in names}
     words = [name for name in names if columns.rows and not any(map(is_number, texts[name]))]
     if len(words) == len(names):
