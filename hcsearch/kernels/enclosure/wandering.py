@@ -78,7 +78,7 @@ def climb_angles(
 def _climb_along(
     rings: HingeRings, h: int, sign: float, low: Reals, high: Reals, steps: int, n: int, path: Reals, work: Refutation
 ) -> int:
-    """Turn one angle as far as steps lead; return the new number of states path."""
+    """Turn one angle as far as steps lead; return the new number of states passed."""
     here = path[np.argmax(sign * path[:n, h])].copy()
     direction, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = MAX_WALK_STEP, 0

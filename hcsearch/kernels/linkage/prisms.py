@@ -149,7 +149,7 @@ def _write_reaches(
 def _write_reach(
     chain: Chain, prisms: Prisms, hinges: Integers32, nexts: Integers32, f: int, p: int, lengths: Reals, reaches: Reals
 ) -> None:
-    """Write the reach of a prism from the hinge that leads towards it from a p, by that of the next hinge."""
+    """Write the reach of a prism from the hinge that leads towards it from a panel, by that of the next hinge."""
     prism_panel = prisms.panels[f]
     hinge, after = hinges[prism_panel, p], nexts[prism_panel, p]
     point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
