@@ -291,7 +291,7 @@ def _gap(space: Space, state: PlacedState, f: int, g: int, direction: Vector3) -
 def link_states(
     space: Space, start: Reals, end: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, found: Reals
 ) -> int:
-    """Write closed states along the straight piece found two states, in order, without its ends; return their number.
+    """Write closed states along the straight piece between two states, in order, without its ends; return their number.
 
     longest : rad, pieces that turn a hinge by more are halved. depth : how often a piece may be halved; the stack has
     two states more. The state half-way must be closed near its place, and panels keep apart at all states. -1 where the
