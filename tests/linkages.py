@@ -8,6 +8,7 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.designs.folding import Folding
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.overlays import placements
+from hcsearch.motion.collision.distances import first_cut
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import SAME_POINT_SHARE
 from hcsearch.shape.pattern import Pattern, overlay
@@ -46,3 +47,9 @@ def congruent(one: Pattern, two: Pattern) -> bool:
             if (len(union.facets), len(union.creases)) == sizes[0]:
                 return True
     return False
+
+
+def penetration(linkage, angles):
+    """The greatest depth of penetration of panels at one state, in metres; 0 where they only touch."""
+    cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
+    return 0.0 if cut is None else cut.depth

@@ -41,12 +41,11 @@ from hcsearch.library.unit_search.elements import (
 )
 from hcsearch.library.unit_search.unit_proofs import generic_freedom, prove_unit
 from hcsearch.library.unit_search.unit_search import UnitSearchLimits, find_units, search_elements
-from hcsearch.motion.collision.distances import penetration
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import VALLEY_CREASE, Pattern, overlay
 from hcsearch.store import open_readonly, select
-from tests.linkages import congruent
+from tests.linkages import congruent, penetration
 
 DEGREES = Parameters(alpha=math.radians(70))
 SQUARES = Parameters(width=0.050)

@@ -13,6 +13,9 @@ Reals = NDArray[np.float64]
 WholeNumbers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Signs = NDArray[np.int8]
+Integers16 = NDArray[np.int16]
+Integers32 = NDArray[np.int32]
+Bitsets = NDArray[np.uint64]
 
 
 class ByValue:

@@ -101,10 +101,8 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
         name = _panel(labels, panel) + ("" if parts[panel] == 1 else f"_part{parts[panel]}")
         joined = LinkJoint(f"hinge_{labels.hinges[hinge]}", hinge, parent, joint.axis, system.drives[i])
         links.append(TreeLink(name, panel, parts[panel] == 1, joint.point, system.bodies[i], joined))
-    closures = tuple(
-        LoopClosure(f"closure_{k}", max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point)
-        for k, weld in enumerate(system.welds)
-    )
+    places = [(max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point) for weld in system.welds]
+    closures = tuple(LoopClosure(f"closure_{k}", *parts) for k, parts in enumerate(places))
     start = compiled.start[compiled.joint_of]
     return CutTree(linkage, setup, tuple(links), closures, bool(shift), start)
 

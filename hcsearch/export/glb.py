@@ -116,12 +116,8 @@ class _Buffer:
         view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": table.nbytes}
         self.views.append(view if target is None else view | {"target": target})
         self.content += table.tobytes()
-        accessor = {
-            "bufferView": len(self.views) - 1,
-            "componentType": _UNSIGNED if whole else _FLOAT,
-            "count": len(table),
-            "type": kind,
-        }
+        component = _UNSIGNED if whole else _FLOAT
+        accessor = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(table), "type": kind}
         if bounds:
             accessor |= {"min": _listed(table.min(axis=0)), "max": _listed(table.max(axis=0))}
         self.accessors.append(accessor)

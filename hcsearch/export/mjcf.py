@@ -56,15 +56,9 @@ def mjcf_of(
     timestep = timestep or natural_seconds(setup, linkage) / STEPS_PER_NATURAL_TIME
     root = Xml.Element("mujoco", model=title or "array")
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
-    Xml.SubElement(
-        root,
-        "option",
-        timestep=numbers_text(timestep),
-        integrator=_integrator(tree, timestep),
-        gravity=numbers_text(tree.setup.gravity),
-        iterations=str(SOLVER_ITERATIONS),
-        tolerance=numbers_text(SOLVER_TOLERANCE),
-    )
+    stepping = {"timestep": numbers_text(timestep), "integrator": _integrator(tree, timestep)}
+    solver = {"iterations": str(SOLVER_ITERATIONS), "tolerance": numbers_text(SOLVER_TOLERANCE)}
+    Xml.SubElement(root, "option", stepping | {"gravity": numbers_text(tree.setup.gravity)} | solver)
     _add_defaults(root, timestep, contact)
     _add_meshes(root, tree)
     actuators = Xml.Element("actuator")
@@ -112,10 +106,8 @@ def _integrator(tree: CutTree, timestep: float) -> str:
 def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
     """Add defaults, with constraints that settle within two steps, the fastest stable rate."""
     default = Xml.SubElement(root, "default")
-    soft = {
-        "solref": numbers_text((2.0 * timestep, 1.0)),
-        "solimp": numbers_text((MAX_IMPEDANCE, MAX_IMPEDANCE, 1e-3, 0.5, 2.0)),
-    }
+    impedance = (MAX_IMPEDANCE, MAX_IMPEDANCE, 1e-3, 0.5, 2.0)
+    soft = {"solref": numbers_text((2.0 * timestep, 1.0)), "solimp": numbers_text(impedance)}
     Xml.SubElement(default, "equality", soft)
     limits = {f"{name}limit": text for name, text in soft.items()}
     Xml.SubElement(default, "joint", limits, range=numbers_text((0.0, math.pi)))
@@ -139,12 +131,8 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
     for link in tree.links:
         joint = link.joint
         parent_frame = tree.links[joint.parent].frame if joint else np.zeros(3)
-        element = Xml.SubElement(
-            elements[joint.parent] if joint else world,
-            "body",
-            name=link.name,
-            pos=numbers_text(link.frame - parent_frame),
-        )
+        parent, place = elements[joint.parent] if joint else world, numbers_text(link.frame - parent_frame)
+        element = Xml.SubElement(parent, "body", name=link.name, pos=place)
         elements.append(element)
         if joint:
             _add_joint(element, link, actuators)
@@ -152,14 +140,8 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
             Xml.SubElement(element, "freejoint", name="base")
         inertia = link.body.inertia
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
-        centre = link.body.centre - link.frame
-        Xml.SubElement(
-            element,
-            "inertial",
-            pos=numbers_text(centre),
-            mass=numbers_text(link.body.mass),
-            fullinertia=numbers_text(parts),
-        )
+        centre, mass = numbers_text(link.body.centre - link.frame), numbers_text(link.body.mass)
+        Xml.SubElement(element, "inertial", pos=centre, mass=mass, fullinertia=numbers_text(parts))
         for facet in tree.linkage.pattern.panels[link.panel] if link.has_shape else ():
             Xml.SubElement(element, "geom", mesh=_mesh(link, facet), rgba=_COLOURS[link.panel % 2])
 

@@ -11,7 +11,6 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.labels import Labels, is_label, label_ranges
-from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import sides_of
 from hcsearch.shape.pattern import Pattern
 
@@ -82,11 +81,9 @@ def panel_solid_of(pattern: Pattern, panel: int) -> PanelSolid:
     corners = list(chain.from_iterable(outlines))
     if len(set(corners)) < len(corners):
         raise HcsearchError(f"panel {panel} touches itself in a corner, which no solid may: leave its facets hinged")
-    kinds: dict[frozenset[int], FaceKind] = {
-        frozenset(pattern.edges[pair]): "valley" if crease.face == "top" else "mountain"
-        for pair, crease in pattern.creases.items()
-        if crease.face is not None
-    }
+    hinged = {frozenset(pattern.edges[pair]): crease.face for pair, crease in pattern.creases.items() if crease.face}
+    kinds: dict[frozenset[int], FaceKind]
+    kinds = {edge: "valley" if face == "top" else "mountain" for edge, face in hinged.items()}
     wall = sorted((number[a], number[b]) for walk in outlines for a, b in sides_of(walk))
     return PanelSolid(
         np.array([pattern.vertices[vertex] for vertex in vertices]),
@@ -111,8 +108,3 @@ def placed_vertices(pose: Reals, vertices: Reals) -> Reals:
     """Transform vertices (n, 3) by a pose (3, 4)."""
     moved: Reals = vertices @ pose[:, :3].T + pose[:, 3]
     return moved
-
-
-def all_panel_solids(linkage: Linkage) -> list[PanelSolid]:
-    """Return the solids of all panels, in the flat state."""
-    return [panel_solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]

@@ -154,10 +154,7 @@ def _shell(data: _Data, solid: PanelSolid) -> str:
         return data.add(f"ADVANCED_FACE('',{_listed(bounds)},{plane},.T.)")
 
     walks = solid.outlines
-    faces = [
-        face([walk[::-1] for walk in walks], -_Z, _X),
-        face([[k + n for k in walk] for walk in walks], _Z, _X),
-    ]
+    faces = [face([walk[::-1] for walk in walks], -_Z, _X), face([[k + n for k in walk] for walk in walks], _Z, _X)]
     for a, b in solid.wall.tolist():
         along = vertices[b] - vertices[a]
         along /= np.linalg.norm(along)

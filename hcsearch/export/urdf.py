@@ -11,6 +11,7 @@ import math
 from typing import Any
 from xml.etree import ElementTree as Xml
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, numbers_text
 from hcsearch.export.print_formats import stl_of
 from hcsearch.scenes import Scene
@@ -63,13 +64,8 @@ def _add_joint(root: Xml.Element, tree: CutTree, link: TreeLink) -> None:
     Xml.SubElement(element, "child", link=link.name)
     Xml.SubElement(element, "origin", xyz=numbers_text(link.frame - parent.frame), rpy="0 0 0")
     Xml.SubElement(element, "axis", xyz=numbers_text(joint.axis))
-    limits = {
-        "lower": "0.0",
-        "upper": repr(math.pi),
-        "effort": repr(UNLIMITED_EFFORT),
-        "velocity": repr(UNLIMITED_EFFORT),
-    }
-    Xml.SubElement(element, "limit", limits)
+    unlimited = repr(UNLIMITED_EFFORT)
+    Xml.SubElement(element, "limit", lower="0.0", upper=repr(math.pi), effort=unlimited, velocity=unlimited)
     Xml.SubElement(element, "dynamics", damping=repr(float(joint.drive.damping)), friction="0.0")
 
 
@@ -89,14 +85,8 @@ def closure_json(tree: CutTree, title: str) -> str:
             {
                 "name": closure.name,
                 "panel": links[closure.second].name.partition("_part")[0],
-                "first": {
-                    "link": links[closure.first].name,
-                    "xyz_m": _listed(closure.point - links[closure.first].frame),
-                },
-                "second": {
-                    "link": links[closure.second].name,
-                    "xyz_m": _listed(closure.point - links[closure.second].frame),
-                },
+                "first": _end_facts(links[closure.first], closure.point),
+                "second": _end_facts(links[closure.second], closure.point),
                 "closes": "all six directions",
             }
             for closure in tree.closures
@@ -104,6 +94,10 @@ def closure_json(tree: CutTree, title: str) -> str:
         "joints": {link.joint.name: _joint_facts(tree, link) for link in links if link.joint is not None},
     }
     return json.dumps(facts, indent=2, allow_nan=False) + "\n"
+
+
+def _end_facts(link: TreeLink, point: Reals) -> dict[str, Any]:
+    return {"link": link.name, "xyz_m": _listed(point - link.frame)}
 
 
 def _joint_facts(tree: CutTree, link: TreeLink) -> dict[str, Any]:

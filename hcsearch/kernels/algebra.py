@@ -69,11 +69,8 @@ def cross(a: Vector3, b: Vector3) -> Vector3:
 @lean
 def rotated(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     """Return the 3 x 3 matrix in row i from a column on times a vector."""
-    return (
-        dot(vector_at(table, i, column), a),
-        dot(vector_at(table, i, column + 3), a),
-        dot(vector_at(table, i, column + 6), a),
-    )
+    x, y, z = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
+    return dot(x, a), dot(y, a), dot(z, a)
 
 
 @lean
@@ -90,14 +87,8 @@ def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
 @lean
 def symmetric_at(table: Reals, i: int, column: int) -> SymmetricMatrix:
     """Return the symmetric matrix in row i from a column on."""
-    return (
-        table[i, column],
-        table[i, column + 1],
-        table[i, column + 2],
-        table[i, column + 3],
-        table[i, column + 4],
-        table[i, column + 5],
-    )
+    k = column
+    return table[i, k], table[i, k + 1], table[i, k + 2], table[i, k + 3], table[i, k + 4], table[i, k + 5]
 
 
 @lean

@@ -134,11 +134,8 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
         simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        clear_states, max_states, verdict = (
-            0,
-            len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS,
-            MOTION_CLEAR,
-        )
+        max_states = len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS
+        clear_states, verdict = 0, MOTION_CLEAR
         start_simulation(simulation)
         while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
             continue_simulation(simulation, max_states)
@@ -147,16 +144,11 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
             motion = _states(record, clear_states, states)
             if not cubic:
                 motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
-            findings.closure_residuals[i] = max(
-                findings.closure_residuals[i], largest_opening(tree, motion, cubic, work)
-            )
+            residual = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
+            findings.closure_residuals[i] = residual
             course = _course(subject, motion, cubic)
-            tolerances = ClearanceTolerances(
-                subject.residual_lever * findings.closure_residuals[i],
-                rules.margin,
-                subject.max_margin,
-                rules.resolution,
-            )
+            slack = subject.residual_lever * residual
+            tolerances = ClearanceTolerances(slack, rules.margin, subject.max_margin, rules.resolution)
             verdict = judge_clearance(
                 subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
             )
@@ -175,17 +167,9 @@ def _states(record: SimulationRecord, begin: int, end: int) -> StateSeries:
 
 @compiled
 def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
-    return Mechanism(
-        subject.tree,
-        subject.hinges,
-        rules.struts,
-        rules.cuts,
-        np.zeros((0, 3)),
-        rules.closure_stiffness,
-        rules.closure_damping,
-        False,
-        no_targets(),
-    )
+    tree, hinges, stiffness, damping = subject.tree, subject.hinges, rules.closure_stiffness, rules.closure_damping
+    none = np.zeros((0, 3))
+    return Mechanism(tree, hinges, rules.struts, rules.cuts, none, stiffness, damping, False, no_targets())
 
 
 @compiled
@@ -215,10 +199,8 @@ def _report_end(
 ) -> None:
     """Write the approach speed of colliding panels, and the remaining fold angles."""
     angles = course.angles[len(course.times) - 1].copy()
-    findings.remaining_angles[i, 1], findings.remaining_angles[i, 2] = (
-        np.abs(angles).mean() / math.pi,
-        np.abs(angles).max() / math.pi,
-    )
+    findings.remaining_angles[i, 1] = np.abs(angles).mean() / math.pi
+    findings.remaining_angles[i, 2] = np.abs(angles).max() / math.pi
     findings.speeds[i] = 0.0
     if verdict != MOTION_CLEAR and len(course.times) > 1:
         pair, time = report.pairs[0], report.times[0]
@@ -256,16 +238,7 @@ def _tables_at(stack: Any, i: int) -> SceneTables:
     """Return the tables of the i-th folding of a stack, in which numbers are tables."""
     t, h, c, r, p = stack.tree, stack.hinges, stack.chain, stack.pairs, stack.prisms
     return SceneTables(
-        BodyTree(
-            t.bodies[i],
-            t.links[i],
-            t.welds[i],
-            t.weld_places[i],
-            t.rows[i],
-            t.slots[i],
-            t.gravity[i],
-            t.size[i],
-        ),
+        BodyTree(t.bodies[i], t.links[i], t.welds[i], t.weld_places[i], t.rows[i], t.slots[i], t.gravity[i], t.size[i]),
         Hinges(
             h.pieces[i],
             h.breaks[i],

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,13 +109,18 @@ def rename_columns(columns: CsvColumns, known: Mapping[str, str], example: str) 
     known : standard names by their `canonical_name` form.
     """
     names = tuple(known.get(canonical_name(name), name) for name in columns.names)
-    for name in set(known.values()):
+    refuse_repeated_names(columns.path, names, known.values(), example)
+    return CsvColumns(columns.path, names, columns.rows)
+
+
+def refuse_repeated_names(path: str, names: Sequence[str], wanted: Iterable[str], example: str) -> None:
+    """Refuse columns of which two have one of the wanted names."""
+    for name in wanted:
         if names.count(name) > 1:
             raise HcsearchError(
-                f"the first line of {columns.path} names no columns: {name} occurs {names.count(name)} times; "
+                f"the first line of {path} names no columns: {name} occurs {names.count(name)} times; "
                 f"write one name for each, such as {example}"
             )
-    return CsvColumns(columns.path, names, columns.rows)
 
 
 def canonical_name(name: str) -> str:

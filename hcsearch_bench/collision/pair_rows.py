@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.collision.gjk import write_hull_gaps
 from hcsearch_bench.collision.pairs import Family, Sample
 from hcsearch_bench.collision.proofs import settle
+from hcsearch_bench.kernels.hull_gaps import write_hull_gaps
 from hcsearch_bench.peers import coal_distances
 from hcsearch_bench.run.timing import Stopwatch, median_time
 

@@ -10,7 +10,8 @@ from fractions import Fraction
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.collision.gjk import CORNER_INDEX_BITS, CORNER_INDEX_MASK, write_hull_gaps
+from hcsearch.kernels.collision.gjk import CORNER_INDEX_BITS, CORNER_INDEX_MASK
+from hcsearch_bench.kernels.hull_gaps import write_hull_gaps
 
 Exact = list[Fraction]
 

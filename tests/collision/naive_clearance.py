@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.interpolate import BPoly
 
-from hcsearch.kernels.collision.gjk import hull_distance
+from hcsearch.kernels.collision.gjk import hull_gap
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
@@ -93,9 +93,15 @@ def shrunk_solids(linkage, angles, margin):
     return [prism @ pose[:, :3].T + pose[:, 3] for prism, pose in zip(prisms, poses, strict=True)]
 
 
+def hull_distance(one, two):
+    """Distance of two hulls, 0 where they touch or overlap, and the unit direction that certifies it."""
+    gap, way, _ = hull_gap(one, len(one), two, len(two), (0.0, 0.0, 0.0), (-1, -1, -1, -1))
+    return max(gap, 0.0), *way
+
+
 def distance(one, two):
     """Distance of two hulls; the direction that comes with it proves that it is no less."""
-    least, *way = hull_distance(one, len(one), two, len(two), (0.0, 0.0, 0.0))
+    least, *way = hull_distance(one, two)
     gap = (two @ way).min() - (one @ way).max()
     assert least == max(gap, 0.0) or abs(least - gap) < 1e-15
     return least

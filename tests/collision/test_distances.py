@@ -6,23 +6,24 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive_clearance import hull_distance
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.collision.gjk import exhaustive_gap, hull_distance, hull_gap, write_hull_gaps
+from hcsearch.kernels.collision.gjk import exhaustive_gap, hull_gap
 from hcsearch.motion.collision.distances import (
     CONTACT_GAP_SHARE,
     Proximity,
     approach_speeds,
     nearest_panels,
-    penetration,
     proximal_distances,
 )
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, Pattern
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
-from tests.linkages import linkage_named
+from hcsearch_bench.kernels.hull_gaps import write_hull_gaps
+from tests.linkages import linkage_named, penetration
 
 NOWHERE = (-1, -1, -1, -1)
 NO_WAY = (0.0, 0.0, 0.0)
@@ -95,7 +96,7 @@ def test_the_distance_is_that_of_the_nearest_features_and_its_direction_proves_i
     else:
         # they meet: nothing separates them, and they overlap no more than along this direction
         assert -1e-12 * size <= overlap <= -gap + 1e-12 * size
-    assert hull_distance(one, len(one), two, len(two), NO_WAY) == pytest.approx((max(gap, 0.0), *way), abs=0)
+    assert hull_distance(one, two) == pytest.approx((max(gap, 0.0), *way), abs=0)
 
 
 @given(pairs(), axes, angles, st.sampled_from((1e-9, 1e-3, 1.0, 1e6)))

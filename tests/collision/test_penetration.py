@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.motion.collision.distances import cuts_through, first_cut, penetration
+from hcsearch.motion.collision.distances import cuts_through, first_cut
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
-from tests.linkages import linkage_named
+from tests.linkages import linkage_named, penetration
 
 NAMES = ("thesis-4x4", "unit-i", "element-8r")
 

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hcsearch.export import fold
 from hcsearch.export.fold import cut_mesh_of
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
-from tests.export.exports import DESIGN, MOVING, exported, folded, written
+from hcsearch.search.own_patterns.fold_reading import parse_fold
+from tests.export.exports import DESIGN, MOVING, exported, folded, pattern_of, written
 
 
 def same_pattern(one, two):

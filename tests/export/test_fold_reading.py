@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
-from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
+from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
 from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
-from tests.export.exports import DESIGN, exported, folded, written
+from tests.export.exports import DESIGN, exported, folded, pattern_of, written
 from tests.strategies import circuits, congruences
 
 

@@ -15,7 +15,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import GLB_ANIMATION_SECONDS, glb_of
-from hcsearch.export.panel_solids import all_panel_solids, panel_solid_of, placed_vertices, wanted_panels
+from hcsearch.export.panel_solids import panel_solid_of, placed_vertices, wanted_panels
 from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
 from hcsearch.shape.linkage import Linkage
@@ -38,6 +38,10 @@ def check_closed(solid):
     edges = Counter((a, b) for t in solid.triangles.tolist() for a, b in zip(t, (*t[1:], t[0]), strict=True))
     assert set(edges.values()) == {1}
     assert all((b, a) in edges for a, b in edges)
+
+
+def all_panel_solids(linkage):
+    return [panel_solid_of(linkage.pattern, panel) for panel in range(linkage.n_panels)]
 
 
 @given(circuits(even=True))

@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from hcsearch.search.own_patterns.fold_reading import parse_fold, pattern_of
+from hcsearch.search.own_patterns.fold_reading import parse_fold
 from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
-from tests.export.exports import DESIGN, RING, exported, written
+from tests.export.exports import DESIGN, RING, exported, pattern_of, written
 from tests.fuzz.mutations import judge, mutated
 
 VALUES = [None, True, -1, 0, 2, 1e308, -1e300, float("nan"), float("inf"), "x", "", [], {}, [0, 0], 10**400, 3.7]

@@ -240,7 +240,8 @@ def run(script, *arguments, **environment):
 def test_a_copy_of_the_package_compiles_nothing(tmp_path):
     assert insert_fingerprints(np.ones((1, 2), np.uint64), np.zeros((4, 2), np.uint64)) == 1
     package = Path(hcsearch.__file__).parent
-    shutil.copytree(package / "kernels", tmp_path / "hcsearch" / "kernels", ignore=shutil.ignore_patterns("*pycache*"))
+    for name in ("basics", "kernels"):
+        shutil.copytree(package / name, tmp_path / "hcsearch" / name, ignore=shutil.ignore_patterns("*pycache*"))
     shutil.copy(package / "__init__.py", tmp_path / "hcsearch")
     script = """
         import numpy as np

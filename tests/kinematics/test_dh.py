@@ -16,15 +16,13 @@ from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.kinematics.dh import (
     DHLoop,
     HingeLines,
-    closure_matrix,
+    _common_normals,
     dh_closure_jacobian,
     dh_jacobian,
     dh_loop,
     dh_of_lines,
-    first_frame,
     flat_hinge_lines,
     hinge_lines,
-    screw_map,
     stacked_jacobian,
     transforms,
 )
@@ -37,6 +35,32 @@ from tests.strategies import circuits
 PI = math.pi
 A16 = json.loads(Path(golden.__file__).with_name("thesis_a16.json").read_text(encoding="utf-8"))
 ANGLES = st.floats(-PI, PI)
+
+
+def first_frame(lines):
+    """Pose of frame 1 in the coordinates of the lines."""
+    x, origins, _ = _common_normals(lines)
+    z = lines.directions[0]
+    return np.vstack([np.column_stack([x[0], np.cross(z, x[0]), z, origins[0]]), [0.0, 0.0, 0.0, 1.0]])
+
+
+def closure_matrix(loop):
+    """T_21 T_32 ... T_1n: the identity where the loop is closed (eqs. 2.3 and A1)."""
+    return reduce(np.matmul, transforms(loop))
+
+
+def screw_map(frame, closure=None):
+    """The linear map from the screw Jacobian of a loop to its D-H Jacobian, (12, 6).
+
+    frame : pose of frame 1 in the coordinates of the screws, each a rotation and the velocity at the origin (metres).
+    closure : closure matrix of the loop, the identity unless given. There, an angular component comes twice, with
+        both signs, and a velocity once; the map has full rank in any case, so both Jacobians have one null space.
+    """
+    closed, inverse, twists = np.eye(4) if closure is None else closure, np.linalg.inv(frame), np.zeros((6, 4, 4))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        twists[k, i, j], twists[k, j, i], twists[k + 3, k, 3] = -1.0, 1.0, 1.0
+    return np.column_stack([(inverse @ twist @ frame @ closed)[:3].ravel() for twist in twists])
 
 
 # the thesis's two loops: parameters as printed, variables from dihedral angles

@@ -35,7 +35,6 @@ from hcsearch.kernels.enclosure.refutation import (
     BOX_UNFINISHED,
     continue_refutation,
     new_refutation,
-    refute_box,
     start_refutation,
 )
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, random_walk
@@ -49,6 +48,7 @@ from hcsearch.motion.locks.floods import expected_cube_counts, flood_grid
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
+from tests.locks.refuting import refute_box
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, open_by, planned, walks_of
 from tests.strategies import writings

@@ -28,11 +28,12 @@ from hcsearch.kernels.enclosure.overlaps import (
     overlap_in_box,
 )
 from hcsearch.kernels.enclosure.plates import new_facet_view, view_facet
-from hcsearch.kernels.enclosure.refutation import BOX_EMPTY, refutation_with, refute_box
+from hcsearch.kernels.enclosure.refutation import BOX_EMPTY, refutation_with
 from hcsearch.motion.collision.shrunk_plates import plates_of, two_ways
 from hcsearch.motion.locks.enclosures import enclose_ends, rings_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
+from tests.locks.refuting import refute_box
 from tests.locks.test_enclosures import box_about, close
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned

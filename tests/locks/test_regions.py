@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, estimate_box_count, new_refutation, refute_box
+from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, estimate_box_count, new_refutation
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, climb_angles
 from hcsearch.motion.locks import partition, regions
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, states_in
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
+from tests.locks.refuting import refute_box
 from tests.planned import SAMPLES, joined, open_by, planned, region_of, walks_of
 
 

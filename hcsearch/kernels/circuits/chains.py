@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 UNREACHED_DISTANCE = 32767
@@ -31,11 +32,11 @@ class Plane(NamedTuple):
     turned : whether the last panel of a half-chain is rotated by 180 degrees against the first (triangles, odd h).
     """
 
-    moves: NDArray[np.int64]
-    turns: NDArray[np.int64]
+    moves: WholeNumbers
+    turns: WholeNumbers
     bits: int
-    distance: NDArray[np.int16]
-    reach: NDArray[np.int64]
+    distance: Integers16
+    reach: WholeNumbers
     home: int
     h: int
     turned: bool
@@ -52,22 +53,22 @@ class HalfChains(NamedTuple):
               numbers of the first and the second half-chain are equal.
     """
 
-    codes: NDArray[np.uint64]
-    reversed_codes: NDArray[np.uint64]
-    sums: NDArray[np.int16]
+    codes: Bitsets
+    reversed_codes: Bitsets
+    sums: Integers16
     steps: NDArray[np.int8]
-    masks: NDArray[np.uint64]
-    flat_bit_planes: NDArray[np.uint64]
+    masks: Bitsets
+    flat_bit_planes: Bitsets
 
 
 @compiled
 def _walk(
     plane: Plane,
     exit_face: int,
-    toward: NDArray[np.int16],
-    bit: NDArray[np.int16],
+    toward: Integers16,
+    bit: Integers16,
     blocked: NDArray[np.uint8],
-    sizes: NDArray[np.int64],
+    sizes: WholeNumbers,
     chains: HalfChains,
 ) -> int:
     """Enumerate the half-chains that start at home, in ascending order of their codes; return their number.
@@ -178,7 +179,7 @@ def _new_chains(n_chains: int, h: int, words: int) -> HalfChains:
 
 
 @compiled
-def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
+def count_chains(plane: Plane, sizes: WholeNumbers) -> int:
     """Count half-chains by last place and exit into `sizes`, shape (places, directions); return their total."""
     toward = np.full(len(plane.distance), np.int16(0))
     blocked = np.zeros(len(plane.distance), np.uint8)
@@ -195,9 +196,7 @@ def _steps_between(plane: Plane, end: int, place: int) -> int:
 
 
 @compiled
-def _chains_of_key(
-    plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int
-) -> HalfChains:
+def _chains_of_key(plane: Plane, end: int, exit_face: int, n_chains: int, bit: Integers16, words: int) -> HalfChains:
     """Return the half-chains of one key."""
     size = len(plane.distance)
     toward = np.full(size, np.int16(UNREACHED_DISTANCE))
@@ -243,7 +242,7 @@ def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
 
 
 @compiled
-def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> HalfChains:
+def _grouped(chains: HalfChains, starts: WholeNumbers, offset: int) -> HalfChains:
     """Sort chains by their sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
     n_chains = len(chains.codes)
     starts[:] = 0
@@ -265,7 +264,7 @@ def _grouped(chains: HalfChains, starts: NDArray[np.int64], offset: int) -> Half
 
 
 @compiled
-def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[HalfChains, HalfChains, NDArray[np.int64]]:
+def list_chains(plane: Plane, key: WholeNumbers) -> tuple[HalfChains, HalfChains, WholeNumbers]:
     """Return the half-chains of a key, their possible mates sorted by sums, and the start of each sum among these.
 
     Mates of sum s are at starts[s + 2 n] .. starts[s + 2 n + 1] - 1.

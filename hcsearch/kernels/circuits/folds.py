@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Integers16, Integers32
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
 @compiled
-def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], creases: NDArray[np.int16]) -> int:
+def fold_words(words: NDArray[np.int8], directions: int, rows: Integers32, creases: Integers16) -> int:
     """Write circuit and first flat crease of every two-stack folding; return their number.
 
     With x_i the turn at panel i, sign (-1)^i, crease j is flat when m divides the sum of all x and the sum of
@@ -44,7 +45,7 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32]
 
 
 @lean
-def twist_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], twist: NDArray[np.int16]) -> None:
+def twist_words(words: NDArray[np.int8], directions: int, rows: Integers32, twist: Integers16) -> None:
     """Write the twist |Lk| = |T_even - T_odd| / m of each folding, from its circuit; `rows` must ascend."""
     n = words.shape[1]
     flip = directions // 2

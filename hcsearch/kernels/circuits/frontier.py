@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Bitsets, Integers16, Integers32, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 FRONTIER_SLOT_COUNT = 24
@@ -55,14 +56,7 @@ def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64
 
 
 @lean
-def _find(
-    lo: np.uint64,
-    hi: np.uint64,
-    table: NDArray[np.int32],
-    next_lo: NDArray[np.uint64],
-    next_hi: NDArray[np.uint64],
-    size: int,
-) -> int:
+def _find(lo: np.uint64, hi: np.uint64, table: Integers32, next_lo: Bitsets, next_hi: Bitsets, size: int) -> int:
     """Return the index of a state among `size` known ones; a new state is appended, with index `size`."""
     mask = np.uint64(len(table) - 1)
     h = (lo ^ (hi * np.uint64(0x9E3779B97F4A7C15))) * np.uint64(0xD6E8FEB86659FD93)
@@ -90,15 +84,15 @@ def _degree(value: int) -> int:
 
 @lean
 def advance_states(
-    step: NDArray[np.int64],
+    step: WholeNumbers,
     full_lo: np.uint64,
     full_hi: np.uint64,
-    lo: NDArray[np.uint64],
-    hi: NDArray[np.uint64],
-    table: NDArray[np.int32],
-    next_lo: NDArray[np.uint64],
-    next_hi: NDArray[np.uint64],
-    child: NDArray[np.int32],
+    lo: Bitsets,
+    hi: Bitsets,
+    table: Integers32,
+    next_lo: Bitsets,
+    next_hi: Bitsets,
+    child: Integers32,
 ) -> int:
     """Decide one edge for every state; return the number of states after it.
 
@@ -146,9 +140,7 @@ def advance_states(
 
 
 @lean
-def add_counts(
-    child: NDArray[np.int32], counts: NDArray[np.int64], after: NDArray[np.int64], total: NDArray[np.int64]
-) -> None:
+def add_counts(child: Integers32, counts: WholeNumbers, after: WholeNumbers, total: WholeNumbers) -> None:
     """Add the count of each state to its children, or to `total` if a cycle closes; in 32-bit limbs without carry."""
     limbs = counts.shape[1]
     for i in range(len(child)):
@@ -163,7 +155,7 @@ def add_counts(
 
 
 @lean
-def carry_limbs(counts: NDArray[np.int64]) -> bool:
+def carry_limbs(counts: WholeNumbers) -> bool:
     """Carry limbs, so that all but the last are below 2^32; return whether the last one overflows."""
     overflow = False
     limbs = counts.shape[1]
@@ -176,7 +168,7 @@ def carry_limbs(counts: NDArray[np.int64]) -> bool:
 
 
 @lean
-def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts: NDArray[np.int64]) -> None:
+def count_completions(child: Integers32, after: WholeNumbers, counts: WholeNumbers) -> None:
     """Count the completions of each state from those of its children; counts saturate at `SATURATED_COUNT`."""
     for i in range(len(child)):
         total = np.int64(0)
@@ -190,18 +182,13 @@ def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts
 
 
 @lean
-def _live(to: int, counts: NDArray[np.int64], offset: int) -> bool:
+def _live(to: int, counts: WholeNumbers, offset: int) -> bool:
     return to == CHILD_COMPLETE or (to >= 0 and counts[offset + to] > 0)
 
 
 @compiled
 def list_completions(
-    layer: int,
-    offsets: NDArray[np.int64],
-    child: NDArray[np.int32],
-    counts: NDArray[np.int64],
-    start: NDArray[np.int64],
-    masks: NDArray[np.uint64],
+    layer: int, offsets: WholeNumbers, child: Integers32, counts: WholeNumbers, start: WholeNumbers, masks: Bitsets
 ) -> None:
     """Write the sets of edges from `layer` on that complete each of its states; those of state s start at start[s]."""
     n_edges = len(offsets) - 1
@@ -234,7 +221,7 @@ def list_completions(
 
 
 @lean
-def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], images: NDArray[np.uint64]) -> None:
+def permute_masks(masks: Bitsets, permutations: Integers32, images: Bitsets) -> None:
     """Write the images, shape (n_masks, n_permutations, words), of edge sets under permutations of the edges."""
     for i in range(len(masks)):
         for word in range(masks.shape[1]):
@@ -252,16 +239,16 @@ def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], im
 @compiled
 def list_masks(
     layer: int,
-    offsets: NDArray[np.int64],
-    child: NDArray[np.int32],
-    counts: NDArray[np.int64],
-    permutations: NDArray[np.int32],
-    start: NDArray[np.int64],
-    tails: NDArray[np.uint64],
-    tail_images: NDArray[np.uint64],
-    rank: NDArray[np.int64],
-    edge_sets: NDArray[np.uint64],
-    symmetry: NDArray[np.int16],
+    offsets: WholeNumbers,
+    child: Integers32,
+    counts: WholeNumbers,
+    permutations: Integers32,
+    start: WholeNumbers,
+    tails: Bitsets,
+    tail_images: Bitsets,
+    rank: WholeNumbers,
+    edge_sets: Bitsets,
+    symmetry: Integers16,
 ) -> int:
     """Write cycles number rank[0] .. rank[1] - 1 that are least among their images; return how many were written.
 
@@ -350,7 +337,7 @@ def list_masks(
 
 
 @compiled
-def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions: int, words: NDArray[np.int8]) -> None:
+def trace_masks(masks: Bitsets, edges: WholeNumbers, directions: int, words: NDArray[np.int8]) -> None:
     """Write each cycle, given as an edge set, as the directions of its steps.
 
     edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import WholeNumbers
 from hcsearch.kernels.circuits.chains import HalfChains, Plane
 from hcsearch.kernels.compiling.compiled import lean
 
@@ -46,22 +47,20 @@ def _root(
     return x, y
 
 
+_Letters = tuple[int, int, np.uint64, np.uint64]
+"""h, bits of a letter, the highest letter, and the code of h highest letters."""
+
+
 @lean
 def _order(
-    a: np.uint64,
-    b: np.uint64,
-    ra: np.uint64,
-    rb: np.uint64,
-    flat: np.uint64,
-    stabiliser: int,
-    letters: tuple[int, int, np.uint64, np.uint64],
+    a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flat: np.uint64, stabiliser: int, letters: _Letters
 ) -> int:
     """Return the order of the circuit's symmetry group if this root is the least, else 0.
 
     a, b, ra, rb : as in `_least_root`, of the folding that the root belongs to.
     flat : bit k is set where crease k of the first half-chain is flat in another folding.
     stabiliser : bit i is set where root i of the folding has the same key.
-    letters : h, bits of a letter, the highest letter, and the code of h highest letters.
+    letters : as of `_Letters`.
     """
     h, bits, top, flips = letters
     for root in range(1, 8):
@@ -82,13 +81,9 @@ def _order(
     k = 0
     while flat != 0:
         if flat & np.uint64(1):
-            other_code, other_mate, equal = _least_root(
-                _window(ahead_a, ahead_b, k, h, bits),
-                _window(behind_a, behind_b, h + 1 - k, h, bits),
-                _window(behind_b, behind_a, h + 1 - k, h, bits),
-                _window(ahead_b, ahead_a, k, h, bits),
-                flips,
-            )
+            a, rb = _window(ahead_a, ahead_b, k, h, bits), _window(ahead_b, ahead_a, k, h, bits)
+            b, ra = _window(behind_a, behind_b, h + 1 - k, h, bits), _window(behind_b, behind_a, h + 1 - k, h, bits)
+            other_code, other_mate, equal = _least_root(a, b, ra, rb, flips)
             if other_code < code or (other_code == code and other_mate < mate):
                 return 0
             if other_code == code and other_mate == mate:
@@ -110,15 +105,15 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
 @lean
 def join_chains(
     plane: Plane,
-    key: NDArray[np.int64],
-    lists: tuple[HalfChains, HalfChains, NDArray[np.int64]],
+    key: WholeNumbers,
+    lists: tuple[HalfChains, HalfChains, WholeNumbers],
     untwisted: bool,
     part: int,
     parts: int,
     group_order: int,
-    state: NDArray[np.int64],
+    state: WholeNumbers,
     words: NDArray[np.int8],
-    totals: NDArray[np.int64],
+    totals: WholeNumbers,
 ) -> int:
     """Join the half-chains of a key to foldable circuits, one per class, until `words` is full; return their number.
 
@@ -159,15 +154,8 @@ def join_chains(
             flat = all_creases
             for p in range(3):
                 flat &= ~(first.flat_bit_planes[p, i] ^ second.flat_bit_planes[p, j])
-            order = _order(
-                first.codes[i],
-                second.codes[j],
-                first.reversed_codes[i],
-                second.reversed_codes[j],
-                flat,
-                stabiliser,
-                letters,
-            )
+            a, b, ra, rb = first.codes[i], second.codes[j], first.reversed_codes[i], second.reversed_codes[j]
+            order = _order(a, b, ra, rb, flat, stabiliser, letters)
             if order == 0:
                 continue
             totals[0] += 1

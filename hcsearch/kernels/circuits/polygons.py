@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Integers16, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
@@ -39,12 +40,12 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
 def _can_reach_home(
     start: int,
     steps: int,
-    moves: NDArray[np.int64],
-    distance: NDArray[np.int16],
+    moves: WholeNumbers,
+    distance: Integers16,
     visited: NDArray[np.uint8],
-    stamps: NDArray[np.int64],
+    stamps: WholeNumbers,
     stamp: int,
-    queue: NDArray[np.int64],
+    queue: WholeNumbers,
 ) -> bool:
     """Return whether home (distance 0) is within `steps` steps of a place over unvisited places (breadth-first)."""
     first, last, steps_taken = 0, 1, 0
@@ -57,11 +58,8 @@ def _can_reach_home(
                 next_place = queue[index] + move
                 if distance[next_place] == 0:
                     return True
-                if (
-                    visited[next_place] == 0
-                    and stamps[next_place] != stamp
-                    and distance[next_place] <= steps - steps_taken
-                ):
+                near = distance[next_place] <= steps - steps_taken
+                if near and visited[next_place] == 0 and stamps[next_place] != stamp:
                     stamps[next_place] = stamp
                     queue[last] = next_place
                     last += 1
@@ -72,20 +70,20 @@ def _can_reach_home(
 @compiled
 def walk_polygons(
     directions: int,
-    turns: NDArray[np.int64],
-    moves: NDArray[np.int64],
-    distance: NDArray[np.int16],
+    turns: WholeNumbers,
+    moves: WholeNumbers,
+    distance: Integers16,
     n: int,
     depth: int,
     trap: int,
     letters: NDArray[np.int8],
-    heading: NDArray[np.int64],
-    place: NDArray[np.int64],
-    period: NDArray[np.int64],
+    heading: WholeNumbers,
+    place: WholeNumbers,
+    period: WholeNumbers,
     visited: NDArray[np.uint8],
-    state: NDArray[np.int64],
+    state: WholeNumbers,
     words: NDArray[np.int8],
-    symmetry: NDArray[np.int16],
+    symmetry: Integers16,
 ) -> int:
     """Resume a walk until it ends or `words` is full; return the number of words written.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
@@ -66,7 +67,7 @@ def _least_rotations(letters: NDArray[np.int8], reversed_letters: NDArray[np.int
 
 @compiled
 def canonicalise(
-    words: NDArray[np.int8], directions: int, classes: int, canonical: NDArray[np.int8], symmetry: NDArray[np.int16]
+    words: NDArray[np.int8], directions: int, classes: int, canonical: NDArray[np.int8], symmetry: Integers16
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
@@ -126,12 +127,7 @@ def canonicalise(
 
 @compiled
 def array_rows(
-    words: NDArray[np.int8],
-    moves: NDArray[np.int64],
-    bits: int,
-    rows: NDArray[np.uint64],
-    heights: NDArray[np.int64],
-    symmetry: NDArray[np.int16],
+    words: NDArray[np.int8], moves: WholeNumbers, bits: int, rows: Bitsets, heights: WholeNumbers, symmetry: Integers16
 ) -> None:
     """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
 
@@ -206,9 +202,7 @@ def array_rows(
 
 
 @compiled
-def write_rows(
-    rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
-) -> int:
+def write_rows(rows: Bitsets, heights: WholeNumbers, prefix: NDArray[np.uint8], text: NDArray[np.uint8]) -> int:
     """Write rows as hexadecimal text after a prefix; return the greatest length. The caller must zero `text`."""
     longest = 0
     for i in range(len(rows)):
@@ -231,7 +225,7 @@ def write_rows(
 
 
 @lean
-def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], fingerprints: NDArray[np.uint64]) -> None:
+def fingerprint_rows(rows: Bitsets, heights: WholeNumbers, fingerprints: Bitsets) -> None:
     """Write a 128-bit fingerprint of each canonical array, shape (n, 2).
 
     Two different arrays have equal fingerprints with probability 2^-128; a collision among a hundred million has a
@@ -251,7 +245,7 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], finge
 
 
 @compiled
-def insert_fingerprints(fingerprints: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
+def insert_fingerprints(fingerprints: Bitsets, table: Bitsets) -> int:
     """Insert fingerprints into a hash table with room for all, in which (0, 0) is free; return how many are new.
 
     Fingerprints (0, 0), as from an old table, are skipped. Entries of a block are looked up in advance, before anything

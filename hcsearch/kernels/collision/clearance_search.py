@@ -83,9 +83,8 @@ def judge_clearance(
     verdict = search_collision(chain, shrunk, pairs, course, slack, report)
     if verdict == MOTION_CLEAR:
         if measured:
-            gap, bound_count = smallest_dip(
-                chain, prisms, pairs, course, 2.0 * tolerances.margin, tolerances.resolution
-            )
+            rise, resolution = 2.0 * tolerances.margin, tolerances.resolution
+            gap, bound_count = smallest_dip(chain, prisms, pairs, course, rise, resolution)
             report.gaps[0] = max(gap - slack, 0.0)
             report.bound_counts[0] += bound_count
         return MOTION_CLEAR
@@ -134,11 +133,8 @@ def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, 
 
     The interval is of the shortest length: at its end rounding may still hide an overlap.
     """
-    poses, share, advance = (
-        tables.end_poses[top],
-        tables.end_shares[top],
-        tables.end_shares[top] - tables.start_shares[top],
-    )
+    poses, share = tables.end_poses[top], tables.end_shares[top]
+    advance = share - tables.start_shares[top]
     while True:
         write_relative_pose(prisms, pairs, p, poses, tables.relative_poses[1])
         if pair_distance(prisms, pairs, p, tables.relative_poses[1], tables)[0] <= 0.0:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_difference
 from hcsearch.kernels.collision.simplices import (
     across_edge,
@@ -37,31 +37,18 @@ MAX_SIMPLEX_STEPS = 50
 """Steps after which a search counts as stuck; more than ten are rare."""
 
 
-@lean
-def hull_distance(
-    first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3
-) -> tuple[float, float, float, float]:
-    """Return the distance of the hulls of two point sets, and the unit direction that certifies it.
-
-    The direction points from the first hull to the second, and the distance is the gap along it: least coordinate of
-    the second minus greatest of the first. Where the hulls touch or overlap the distance is 0, and the direction that
-    of the greatest gap encountered, which need not separate touching hulls.
-
-    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from,
-        usually the last result; zero for none.
-    """
-    gap, direction, _ = hull_gap(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
-    return max(gap, 0.0), direction[0], direction[1], direction[2]
-
-
 @inlined
 def hull_gap(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3, corners: SimplexCorners
 ) -> HullGap:
     """Return signed gap, direction and final simplex of two hulls, starting from a direction and a simplex.
 
-    Like `hull_distance`, but where the hulls touch or overlap the result is the gap along the direction, at most 0; the
-    overlap is no greater than that.
+    The unit direction points from the first hull to the second and certifies the gap along it, m: least coordinate of
+    the second minus greatest of the first. Where the hulls touch or overlap it is the greatest gap encountered, at most
+    0, and its direction need not separate touching hulls; the overlap is no greater than that.
+
+    first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from,
+        usually the last result; zero for none.
     """
     length = math.sqrt(dot(guess, guess))
     guessed = MIN_DIRECTION_LENGTH < length < 1.0 / MIN_DIRECTION_LENGTH
@@ -131,42 +118,6 @@ def hull_gap(
     return best, direction, (-1, -1, -1, -1)
 
 
-@lean
-def write_hull_gaps(
-    first: Reals,
-    n_first: WholeNumbers,
-    second: Reals,
-    n_second: WholeNumbers,
-    directions: Reals,
-    corners: WholeNumbers,
-    gaps: Reals,
-) -> None:
-    """Write the gaps of pairs of hulls, and the directions and simplices at which the searches end; see `hull_gap`.
-
-    first, second : (k, >= n, 3). n_first, n_second : (k,). directions, corners : (k, 3), (k, 4), directions and
-        simplices from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
-    """
-    for k in range(len(gaps)):
-        _write(first, n_first, second, n_second, directions, corners, gaps, k)
-
-
-@lean
-def _write(
-    first: Reals,
-    n_first: WholeNumbers,
-    second: Reals,
-    n_second: WholeNumbers,
-    directions: Reals,
-    corners: WholeNumbers,
-    gaps: Reals,
-    k: int,
-) -> None:
-    direction, simplex = _row(directions, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-    gaps[k], direction, simplex = hull_gap(first[k], n_first[k], second[k], n_second[k], direction, simplex)
-    directions[k, 0], directions[k, 1], directions[k, 2] = direction
-    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
-
-
 @inlined
 def _row(points: Reals, k: int) -> Vector3:
     return points[k, 0], points[k, 1], points[k, 2]
@@ -205,16 +156,9 @@ def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
 @inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
-    i, j = corner >> CORNER_INDEX_BITS, corner & CORNER_INDEX_MASK
-    first_point, second_point = _row(first, i), _row(second, j)
-    return max(
-        abs(first_point[0]),
-        abs(first_point[1]),
-        abs(first_point[2]),
-        abs(second_point[0]),
-        abs(second_point[1]),
-        abs(second_point[2]),
-    )
+    x, y, z = _row(first, corner >> CORNER_INDEX_BITS)
+    u, v, w = _row(second, corner & CORNER_INDEX_MASK)
+    return max(abs(x), abs(y), abs(z), abs(u), abs(v), abs(w))
 
 
 @lean

@@ -297,11 +297,7 @@ def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals,
 @lean
 def rotated_by_pose(pose: Reals, a: Vector3) -> Vector3:
     """Return the rotation of a pose times a vector."""
-    return (
-        dot((pose[0, 0], pose[0, 1], pose[0, 2]), a),
-        dot((pose[1, 0], pose[1, 1], pose[1, 2]), a),
-        dot((pose[2, 0], pose[2, 1], pose[2, 2]), a),
-    )
+    return dot(vector_at(pose, 0, 0), a), dot(vector_at(pose, 1, 0), a), dot(vector_at(pose, 2, 0), a)
 
 
 @lean

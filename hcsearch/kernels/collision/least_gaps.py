@@ -54,9 +54,8 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = tables.end_shares[top] - tables.start_shares[top]
-            undecided, least_gap = _bound_pairs(
-                prisms, pairs, resolution, least_gap, share * h, share <= MIN_GAP_INTERVAL, top, tables
-            )
+            last = share <= MIN_GAP_INTERVAL
+            undecided, least_gap = _bound_pairs(prisms, pairs, resolution, least_gap, share * h, last, top, tables)
             if not undecided:
                 top -= 1
             else:
@@ -135,12 +134,10 @@ def _along_axes(
         elif number < first_axes + second_axes:
             panel_side, direction = 1, vector_at(prisms.normals[g], number - first_axes, 0)
         else:
-            first_edge = vector_at(prisms.edges[f], (number - first_axes - second_axes) // second_axes, 0)
-            second_edge = rotated_by_pose(
-                tables.relative_poses[end],
-                vector_at(prisms.edges[g], (number - first_axes - second_axes) % second_axes, 0),
-            )
-            direction = cross(first_edge, second_edge)
+            k = number - first_axes - second_axes
+            first_edge = vector_at(prisms.edges[f], k // second_axes, 0)
+            second_edge = vector_at(prisms.edges[g], k % second_axes, 0)
+            direction = cross(first_edge, rotated_by_pose(tables.relative_poses[end], second_edge))
             length = math.sqrt(dot(direction, direction))
             if length < GAP_PARALLEL_ANGLE:
                 continue
@@ -192,9 +189,8 @@ def smallest_dip(
         while top >= 0:
             share = tables.end_shares[top] - tables.start_shares[top]
             bound_count += tables.pair_counts[top]
-            undecided = _narrow_dips(
-                prisms, pairs, rise, resolution, share * h, share <= MIN_DIP_INTERVAL, top, tables, dips
-            )
+            last = share <= MIN_DIP_INTERVAL
+            undecided = _narrow_dips(prisms, pairs, rise, resolution, share * h, last, top, tables, dips)
             if not undecided:
                 top -= 1
             else:

@@ -127,11 +127,7 @@ def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShare
 @lean
 def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
     """Return, as 1 or 0 per corner, the side nearest to the origin among those with a tetrahedron's last corner."""
-    opposite_a, opposite_b, opposite_c = (
-        _of_triangle(b, c, d)[0],
-        _of_triangle(a, c, d)[0],
-        _of_triangle(a, b, d)[0],
-    )
+    opposite_a, opposite_b, opposite_c = (_of_triangle(b, c, d)[0], _of_triangle(a, c, d)[0], _of_triangle(a, b, d)[0])
     if opposite_a <= opposite_b and opposite_a <= opposite_c:
         return 0.0, 1.0, 1.0, 1.0
     return (1.0, 0.0, 1.0, 1.0) if opposite_b <= opposite_c else (1.0, 1.0, 0.0, 1.0)

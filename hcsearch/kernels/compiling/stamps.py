@@ -29,15 +29,8 @@ def kernel_stamp(kernel: Any) -> str:
 
     Raises TypeError if a kernel uses a global value that has no stable text form.
     """
-    return _digest(
-        "\n".join(
-            [
-                _environment_text(),
-                _name(kernel),
-                *sorted(_own_digest(reached)[0] for reached in reached_kernels(kernel)),
-            ]
-        )
-    )
+    digests = sorted(_own_digest(reached)[0] for reached in reached_kernels(kernel))
+    return _digest("\n".join([_environment_text(), _name(kernel), *digests]))
 
 
 @cache
@@ -65,10 +58,8 @@ def _own_digest(kernel: Any) -> tuple[str, tuple[Any, ...]]:
     names = sorted(_names(function.__code__))
     callees: list[Any] = []
     values = {name: function.__globals__[name] for name in names if name in function.__globals__}
-    values |= {
-        name: cell.cell_contents
-        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
-    }
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    values |= {name: cell.cell_contents for name, cell in cells}
     lines = [
         _name(kernel),
         repr(sorted(getattr(kernel, "targetoptions", {}).items())),

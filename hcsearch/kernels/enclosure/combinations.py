@@ -50,19 +50,13 @@ class Combinations(NamedTuple):
 @compiled
 def new_combinations(rings: HingeRings, expansion: Expansion) -> Combinations:
     """Return empty tables."""
-    r, k = len(expansion.values), rings.hinge_count + len(expansion.bends)
+    r, k, lanes = len(expansion.values), rings.hinge_count + len(expansion.bends), COMBINATION_LANE_COUNT
+    terms, weighted, gram = np.zeros((k, r)), np.zeros((k, r)), np.zeros((r, r))
+    sizes, centred = np.zeros(k), np.zeros(r)
+    weights, coefficients, sums = np.zeros((r, lanes)), np.zeros((k, lanes)), np.zeros((3, lanes))
+    values, errors, third_orders = np.zeros(lanes), np.zeros(lanes), np.zeros(lanes)
     return Combinations(
-        np.zeros((k, r)),
-        np.zeros(k),
-        np.zeros((k, r)),
-        np.zeros(r),
-        np.zeros((r, r)),
-        np.zeros((r, COMBINATION_LANE_COUNT)),
-        np.zeros((k, COMBINATION_LANE_COUNT)),
-        np.zeros(COMBINATION_LANE_COUNT),
-        np.zeros(COMBINATION_LANE_COUNT),
-        np.zeros(COMBINATION_LANE_COUNT),
-        np.zeros((3, COMBINATION_LANE_COUNT)),
+        terms, sizes, weighted, centred, gram, weights, coefficients, values, errors, third_orders, sums
     )
 
 
@@ -73,10 +67,9 @@ def weigh_equations(radii: Reals, expansion: Expansion, work: Combinations) -> b
     gram, trace = work.gram, 0.0
     _write_gram(len(radii) + expansion.bend_count[0], work)
     for i in range(len(gram)):
-        bound = expansion.third_order_bounds[
-            i // EQUATIONS_PER_LOOP, 0 if i % EQUATIONS_PER_LOOP < ROTATION_EQUATION_COUNT else 1
-        ]
-        gram[i, i] += (2.0 if i % EQUATIONS_PER_LOOP < ROTATION_EQUATION_COUNT else 1.0) * bound * bound
+        turns = i % EQUATIONS_PER_LOOP < ROTATION_EQUATION_COUNT
+        bound = expansion.third_order_bounds[i // EQUATIONS_PER_LOOP, 0 if turns else 1]
+        gram[i, i] += (2.0 if turns else 1.0) * bound * bound
         trace += gram[i, i]
     return factor_symmetric(gram, 1e-12 * trace)
 
@@ -212,12 +205,8 @@ def _write_rests(expansion: Expansion, work: Combinations) -> None:
     for c in range(COMBINATION_LANE_COUNT):
         third_orders[c] = errors[c] = 0.0
     for loop in range(len(expansion.third_order_bounds)):
-        row, turn, shift, rounding = (
-            EQUATIONS_PER_LOOP * loop,
-            expansion.third_order_bounds[loop, 0],
-            expansion.third_order_bounds[loop, 1],
-            expansion.errors[loop],
-        )
+        row, rounding = EQUATIONS_PER_LOOP * loop, expansion.errors[loop]
+        turn, shift = expansion.third_order_bounds[loop]
         for c in range(COMBINATION_LANE_COUNT):
             sums[0, c] = sums[1, c] = sums[2, c] = 0.0
         for i in range(EQUATIONS_PER_LOOP):

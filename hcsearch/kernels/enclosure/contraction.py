@@ -11,9 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import factor_symmetric, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import (
@@ -277,7 +276,7 @@ class Newton(NamedTuple):
     right: Reals
     step: Reals
     edge: Reals
-    held: NDArray[np.bool_]
+    held: Flags
 
 
 @compiled

@@ -301,10 +301,8 @@ def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion)
         displacement += radius * reach
         next_remaining = max(remaining - radius, 0.0)
         place += reach * (remaining * remaining * remaining - next_remaining * next_remaining * next_remaining)
-        fourth += reach * (
-            remaining * remaining * remaining * remaining
-            - next_remaining * next_remaining * next_remaining * next_remaining
-        )
+        a, b = remaining, next_remaining
+        fourth += reach * (a * a * a * a - b * b * b * b)
         remaining = next_remaining
     expansion.third_order_bounds[loop, 0] += total**3 / 6.0
     expansion.third_order_bounds[loop, 1] += place / 6.0

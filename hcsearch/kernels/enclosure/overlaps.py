@@ -16,15 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra import (
-    Vector3,
-    cross,
-    dot,
-    put_vector,
-    scaled_vector,
-    vector_at,
-    vector_difference,
-)
+from hcsearch.kernels.algebra import Vector3, cross, dot, put_vector, scaled_vector, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import add_shares, combine_equations, solve_combinations, weigh_equations
 from hcsearch.kernels.enclosure.contraction import Contraction
@@ -237,10 +229,8 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
     facet, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
     view_facet(plates, pair, order, middles, radii, work.sight)
     ends, height = work.piercings.ends[row], work.piercings.heights[row]
-    upper, lower = (
-        viewed_point(work.sight, plates.samples[other], ends[0]),
-        viewed_point(work.sight, plates.samples[other], ends[1]),
-    )
+    upper = viewed_point(work.sight, plates.samples[other], ends[0])
+    lower = viewed_point(work.sight, plates.samples[other], ends[1])
     along = vector_difference(upper, lower)
     crossing = vector_difference(upper, scaled_vector((upper[2] - height) / along[2], along))
     _trace(TRACE_UPPER, upper, 1.0, radii, work)
@@ -283,16 +273,9 @@ def _trace(traced: int, place: Vector3, point: float, radii: Reals, work: Overla
         total += radii[sight.steps[k]]
     remaining = total
     for k in range(m - 1, -1, -1):
-        put_vector(
-            levers,
-            k,
-            0,
-            cross(
-                vector_at(sight.axes, k, 0),
-                vector_difference(place, scaled_vector(point, vector_at(sight.places, k, 0))),
-            ),
-        )
-        radius, lever = radii[sight.steps[k]], vector_at(levers, k, 0)
+        arm = vector_difference(place, scaled_vector(point, vector_at(sight.places, k, 0)))
+        radius, lever = radii[sight.steps[k]], cross(vector_at(sight.axes, k, 0), arm)
+        put_vector(levers, k, 0, lever)
         reach = math.sqrt(dot(lever, lever)) + displacement
         far = max(far, reach)
         displacement += radius * reach

@@ -82,11 +82,7 @@ def no_plates() -> Plates:
 def new_facet_view(folds: int) -> FacetView:
     """Return empty tables."""
     return FacetView(
-        np.zeros((3, 4)),
-        np.zeros(folds, np.int64),
-        np.zeros((folds, 3)),
-        np.zeros((folds, 3)),
-        np.zeros(1, np.int64),
+        np.zeros((3, 4)), np.zeros(folds, np.int64), np.zeros((folds, 3)), np.zeros((folds, 3)), np.zeros(1, np.int64)
     )
 
 

@@ -97,17 +97,6 @@ def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Real
 
 
 @lean
-def refute_box(rings: HingeRings, low: Reals, high: Reals, max_boxes: int, work: Refutation) -> tuple[int, int]:
-    """Return EMPTY, CLOSED or OPEN for a box, (n,) each, and the number of boxes used, up to `max_boxes`.
-
-    A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
-    """
-    start_refutation(rings, low, high, work)
-    verdict = continue_refutation(rings, max_boxes, work)
-    return BOX_OPEN if verdict == BOX_UNFINISHED else verdict, work.counts[REFUTATION_TESTED_BOXES]
-
-
-@lean
 def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutation) -> None:
     """Start the search of a box, (n,) each."""
     for h in range(len(low)):
@@ -146,11 +135,8 @@ def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int
         return BOX_EMPTY, 0
     keep_cuts(cuts, work.cuts[number])
     side, widest = _side(low, high, work.contraction.shares)
-    if (
-        work.counts[REFUTATION_TESTED_BOXES] % NEWTON_BOX_INTERVAL == 1
-        or widest < MIN_SPLIT_WIDTH
-        or (blocked and widest < SLIDING_BOX_WIDTH)
-    ):
+    small = widest < MIN_SPLIT_WIDTH or (blocked and widest < SLIDING_BOX_WIDTH)
+    if small or work.counts[REFUTATION_TESTED_BOXES] % NEWTON_BOX_INTERVAL == 1:
         for h in range(len(low)):
             work.state[h] = 0.5 * (low[h] + high[h])
         if reaches_closed_state(rings, low, high, work.state, work):

@@ -76,27 +76,19 @@ def climb_angles(
 
 @compiled
 def _climb_along(
-    rings: HingeRings,
-    hinge: int,
-    sign: float,
-    low: Reals,
-    high: Reals,
-    steps: int,
-    count: int,
-    passed: Reals,
-    work: Refutation,
+    rings: HingeRings, h: int, sign: float, low: Reals, high: Reals, steps: int, n: int, path: Reals, work: Refutation
 ) -> int:
     """Turn one angle as far as steps lead; return the new number of states passed."""
-    here = passed[np.argmax(sign * passed[:count, hinge])].copy()
+    here = path[np.argmax(sign * path[:n, h])].copy()
     direction, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = MAX_WALK_STEP, 0
     for _ in range(steps):
         moved = _step(rings, here, direction, longest, low, high, state, work)
-        if moved > 0.0 and sign * (state[hinge] - here[hinge]) > 0.0:
+        if moved > 0.0 and sign * (state[h] - here[h]) > 0.0:
             direction[:] = state - here + WALK_BEND_SHARE * moved * np.random.standard_normal(len(here))
             here[:] = state
-            passed[count] = state
-            count += 1
+            path[n] = state
+            n += 1
             longest, failures = min(STEP_GROWTH_FACTOR * longest, MAX_WALK_STEP), 0
             continue
         direction[:] = np.random.standard_normal(len(here))
@@ -105,7 +97,7 @@ def _climb_along(
             if longest <= MIN_WALK_STEP:
                 break
             longest, failures = max(STEP_REDUCTION_FACTOR * longest, MIN_WALK_STEP), 0
-    return count
+    return n
 
 
 @compiled
@@ -144,21 +136,14 @@ def approach_goal(
 
 @compiled
 def _step(
-    rings: HingeRings,
-    here: Reals,
-    direction: Reals,
-    longest: float,
-    low: Reals,
-    high: Reals,
-    state: Reals,
-    work: Refutation,
+    rings: HingeRings, here: Reals, way: Reals, longest: float, low: Reals, high: Reals, state: Reals, work: Refutation
 ) -> float:
     """Write the closed state at the end of a step no longer than `longest`; return its distance (rad), 0 without one.
 
     A state further away than a step may be of another component, and does not count.
     """
-    length = longest * np.random.random() / np.abs(direction).max()
-    state[:] = np.minimum(np.maximum(here + length * direction, low), high)
+    length = longest * np.random.random() / np.abs(way).max()
+    state[:] = np.minimum(np.maximum(here + length * way, low), high)
     closed = reaches_closed_state(rings, low, high, state, work)
     moved = np.abs(state - here).max()
     return moved if closed and moved <= 1.5 * MAX_WALK_STEP else 0.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Integers16, Integers32, Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 DirectionWords = NDArray[np.int8]
@@ -76,15 +76,8 @@ def write_folded_lines(
                 direction = (word[k] + m // 2) % m
             r = (turn * direction + offset) % m
             row = (k - crease - 1) % n
-            _put_line(
-                lines[row],
-                cx + edges[r, 0],
-                cy + edges[r, 1],
-                cx + edges[r, 2],
-                cy + edges[r, 3],
-                t + 1,
-                1 if stack == 0 else -1,
-            )
+            px, py, qx, qy = edges[r, 0], edges[r, 1], edges[r, 2], edges[r, 3]
+            _put_line(lines[row], cx + px, cy + py, cx + qx, cy + qy, t + 1, 1 if stack == 0 else -1)
             # the next panel: reflect its directions in the crease, then turn them as this one
             offset = (turn * (2 * direction + m // 2) + offset) % m
             turn = -turn
@@ -163,10 +156,8 @@ def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int
         if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * crease_direction) % m != 0:
             return 0, 0
     inwards = crease_direction + m // 2  # from the first stack to the second
-    x, y = (
-        steps[crease_direction, 0],
-        steps[crease_direction, 1],
-    )  # from the second stack's panel to the first's, in the flat state
+    # from the second stack's panel to the first's, in the flat state
+    x, y = steps[crease_direction, 0], steps[crease_direction, 1]
     turn, offset = 1, np.int64(0)  # folded, direction i of the first now faces turn * i + offset
     pairs = adjacent_pairs = 0
     met_last = False
@@ -188,8 +179,8 @@ def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int
 @compiled
 def survey_ends(
     words: DirectionWords,
-    rows: NDArray[np.int32],
-    creases: NDArray[np.int16],
+    rows: Integers32,
+    creases: Integers16,
     steps: WholeNumbers,
     edges: WholeNumbers,
     scale: int,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.algebra import add_bracket, row_product
+from hcsearch.kernels.algebra import add_bracket, row_product, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
@@ -192,15 +192,8 @@ def weigh_rows(jacobian: Reals, residual: Reals, damping: float, gram: Reals, we
             else:
                 return False
     for i in range(r):
-        value = residual[i]
-        for k in range(i):
-            value -= gram[i, k] * weights[k]
-        weights[i] = value / gram[i, i]
-    for i in range(r - 1, -1, -1):
-        value = weights[i]
-        for k in range(i + 1, r):
-            value -= gram[k, i] * weights[k]
-        weights[i] = value / gram[i, i]
+        weights[i] = residual[i]
+    solve_factored(gram, weights)
     return True
 
 

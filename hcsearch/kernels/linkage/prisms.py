@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Integers32, Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, cross, dot, vector_at, vector_difference
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain
@@ -36,15 +35,9 @@ class Prisms(NamedTuple):
 @compiled
 def copy_prisms(prisms: Prisms) -> Prisms:
     """Copy prisms; only the tables that change with the pose are duplicated."""
-    return Prisms(
-        prisms.panels,
-        prisms.counts,
-        prisms.vertices.copy(),
-        prisms.middles.copy(),
-        prisms.reaches,
-        prisms.normals.copy(),
-        prisms.edges.copy(),
-    )
+    p = prisms
+    vertices, middles, normals, edges = p.vertices.copy(), p.middles.copy(), p.normals.copy(), p.edges.copy()
+    return Prisms(p.panels, p.counts, vertices, middles, p.reaches, normals, edges)
 
 
 @lean
@@ -95,8 +88,8 @@ class PrismPairs(NamedTuple):
     """
 
     prisms: WholeNumbers
-    hinges: NDArray[np.int32]
-    nexts: NDArray[np.int32]
+    hinges: Integers32
+    nexts: Integers32
     reaches: Reals
 
 
@@ -131,8 +124,8 @@ def _write_reaches(
     chain: Chain,
     prisms: Prisms,
     parents: WholeNumbers,
-    hinges: NDArray[np.int32],
-    nexts: NDArray[np.int32],
+    hinges: Integers32,
+    nexts: Integers32,
     f: int,
     lengths: Reals,
     reaches: Reals,
@@ -154,18 +147,11 @@ def _write_reaches(
 
 @lean
 def _write_reach(
-    chain: Chain,
-    prisms: Prisms,
-    hinges: NDArray[np.int32],
-    nexts: NDArray[np.int32],
-    f: int,
-    panel: int,
-    lengths: Reals,
-    reaches: Reals,
+    chain: Chain, prisms: Prisms, hinges: Integers32, nexts: Integers32, f: int, p: int, lengths: Reals, reaches: Reals
 ) -> None:
     """Write the reach of a prism from the hinge that leads towards it from a panel, by that of the next hinge."""
     prism_panel = prisms.panels[f]
-    hinge, after = hinges[prism_panel, panel], nexts[prism_panel, panel]
+    hinge, after = hinges[prism_panel, p], nexts[prism_panel, p]
     point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.directions, hinge, 0)
     if after == prism_panel:
         length = 0.0
@@ -175,13 +161,13 @@ def _write_reach(
             if hinge >= 0:
                 reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
             length = max(length, math.sqrt(dot(arm, arm)))
-        lengths[panel] = length
+        lengths[p] = length
     else:
         arm = vector_difference(_point(chain, hinges[prism_panel, after]), point)
         across = cross(arm, line)
         if hinge >= 0:
             reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
-        lengths[panel] = lengths[after] + math.sqrt(dot(arm, arm))
+        lengths[p] = lengths[after] + math.sqrt(dot(arm, arm))
 
 
 @lean

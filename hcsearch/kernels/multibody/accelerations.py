@@ -99,9 +99,7 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
     """Return the discrete state at given coordinates: no joint held, laws bent beyond `snaps_up`."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
     return DiscreteState(
-        np.zeros(n, np.int8),
-        (q > hinges.snaps_up).astype(np.int8),
-        np.zeros(len(mechanism.cuts.bodies), np.int8),
+        np.zeros(n, np.int8), (q > hinges.snaps_up).astype(np.int8), np.zeros(len(mechanism.cuts.bodies), np.int8)
     )
 
 
@@ -117,12 +115,8 @@ def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals,
             put_vector(work.bodies, i, WORK_PULL_FORCE, (0.0, 0.0, 0.0))
         for i in range(len(mechanism.loads)):
             force = vector_at(mechanism.loads, i, 0)
-            put_vector(
-                work.bodies,
-                i,
-                WORK_PULL_COUPLE,
-                cross(rotated(work.bodies, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE)), force),
-            )
+            arm = rotated(work.bodies, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
+            put_vector(work.bodies, i, WORK_PULL_COUPLE, cross(arm, force))
             put_vector(work.bodies, i, WORK_PULL_FORCE, force)
         pull_struts(mechanism.struts, work)
         pull_cuts(mechanism.cuts, hold.cut_branches, work)

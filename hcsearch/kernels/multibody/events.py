@@ -217,11 +217,8 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
             if residual > closed:
                 write_course_rates(course, 0.5, h, middles[1, k])
                 for i in range(n):
-                    is_held = (
-                        abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE
-                        and max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
-                    )
-                    hold.held[i] = 1 if is_held else 0
+                    is_slow = max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
+                    hold.held[i] = 1 if is_slow and abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE else 0
                 work.time[0] = 0.5 * (times[k] + times[k + 1])
                 split[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < residual
         insertions = split.sum()

@@ -31,7 +31,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.tree import (
     BODY_CENTRE,
     BODY_INERTIA,
@@ -89,14 +89,19 @@ class Struts(NamedTuple):
     rests: Reals
 
 
+@inlined
+def _law_piece(hinges: Hinges, i: int, branch: int, q: float) -> tuple[int, float]:
+    """Return the piece of a joint's law at a coordinate, and the coordinate in it."""
+    k, last = hinges.pieces[i, branch]
+    while k + 1 < last and hinges.breaks[k + 1] <= q:
+        k += 1
+    return k, q - hinges.breaks[k]
+
+
 @lean
 def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
     """Return the resisting moment of a joint's law at a coordinate, and the energy stored."""
-    first, last = hinges.pieces[i, branch]
-    k = first
-    while k + 1 < last and hinges.breaks[k + 1] <= q:
-        k += 1
-    x = q - hinges.breaks[k]
+    k, x = _law_piece(hinges, i, branch, q)
     c = hinges.cubics[k]
     value = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
     energy = x * (c[0] + x * (c[1] / 2.0 + x * (c[2] / 3.0 + x * c[3] / 4.0)))
@@ -106,11 +111,7 @@ def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, fl
 @lean
 def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
     """Return the slope of a joint's law at a coordinate, including its compliant stop."""
-    first, last = hinges.pieces[i, branch]
-    k = first
-    while k + 1 < last and hinges.breaks[k + 1] <= q:
-        k += 1
-    x = q - hinges.breaks[k]
+    k, x = _law_piece(hinges, i, branch, q)
     c = hinges.cubics[k]
     slope: float = c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
     if hinges.stop_stiffness > 0.0 and (q < hinges.lower[i] or q > hinges.upper[i]):
@@ -172,10 +173,8 @@ def kinetic_energy(tree: BodyTree, work: Work) -> float:
     b = work.bodies
     for i in range(len(tree.links)):
         spin = vector_at(b, i, WORK_SPIN)
-        speed = vector_sum(
-            vector_at(b, i, WORK_SPEED),
-            cross(spin, rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))),
-        )
+        arm = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
+        speed = vector_sum(vector_at(b, i, WORK_SPEED), cross(spin, arm))
         body_spin = rotated_back(b, i, WORK_ROTATION, spin)
         rotational = dot(body_spin, apply_symmetric(symmetric_at(tree.bodies, i, BODY_INERTIA), body_spin))
         energy += 0.5 * (tree.bodies[i, BODY_MASS] * dot(speed, speed) + rotational)
@@ -272,15 +271,8 @@ class Targets(NamedTuple):
 @compiled
 def no_targets() -> Targets:
     """Return the targets of a mechanism without drives."""
-    return Targets(
-        joints=np.zeros(0, np.int64),
-        stiffness=np.zeros(0),
-        damping=np.zeros(0),
-        period=1.0,
-        times=np.zeros(0),
-        cubics=np.zeros((0, 0, 4)),
-        torques=np.zeros((0, 0)),
-    )
+    none = np.zeros(0)
+    return Targets(np.zeros(0, np.int64), none, none, 1.0, none, np.zeros((0, 0, 4)), np.zeros((0, 0)))
 
 
 @lean

@@ -42,25 +42,18 @@ class SimulationRecord(NamedTuple):
 
 @lean
 def record_state(
-    record: SimulationRecord,
-    hold: DiscreteState,
-    time: float,
-    q: Reals,
-    v: Reals,
-    a: Reals,
-    energies: Reals,
-    residual: float,
+    record: SimulationRecord, hold: DiscreteState, t: float, q: Reals, v: Reals, a: Reals, energies: Reals, gap: float
 ) -> None:
     """Append a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
-        record.times[k] = time
+        record.times[k] = t
         for i in range(len(q)):
             record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
         for i in range(len(energies)):
             record.energies[k, i] = energies[i]
-        record.closure_residuals[k] = residual
+        record.closure_residuals[k] = gap
         record.counts[0] += 1
 
 
@@ -84,10 +77,8 @@ def record_hits(
     record_event(record, time, joint, RECORDED_HIT, v[joint])
     hinges = mechanism.hinges
     for i in range(len(q)):
-        low, high = (
-            q[i] <= hinges.lower[i] + NEAR_STOP_ANGLE and v[i] < 0.0,
-            q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE and v[i] > 0.0,
-        )
+        low = q[i] <= hinges.lower[i] + NEAR_STOP_ANGLE and v[i] < 0.0
+        high = q[i] >= hinges.upper[i] - NEAR_STOP_ANGLE and v[i] > 0.0
         if i != joint and not hold.held[i] and (low or high):
             record_event(record, time, i, RECORDED_HIT, v[i])
 
@@ -105,29 +96,22 @@ def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, coordinates:
 
 @compiled
 def record_compliant_stops(
-    mechanism: Mechanism,
-    time: float,
-    h: float,
-    q: Reals,
-    v: Reals,
-    work: Work,
-    coordinates: Reals,
-    record: SimulationRecord,
+    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: SimulationRecord
 ) -> None:
     """Record the compliant stops that were hit or left in the step of length h that ends at `time`.
 
-    coordinates : (n + cuts,), at the start of the step; overwritten by those at its end.
+    turns : (n + cuts,), at the start of the step; overwritten by those at its end.
     """
-    n, count = len(q), len(coordinates)
-    coordinates_now, rates = np.empty(count), np.empty(count)
-    all_turns(mechanism, q, v, work, coordinates_now, rates)
+    n, count = len(q), len(turns)
+    turns_now, rates = np.empty(count), np.empty(count)
+    all_turns(mechanism, q, v, work, turns_now, rates)
     for i in range(count):
         hinges, k = mechanism.hinges, i
         if i >= n:
             hinges, k = mechanism.cuts.hinges, i - n
         for limit, sign in ((hinges.lower[k], -1.0), (hinges.upper[k], 1.0)):
-            before, after = sign * (coordinates[i] - limit), sign * (coordinates_now[i] - limit)
+            before, after = sign * (turns[i] - limit), sign * (turns_now[i] - limit)
             if (before > 0.0) != (after > 0.0):
                 moment = time - h * after / (after - before)
                 record_event(record, moment, i, RECORDED_HIT if after > 0.0 else RECORDED_RELEASE, rates[i])
-    coordinates[:] = coordinates_now
+    turns[:] = turns_now

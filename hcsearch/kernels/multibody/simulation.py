@@ -248,11 +248,8 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
     pace[PACE_EVENT_COUNT] += 1.0
-    pace[PACE_CROWD_COUNT] = (
-        pace[PACE_CROWD_COUNT] + 1.0
-        if time - pace[PACE_CROWD_TIME] <= CROWDED_TIME_SHARE * simulation.plan.end
-        else 0.0
-    )
+    crowded = time - pace[PACE_CROWD_TIME] <= CROWDED_TIME_SHARE * simulation.plan.end
+    pace[PACE_CROWD_COUNT] = pace[PACE_CROWD_COUNT] + 1.0 if crowded else 0.0
     pace[PACE_CROWD_TIME] = time
     if kind < 2:
         record_hits(mechanism, hold, time, joint, q, v, record)
@@ -304,15 +301,13 @@ def _ending_after(
 ) -> int:
     """Return the ending reached after a step, or `ENDING_NONE`."""
     limit = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
+    unmoved = pace[PACE_EVENT_COUNT] * (1.0 - plan.restitution) > MAX_UNMOVED_EVENTS
     ending = ENDING_NONE
     if not residual <= limit:
         ending = ENDING_OPEN if residual > limit else ENDING_INVALID_NUMBER
     elif not abs(energies.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
         ending = ENDING_UNBALANCED
-    elif (
-        pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS
-        or pace[PACE_EVENT_COUNT] * (1.0 - plan.restitution) > MAX_UNMOVED_EVENTS
-    ):
+    elif pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS or unmoved:
         ending = ENDING_JAMMED
     elif flat:
         ending = ENDING_FLAT

@@ -83,10 +83,8 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
     n = len(q)
     size = rate = 0.0
     for i in range(n):
-        weight_q, weight_v = (
-            plan.absolute_tolerance + plan.relative_tolerance * abs(q[i]),
-            plan.absolute_tolerance + plan.relative_tolerance * abs(v[i]),
-        )
+        weight_q = plan.absolute_tolerance + plan.relative_tolerance * abs(q[i])
+        weight_v = plan.absolute_tolerance + plan.relative_tolerance * abs(v[i])
         size += (q[i] / weight_q) ** 2 + (v[i] / weight_v) ** 2
         rate += (v[i] / weight_q) ** 2 + (a[i] / weight_v) ** 2
     if rate == 0.0:

@@ -13,13 +13,14 @@ import math
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs
-from hcsearch.kernels.algebra import cross, divide_row, dot, row_product, subtract_row, vector_at, vector_sum
+from hcsearch.kernels.algebra import divide_row, dot, row_product, subtract_row, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.cones import nonnegative_least_squares
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate, project_state
 from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
 from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic_energy
 from hcsearch.kernels.multibody.sweeps import (
+    carried_motion,
     carry_body,
     gather_inertias,
     load_joints,
@@ -30,16 +31,12 @@ from hcsearch.kernels.multibody.sweeps import (
 from hcsearch.kernels.multibody.tree import (
     LINK_FIRST_SLOT,
     LINK_LAST_SLOT,
-    LINK_PARENT,
     SLOT_ROW,
     WORK_ALONG,
-    WORK_ARM,
     WORK_DRIVE,
     WORK_HEAD_COUPLE,
     WORK_HEAD_FORCE,
-    WORK_SHIFTING,
     WORK_SLOT_POWER,
-    WORK_TURNING,
     BodyTree,
     Work,
 )
@@ -56,9 +53,8 @@ def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, square
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
         for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
-            rows[tree.slots[slot, SLOT_ROW], i] = work.slots[slot, WORK_SLOT_POWER] / math.sqrt(
-                work.bodies[i, WORK_ALONG]
-            )
+            root = math.sqrt(work.bodies[i, WORK_ALONG])
+            rows[tree.slots[slot, SLOT_ROW], i] = work.slots[slot, WORK_SLOT_POWER] / root
     for r in range(m):
         squares[r] = row_product(rows, r, rows, r, n)
     for count in range(m):
@@ -152,11 +148,7 @@ def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -
     """Write joint velocities from their innovations, as `sweeps.release_joints` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
-        p = tree.links[i, LINK_PARENT]
-        turn, shift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        if p >= 0:
-            turn, shift = vector_at(b, p, WORK_TURNING), vector_at(b, p, WORK_SHIFTING)
-        shift = vector_sum(shift, cross(turn, vector_at(b, i, WORK_ARM)))
+        turn, shift = carried_motion(tree, i, (0.0, 0.0, 0.0), work)
         root = math.sqrt(b[i, WORK_ALONG])
         carried = (dot(vector_at(b, i, WORK_HEAD_COUPLE), turn) + dot(vector_at(b, i, WORK_HEAD_FORCE), shift)) / root
         rates[i] = (innovations[i] - carried) / root

@@ -94,11 +94,8 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
         line, origin = axis, (0.0, 0.0, 0.0)
         if p >= 0:
             arm, line = rotated(b, p, WORK_ROTATION, arm), rotated(b, p, WORK_ROTATION, axis)
-            x, y, z = (
-                vector_at(b, p, WORK_ROTATION),
-                vector_at(b, p, WORK_ROTATION + 3),
-                vector_at(b, p, WORK_ROTATION + 6),
-            )
+            x, y = vector_at(b, p, WORK_ROTATION), vector_at(b, p, WORK_ROTATION + 3)
+            z = vector_at(b, p, WORK_ROTATION + 6)
             origin = vector_at(b, p, WORK_PLACE)
         if tree.links[i, LINK_SLIDES]:
             arm = vector_sum(arm, scaled_vector(q[i], line))
@@ -159,15 +156,8 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     c = rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
     s = rotated_symmetric(b, i, WORK_ROTATION, symmetric_at(tree.bodies, i, BODY_INERTIA))
     cc = mass * dot(c, c)
-    steiner = outer_product(-mass, c)
-    a = (
-        s[0] + steiner[0] + cc,
-        s[1] + steiner[1] + cc,
-        s[2] + steiner[2] + cc,
-        s[3] + steiner[3],
-        s[4] + steiner[4],
-        s[5] + steiner[5],
-    )
+    t = outer_product(-mass, c)  # Steiner's term, with cc
+    a = s[0] + t[0] + cc, s[1] + t[1] + cc, s[2] + t[2] + cc, s[3] + t[3], s[4] + t[4], s[5] + t[5]
     for k in range(6):
         b[i, WORK_COUPLES + k] = a[k]
         b[i, WORK_FORCES + k] = mass if k < 3 else 0.0
@@ -176,15 +166,9 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     put_vector(b, i, WORK_CROSSED + 3, (z, 0.0, -x))
     put_vector(b, i, WORK_CROSSED + 6, (-y, x, 0.0))
     spin = vector_at(b, i, WORK_SPIN)
-    put_vector(
-        b,
-        i,
-        WORK_BIAS_COUPLE,
-        vector_difference(cross(spin, apply_symmetric(a, spin)), vector_at(b, i, WORK_PULL_COUPLE)),
-    )
-    put_vector(
-        b, i, WORK_BIAS_FORCE, vector_difference(cross(spin, cross(spin, (x, y, z))), vector_at(b, i, WORK_PULL_FORCE))
-    )
+    couple, force = cross(spin, apply_symmetric(a, spin)), cross(spin, cross(spin, (x, y, z)))
+    put_vector(b, i, WORK_BIAS_COUPLE, vector_difference(couple, vector_at(b, i, WORK_PULL_COUPLE)))
+    put_vector(b, i, WORK_BIAS_FORCE, vector_difference(force, vector_at(b, i, WORK_PULL_FORCE)))
 
 
 @lean
@@ -204,12 +188,8 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
             sign = 1.0 if side else -1.0
             if is_gap:
                 force = scaled_vector(sign / tree.size, direction)
-                add_vector(
-                    slots,
-                    slot,
-                    WORK_SLOT_COUPLE,
-                    cross(vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A), force),
-                )
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
+                add_vector(slots, slot, WORK_SLOT_COUPLE, cross(arm, force))
                 add_vector(slots, slot, WORK_SLOT_FORCE, force)
             else:
                 add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(sign, direction))
@@ -232,20 +212,9 @@ def _add_to_parent(i: int, p: int, work: Work) -> None:
     add_symmetric(b, p, WORK_FORCES, d)
     x, y, z = cross(r, x), cross(r, y), cross(r, z)
     u, v, w = cross(r, x2), cross(r, y2), cross(r, z2)
-    a = symmetric_at(b, i, WORK_COUPLES)
-    add_symmetric(
-        b,
-        p,
-        WORK_COUPLES,
-        (
-            a[0] + x[0] + u[0],
-            a[1] + y[1] + v[1],
-            a[2] + z[2] + w[2],
-            a[3] + x[1] + v[0],
-            a[4] + x[2] + w[0],
-            a[5] + y[2] + w[1],
-        ),
-    )
+    a0, a1, a2, a3, a4, a5 = symmetric_at(b, i, WORK_COUPLES)
+    s = a0 + x[0] + u[0], a1 + y[1] + v[1], a2 + z[2] + w[2], a3 + x[1] + v[0], a4 + x[2] + w[0], a5 + y[2] + w[1]
+    add_symmetric(b, p, WORK_COUPLES, s)
 
 
 @lean
@@ -278,9 +247,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
         b[i, WORK_ALONG] = along
         first, last = tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]
         for slot in range(first, last):
-            slots[slot, WORK_SLOT_POWER] = dot(
-                w, vector_at(slots, slot, WORK_SLOT_FORCE if slides else WORK_SLOT_COUPLE)
-            )
+            part = vector_at(slots, slot, WORK_SLOT_FORCE if slides else WORK_SLOT_COUPLE)
+            slots[slot, WORK_SLOT_POWER] = dot(w, part)
         if not held[i]:
             _release_joint(i, couple, force, along, work)
             for slot in range(first, last):
@@ -294,13 +262,8 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
             _add_to_parent(i, p, work)
             for slot in range(first, last):
                 above = tree.slots[slot, SLOT_ABOVE]
-                f = vector_at(slots, slot, WORK_SLOT_FORCE)
-                add_vector(
-                    slots,
-                    above,
-                    WORK_SLOT_COUPLE,
-                    vector_sum(vector_at(slots, slot, WORK_SLOT_COUPLE), cross(vector_at(b, i, WORK_ARM), f)),
-                )
+                f, c = vector_at(slots, slot, WORK_SLOT_FORCE), vector_at(slots, slot, WORK_SLOT_COUPLE)
+                add_vector(slots, above, WORK_SLOT_COUPLE, vector_sum(c, cross(vector_at(b, i, WORK_ARM), f)))
                 add_vector(slots, above, WORK_SLOT_FORCE, f)
     # the slots of a body are in the order of their rows, so only one triangle is written
     for r in range(len(tree.rows)):
@@ -329,7 +292,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
     moving : whether velocities, gravity and external forces count, which allows one call only; else `torques` are
         impulses at rest, and calls may be repeated.
     """
-    b = work.bodies
+    b, slots = work.bodies, work.slots
     work.rates[:] = 0.0
     if not moving:
         for i in range(len(tree.links)):
@@ -347,20 +310,12 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
         if moving:
             turn, shift = vector_at(b, i, WORK_SPIN_DRIFT), vector_at(b, i, WORK_DRIFT)
             for slot in range(first, last):  # `gather_inertias` left in them the part that the joint transmits
-                rate = dot(vector_at(work.slots, slot, WORK_SLOT_COUPLE), turn) + dot(
-                    vector_at(work.slots, slot, WORK_SLOT_FORCE), shift
-                )
-                work.rates[tree.slots[slot, SLOT_ROW]] += rate
-            couple = vector_sum(
-                couple,
-                vector_sum(apply_symmetric(symmetric_at(b, i, WORK_COUPLES), turn), rotated(b, i, WORK_CROSSED, shift)),
-            )
-            force = vector_sum(
-                force,
-                vector_sum(
-                    rotated_back(b, i, WORK_CROSSED, turn), apply_symmetric(symmetric_at(b, i, WORK_FORCES), shift)
-                ),
-            )
+                c, f = vector_at(slots, slot, WORK_SLOT_COUPLE), vector_at(slots, slot, WORK_SLOT_FORCE)
+                work.rates[tree.slots[slot, SLOT_ROW]] += dot(c, turn) + dot(f, shift)
+            of_turn = apply_symmetric(symmetric_at(b, i, WORK_COUPLES), turn)
+            couple = vector_sum(couple, vector_sum(of_turn, rotated(b, i, WORK_CROSSED, shift)))
+            of_shift = apply_symmetric(symmetric_at(b, i, WORK_FORCES), shift)
+            force = vector_sum(force, vector_sum(rotated_back(b, i, WORK_CROSSED, turn), of_shift))
         couple = vector_sum(couple, scaled_vector(share, vector_at(b, i, WORK_HEAD_COUPLE)))
         force = vector_sum(force, scaled_vector(share, vector_at(b, i, WORK_HEAD_FORCE)))
         if p >= 0:
@@ -368,10 +323,9 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
             add_vector(b, p, WORK_BIAS_FORCE, force)
         elif moving:
             for slot in range(first, last):
-                force = vector_at(work.slots, slot, WORK_SLOT_FORCE)
-                work.rates[tree.slots[slot, SLOT_ROW]] -= (
-                    force[0] * tree.gravity[0] + force[1] * tree.gravity[1] + force[2] * tree.gravity[2]
-                )
+                f = vector_at(slots, slot, WORK_SLOT_FORCE)
+                fall = f[0] * tree.gravity[0] + f[1] * tree.gravity[1] + f[2] * tree.gravity[2]
+                work.rates[tree.slots[slot, SLOT_ROW]] -= fall
     if moving:
         _add_velocity_rates(tree, work)
 
@@ -384,33 +338,23 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
         direction = vector_at(work.row_lines, r, WAY_DIRECTION)
         first, second = tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_A], tree.welds[tree.rows[r, ROW_WELD], WELD_BODY_B]
         if first >= 0:
-            first_spin = vector_at(b, first, WORK_SPIN)
+            first_spin, second_spin = vector_at(b, first, WORK_SPIN), vector_at(b, second, WORK_SPIN)
             if tree.rows[r, ROW_KIND] < 3:
-                work.rates[r] -= dot(
-                    direction, cross(first_spin, vector_difference(vector_at(b, second, WORK_SPIN), first_spin))
-                )
+                work.rates[r] -= dot(direction, cross(first_spin, vector_difference(second_spin, first_spin)))
             else:
-                first_velocity = vector_sum(
-                    vector_at(b, first, WORK_SPEED), cross(first_spin, vector_at(work.row_lines, r, WAY_ARM_A))
-                )
-                second_velocity = vector_sum(
-                    vector_at(b, second, WORK_SPEED),
-                    cross(vector_at(b, second, WORK_SPIN), vector_at(work.row_lines, r, WAY_ARM_B)),
-                )
-                work.rates[r] -= (
-                    2.0
-                    * dot(direction, cross(first_spin, vector_difference(second_velocity, first_velocity)))
-                    / tree.size
-                )
+                first_arm, second_arm = vector_at(work.row_lines, r, WAY_ARM_A), vector_at(work.row_lines, r, WAY_ARM_B)
+                first_velocity = vector_sum(vector_at(b, first, WORK_SPEED), cross(first_spin, first_arm))
+                second_velocity = vector_sum(vector_at(b, second, WORK_SPEED), cross(second_spin, second_arm))
+                relative_velocity = vector_difference(second_velocity, first_velocity)
+                work.rates[r] -= 2.0 * dot(direction, cross(first_spin, relative_velocity)) / tree.size
         if tree.rows[r, ROW_KIND] < 3:
             continue
         for side in range(2):
             body = tree.welds[tree.rows[r, ROW_WELD], side]
             if body >= 0:
                 spin = vector_at(work.bodies, body, WORK_SPIN)
-                inward = dot(
-                    direction, cross(spin, cross(spin, vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)))
-                )
+                arm = vector_at(work.row_lines, r, WAY_ARM_B if side else WAY_ARM_A)
+                inward = dot(direction, cross(spin, cross(spin, arm)))
                 work.rates[r] += (inward if side else -inward) / tree.size
             else:  # the ground, too, rises against gravity
                 fall = direction[0] * tree.gravity[0] + direction[1] * tree.gravity[1] + direction[2] * tree.gravity[2]
@@ -420,20 +364,14 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
 @lean
 def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
     """Write joint accelerations (or velocities, from impulses) under the constraint forces; after `load_joints`."""
-    b = work.bodies
+    b, ground = work.bodies, (0.0, 0.0, 0.0)
+    if moving:
+        ground = (-tree.gravity[0], -tree.gravity[1], -tree.gravity[2])
     for i in range(len(tree.links)):
-        p = tree.links[i, LINK_PARENT]
-        turn, shift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        if p >= 0:
-            turn, shift = vector_at(b, p, WORK_TURNING), vector_at(b, p, WORK_SHIFTING)
-        elif moving:
-            shift = (-tree.gravity[0], -tree.gravity[1], -tree.gravity[2])
-        shift = vector_sum(shift, cross(turn, vector_at(b, i, WORK_ARM)))
+        turn, shift = carried_motion(tree, i, ground, work)
         if moving:
-            turn, shift = (
-                vector_sum(turn, vector_at(b, i, WORK_SPIN_DRIFT)),
-                vector_sum(shift, vector_at(b, i, WORK_DRIFT)),
-            )
+            turn = vector_sum(turn, vector_at(b, i, WORK_SPIN_DRIFT))
+            shift = vector_sum(shift, vector_at(b, i, WORK_DRIFT))
         drive = b[i, WORK_DRIVE]
         for slot in range(tree.links[i, LINK_FIRST_SLOT], tree.links[i, LINK_LAST_SLOT]):
             drive += work.slots[slot, WORK_SLOT_POWER] * work.forces[tree.slots[slot, SLOT_ROW]]
@@ -441,6 +379,15 @@ def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates:
         rate = 0.0 if held[i] else drive / b[i, WORK_ALONG]
         rates[i] = -drive if held[i] else rate
         carry_body(tree, i, rate, turn, shift, work)
+
+
+@inlined
+def carried_motion(tree: BodyTree, i: int, ground: Vector3, work: Work) -> tuple[Vector3, Vector3]:
+    """Return the acceleration (turn, shift) of a body's parent, or of the ground, at the joint; after `carry_body`."""
+    p, turn, shift = tree.links[i, LINK_PARENT], (0.0, 0.0, 0.0), ground
+    if p >= 0:
+        turn, shift = vector_at(work.bodies, p, WORK_TURNING), vector_at(work.bodies, p, WORK_SHIFTING)
+    return turn, vector_sum(shift, cross(turn, vector_at(work.bodies, i, WORK_ARM)))
 
 
 @inlined

@@ -10,9 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
@@ -54,8 +53,8 @@ class Closing(NamedTuple):
     right_side: Reals
     basis: Reals
     pose: Reals
-    held: NDArray[np.bool_]
-    fixed: NDArray[np.bool_]
+    held: Flags
+    fixed: Flags
 
 
 @compiled
@@ -70,18 +69,9 @@ def new_closing(loops: Loops) -> Closing:
 @lean
 def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
     """Write closure residuals and their Jacobian, as `close_loops` does; pose : (3, 4), room for the pose of a walk."""
-    close_loops(
-        loops.chain.directions,
-        loops.chain.points,
-        loops.starts,
-        loops.hinges,
-        loops.signs,
-        angles,
-        loops.size,
-        residual,
-        jacobian,
-        pose,
-    )
+    lines, size = loops.chain, loops.size
+    starts, hinges, signs = loops.starts, loops.hinges, loops.signs
+    close_loops(lines.directions, lines.points, starts, hinges, signs, angles, size, residual, jacobian, pose)
 
 
 @lean
@@ -190,6 +180,6 @@ class Group(NamedTuple):
     """
 
     rows: Reals
-    moving: NDArray[np.bool_]
+    moving: Flags
     starts: WholeNumbers
     hinges: WholeNumbers

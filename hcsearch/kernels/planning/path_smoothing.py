@@ -125,18 +125,15 @@ def _want(
         middle = 0.5 * (before.angles[h] + after.angles[h])
         work.wanted_step[h] = middle - here.angles[h] + CONTACT_PUSH_ANGLE * contact_share * push[h] / greatest_push
         # off the stops, by which pieces between states would overshoot them
-        work.wanted_step[h] += max(0.0, stop_distance - here.angles[h]) - max(
-            0.0, here.angles[h] - math.pi + stop_distance
-        )
+        from_upper = here.angles[h] - math.pi + stop_distance
+        work.wanted_step[h] += max(0.0, stop_distance - here.angles[h]) - max(0.0, from_upper)
 
 
 @compiled
 def _fits(space: Space, before: PlacedState, here: PlacedState, after: PlacedState) -> bool:
     """Whether the pieces to both neighbours are straight enough, and panels keep apart along them."""
-    if (
-        max(greatest_angle_change(before.angles, here.angles), greatest_angle_change(here.angles, after.angles))
-        > 1.5 * MAX_SMOOTHING_PIECE
-    ):
+    to_here, on = greatest_angle_change(before.angles, here.angles), greatest_angle_change(here.angles, after.angles)
+    if max(to_here, on) > 1.5 * MAX_SMOOTHING_PIECE:
         return False
     return separated(space, before, here) and separated(space, here, after)
 

@@ -301,11 +301,8 @@ def _opening(
     for loop in range(len(tables.lengths)):
         shortest = min(shortest, tables.lengths[loop])
     rounding *= 1.0 + max_norm + max_reach / (loops.size * shortest)
-    return (
-        LEBESGUE_CONSTANT * newton + strength * (remainder + rounding),
-        LEBESGUE_CONSTANT * opening + remainder + rounding,
-        rounding,
-    )
+    newton = LEBESGUE_CONSTANT * newton + strength * (remainder + rounding)
+    return newton, LEBESGUE_CONSTANT * opening + remainder + rounding, rounding
 
 
 @lean
@@ -370,16 +367,12 @@ def _contraction(group: Group, strength: float, opening: float, rounding: float,
         length = _feel(group, node, tables)
         if node == CHEBYSHEV_NODE_COUNT // 2:
             spread = length
-    first, last = (
-        math.cos(math.pi * 0.5 / CHEBYSHEV_NODE_COUNT),
-        math.cos(math.pi * (CHEBYSHEV_NODE_COUNT - 0.5) / CHEBYSHEV_NODE_COUNT),
-    )
+    n, matrices = CHEBYSHEV_NODE_COUNT, tables.contraction_matrices
+    first, last = math.cos(math.pi * 0.5 / n), math.cos(math.pi * (n - 0.5) / n)
     linear = worst = 0.0
     for i in range(k):
         for j in range(k):
-            slope = (
-                tables.contraction_matrices[0, i, j] - tables.contraction_matrices[CHEBYSHEV_NODE_COUNT - 1, i, j]
-            ) / (first - last)
+            slope = (matrices[0, i, j] - matrices[n - 1, i, j]) / (first - last)
             linear += slope * slope
             tables.reduced_jacobian[i, j] = slope
     for node in range(CHEBYSHEV_NODE_COUNT):

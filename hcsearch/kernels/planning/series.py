@@ -25,12 +25,9 @@ def write_series(
     slopes : (ORDERS, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]
-    product, change = np.zeros((SERIES_ORDER_COUNT, 4, 4)), np.zeros((k, SERIES_ORDER_COUNT, 4, 4))
-    turn, slope, room = (
-        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
-        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
-        np.zeros((SERIES_ORDER_COUNT, 4, 4)),
-    )
+    shape = (SERIES_ORDER_COUNT, 4, 4)
+    product, change = np.zeros(shape), np.zeros((k, SERIES_ORDER_COUNT, 4, 4))
+    turn, slope, room = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for i in range(4):
         product[0, i, i] = 1.0
     for h in order:

@@ -97,10 +97,8 @@ def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int
         gap = dot(direction, corner) - top
         if gap > state.gaps[p] + reach or count >= len(conditions.bounds):
             continue
-        conditions.panels[count, 0], conditions.panels[count, 1] = (
-            space.prisms.panels[first],
-            space.prisms.panels[second],
-        )
+        conditions.panels[count, 0] = space.prisms.panels[first]
+        conditions.panels[count, 1] = space.prisms.panels[second]
         put_vector(conditions.directions, count, 0, direction)
         put_vector(conditions.corners, count, 0, corner)
         conditions.bounds[count] = SPARE_GAP_SHARE * (space.step_gap - gap)
@@ -131,10 +129,8 @@ def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
         return float(work.conditions.directions[k, 0] * step[there])
     spin = vector_difference(vector_at(work.twists, there, 0), vector_at(work.twists, here, 0))
     shift = vector_difference(vector_at(work.twists, there, 3), vector_at(work.twists, here, 3))
-    return dot(
-        vector_at(work.conditions.directions, k, 0),
-        vector_sum(shift, cross(spin, vector_at(work.conditions.corners, k, 0))),
-    )
+    speed = vector_sum(shift, cross(spin, vector_at(work.conditions.corners, k, 0)))
+    return dot(vector_at(work.conditions.directions, k, 0), speed)
 
 
 @lean

@@ -268,11 +268,8 @@ def _separates(space: Space, first: PlacedState, second: PlacedState, p: int) ->
         x = dot((a[0, 0], a[1, 0], a[2, 0]), direction)
         y = dot((a[0, 1], a[1, 1], a[2, 1]), direction)
         z = dot((a[0, 2], a[1, 2], a[2, 2]), direction)
-        turned = (
-            dot((b[0, 0], b[0, 1], b[0, 2]), (x, y, z)),
-            dot((b[1, 0], b[1, 1], b[1, 2]), (x, y, z)),
-            dot((b[2, 0], b[2, 1], b[2, 2]), (x, y, z)),
-        )
+        way = (x, y, z)
+        turned = (dot(vector_at(b, 0, 0), way), dot(vector_at(b, 1, 0), way), dot(vector_at(b, 2, 0), way))
         if _gap(space, second, f, g, turned) >= space.parting_gap:
             return True
         f, g, direction = g, f, scaled_vector(-1.0, direction)
@@ -292,14 +289,7 @@ def _gap(space: Space, state: PlacedState, f: int, g: int, direction: Vector3) -
 
 @compiled
 def link_states(
-    space: Space,
-    start: Reals,
-    end: Reals,
-    longest: float,
-    depth: int,
-    stack: StateStack,
-    work: SpaceWork,
-    between: Reals,
+    space: Space, start: Reals, end: Reals, longest: float, depth: int, stack: StateStack, work: SpaceWork, found: Reals
 ) -> int:
     """Write closed states along the straight piece between two states, in order, without its ends; return their number.
 
@@ -315,9 +305,9 @@ def link_states(
         right = pick_state(stack, top)
         if greatest_angle_change(left.angles, right.angles) <= longest and separated(space, left, right):
             if top > 1:
-                if count == len(between):
+                if count == len(found):
                     return -1
-                between[count] = right.angles
+                found[count] = right.angles
                 count += 1
                 copy_state(right, left)
             top -= 1

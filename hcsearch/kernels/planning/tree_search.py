@@ -55,13 +55,8 @@ def new_tree(capacity: int, root: Reals) -> StateTree:
     slots = 4
     while slots < 4 * capacity:
         slots *= 2
-    tree = StateTree(
-        np.zeros((capacity, len(root))),
-        np.full(capacity, -1),
-        np.ones(1, np.int64),
-        np.zeros(slots, np.int64),
-        np.zeros(slots, np.int64),
-    )
+    angles, parents, size = np.zeros((capacity, len(root))), np.full(capacity, -1), np.ones(1, np.int64)
+    tree = StateTree(angles, parents, size, np.zeros(slots, np.int64), np.zeros(slots, np.int64))
     tree.angles[0] = root
     return tree
 
@@ -217,10 +212,8 @@ def fan_out(
         widest = angles.max()
         for h in range(m):
             angles[h] = abs(root[h] - off * angles[h] / widest)
-        if (
-            not close_state(space.loops, angles, PLANNING_CLOSURE_RESIDUAL, 0.0, 30, work.closing)
-            or greatest_angle_change(angles, root) < 0.3 * off
-        ):
+        closed = close_state(space.loops, angles, PLANNING_CLOSURE_RESIDUAL, 0.0, 30, work.closing)
+        if not closed or greatest_angle_change(angles, root) < 0.3 * off:
             continue
         if not place_state(space, angles, space.min_gap, pick_state(stack, 0)):
             continue

@@ -47,15 +47,14 @@ class Track(NamedTuple):
 
 
 @compiled
+def new_track(k: int, m: int) -> Track:
+    """Return a track of no states, with room for k of m hinges."""
+    return Track(np.zeros(k), np.zeros((k, m)), np.zeros((k, m)), np.zeros(k), np.zeros(1, np.int64))
+
+
+@compiled
 def prove_tube(
-    loops: Loops,
-    group: Group,
-    coarse: Track,
-    ends: Reals,
-    limit: float,
-    halvings: int,
-    fine: Track,
-    stop: Reals,
+    loops: Loops, group: Group, coarse: Track, ends: Reals, limit: float, halvings: int, fine: Track, stop: Reals
 ) -> bool:
     """Prove that closed states lie beside a motion; return whether the proof spans it from end to end.
 
@@ -69,13 +68,7 @@ def prove_tube(
     work, tables = new_closing(loops), new_piece_tables(loops, group)
     work.fixed[:] = ~group.moving
     m = coarse.angles.shape[1]
-    waiting = Track(
-        np.zeros(halvings + 1),
-        np.zeros((halvings + 1, m)),
-        np.zeros((halvings + 1, m)),
-        np.zeros(halvings + 1),
-        np.zeros(1, np.int64),
-    )
+    waiting = new_track(halvings + 1, m)
     course = np.zeros((m, 4))
     _append(coarse, 0, 0.0, fine)
     before, after = ends[0, 1:].copy(), np.zeros(m)

@@ -36,6 +36,7 @@ def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFac
     pattern = assembly.build(parameters)
     linkage = Linkage(pattern)
     undecided: dict[str, str] = {}
+    separate = assembly.separate_hinge_count
     facts: AssemblyFacts = {
         "name": assembly.name,
         "title": assembly.title,
@@ -44,9 +45,7 @@ def describe_assembly(assembly: Assembly, parameters: Parameters) -> AssemblyFac
         "panels": len(pattern.panels),
         "panels_by_facets": _sizes(pattern),
         "hinges": len(pattern.hinges),
-        "merged_joints": None
-        if assembly.separate_hinge_count is None
-        else assembly.separate_hinge_count - len(pattern.hinges),
+        "merged_joints": None if separate is None else separate - len(pattern.hinges),
         "loops": len(linkage.loops),
         "loop_lengths": sorted(map(len, linkage.loops)),
         "panels_in_no_loop": _in_no_loop(linkage),
@@ -91,11 +90,8 @@ def _sizes(pattern: Pattern) -> dict[str, int]:
 
 def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, undecided: dict[str, str]) -> AssemblyFacts:
     """Compute ranks at both ends and at a state between them (thesis appendix), where `dof` is the finite mobility."""
-    between = (
-        generic_rank(linkage)
-        if assembly.generic_angles is None
-        else rank_at(linkage, assembly.generic_angles(parameters))
-    )
+    generic = assembly.generic_angles
+    between = generic_rank(linkage) if generic is None else rank_at(linkage, generic(parameters))
     ranks = {"dof": between, "nullity_folded": rank_at(linkage, linkage.folded)}
     ranks["nullity_flat"] = rank_at(linkage, linkage.flat)
     doubts = {name: _doubt(rank, linkage.pattern) for name, rank in ranks.items()}

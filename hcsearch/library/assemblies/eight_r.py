@@ -15,9 +15,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import PatternError
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.overlays import CreaseMatch, join_patterns
@@ -58,10 +57,8 @@ def _triangles(parameters: Parameters) -> tuple[Facet, ...]:
     side, gamma = equal_side(alpha, base), math.pi - 2 * alpha
     lengths = (side, side, side, base, side, base)
     sectors = (0.0, gamma, gamma, alpha, alpha, alpha)
-    ends = [
-        (length * math.cos(angle), length * math.sin(angle))
-        for length, angle in zip(lengths, np.cumsum(sectors).tolist(), strict=True)
-    ]
+    angles = np.cumsum(sectors).tolist()
+    ends = [(r * math.cos(angle), r * math.sin(angle)) for r, angle in zip(lengths, angles, strict=True)]
 
     def turned(point: PlanePoint) -> PlanePoint:
         return (side - point[0], -point[1])
@@ -97,7 +94,7 @@ def skew_symmetric_angles(pattern: Pattern, alpha: float, first: float) -> Reals
     return fold
 
 
-def joint_parts(pattern: Pattern) -> NDArray[np.int64] | None:
+def joint_parts(pattern: Pattern) -> WholeNumbers | None:
     """Return for each hinge 0 if it is an odd joint (1, 3, 5, 7) of its elements, 1 if even; None if they disagree."""
     parts = np.full(len(pattern.hinges), -1)
     for loop in pattern.loops:
@@ -245,14 +242,7 @@ def _unit(
     )
 
 
-_BOTH = {
-    "panels": 21,
-    "hinges": 24,
-    "merged_joints": 8,
-    "dof": 1,
-    "deployment_ratio": "7:1",
-    "void_volume_mm3": 0.0,
-}
+_BOTH = {"panels": 21, "hinges": 24, "merged_joints": 8, "dof": 1, "deployment_ratio": "7:1", "void_volume_mm3": 0.0}
 """Published facts common to units I and II."""
 
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.mesh import SAME_POINT_SHARE, Facet, PlanePoint
@@ -25,16 +24,10 @@ def facets_clash(fixed: Sequence[Facet], moved: Sequence[Facet], tolerance: floa
     )
     distance = np.linalg.norm(fixed_centres[:, None] - moved_centres, axis=2)
     i, j = np.nonzero(distance < fixed_radii[:, None] + moved_radii)
-    gaps = (
-        np.linalg.norm(fixed_corners[i, :, None] - moved_corners[j, None], axis=3)
-        if fixed_corners.shape[1] == moved_corners.shape[1]
-        else None
-    )
-    overlapping = ~(
-        _outside(fixed_corners[i], moved_corners[j], tolerance)
-        | _outside(moved_corners[j], fixed_corners[i], tolerance)
-    )
-    if gaps is not None:
+    first, second = fixed_corners[i], moved_corners[j]
+    overlapping = ~(_outside(first, second, tolerance) | _outside(second, first, tolerance))
+    if first.shape[1] == second.shape[1]:
+        gaps = np.linalg.norm(first[:, :, None] - second[:, None], axis=3)
         overlapping &= np.maximum(gaps.min(axis=2).max(axis=1), gaps.min(axis=1).max(axis=1)) > tolerance
     return bool(overlapping.any())
 
@@ -49,7 +42,7 @@ def _padded(facets: Sequence[Facet]) -> Reals:
     return corners
 
 
-def _outside(first: Reals, second: Reals, tolerance: float) -> NDArray[np.bool_]:
+def _outside(first: Reals, second: Reals, tolerance: float) -> Flags:
     """Whether an edge of the first of two convex polygons separates them, for pairs of polygons, shape (k, n, 2)."""
     edges = np.roll(first, -1, axis=1) - first
     lengths = np.linalg.norm(edges, axis=2)

@@ -11,9 +11,8 @@ from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
@@ -157,7 +156,7 @@ def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:
     return [(area, np.flatnonzero(covering).tolist()) for area, covering in cells if covering.any()]
 
 
-def _contains(polygon: Reals, points: Reals) -> NDArray[np.bool_]:
+def _contains(polygon: Reals, points: Reals) -> Flags:
     """Return which points lie in a convex polygon of either orientation."""
     edges = np.roll(polygon, -1, axis=0) - polygon
     away = points[None] - polygon[:, None]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -68,12 +69,8 @@ def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Patter
     for step in steps:
         build, letters = _UNITS[step.kind]
         moving = build(parameters).inverted() if step.inverted else build(parameters)
-        merging = [
-            match
-            for text in step.joints.split()
-            for match in read_crease_matches(pattern, names, moving, letters, text)
-        ]
-        pattern = _once(join_patterns(pattern, moving, merging))
+        merging = [read_crease_matches(pattern, names, moving, letters, text) for text in step.joints.split()]
+        pattern = _once(join_patterns(pattern, moving, [*chain.from_iterable(merging)]))
     return pattern
 
 

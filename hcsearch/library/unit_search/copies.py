@@ -322,8 +322,5 @@ def congruence_key(marks: Sequence[PlacedMark]) -> UnionKey:
 
 
 def _rounded(place: complex, code: int) -> tuple[int, int, int]:
-    return (
-        math.floor(place.real / _PLACE_STEP + _PLACE_SHIFT),
-        math.floor(place.imag / _PLACE_STEP + _PLACE_SHIFT),
-        code,
-    )
+    x, y = (math.floor(part / _PLACE_STEP + _PLACE_SHIFT) for part in (place.real, place.imag))
+    return x, y, code

@@ -137,35 +137,26 @@ def prove_unit(pattern: Pattern) -> UnitProof:
     if generic.nullity != 1 or overlap:
         return proof
     motion = _motion(linkage)
-    return replace(
-        proof,
-        path_count=motion.path_count,
-        path=motion.path,
-        path_dof=motion.nullities,
-        closure_error=motion.residual,
-        contact=None if motion.states is None else cuts_through(linkage, _denser(linkage, motion.states)),
-    )
+    contact = None if motion.states is None else cuts_through(linkage, _denser(linkage, motion.states))
+    proof = replace(proof, path_count=motion.path_count, path=motion.path, path_dof=motion.nullities)
+    return replace(proof, closure_error=motion.residual, contact=contact)
 
 
 def _motion(linkage: Linkage) -> _Motion:
     """Search for a motion from the folded state; where no branch reaches the flat state, one driven by springs."""
     if has_locked_end(linkage):
         return _Motion(0, "locked")
-    paths = [
-        follow_path(linkage, linkage.folded, velocity, limits=PathLimits(goal="flat"))
-        for velocity in _velocities(linkage)
-    ]
+    limits = PathLimits(goal="flat")
+    paths = [follow_path(linkage, linkage.folded, velocity, limits=limits) for velocity in _velocities(linkage)]
     for path in paths:
         if path.outcome == "flat":
             return _followed(len(paths), "flat", path)
     by_springs = _searched(linkage, len(paths))
     # the search for branches may have missed one, so springs are tried even where all come to a stop
     stopped = bool(paths) and all(path.outcome == "stopped" for path in paths)
-    return (
-        replace(by_springs, path="stopped", residual=None, states=None)
-        if stopped and by_springs.path != "flat"
-        else by_springs
-    )
+    if stopped and by_springs.path != "flat":
+        return replace(by_springs, path="stopped", residual=None, states=None)
+    return by_springs
 
 
 def _velocities(linkage: Linkage) -> list[Reals]:

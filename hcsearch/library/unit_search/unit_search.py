@@ -223,19 +223,9 @@ class _Search:
             if generic_freedom(pattern) == 1:
                 unit = Unit(self.element, placements, pattern, prove_unit(pattern), known_names.get(key, ""))
                 (units if unit.proof.holds else refuted).append(unit)
-        return ElementSearchResult(
-            self.element,
-            len(rings.placements),
-            len(unions),
-            len(low_kutzbach),
-            tested,
-            foldable,
-            len(units) + len(refuted),
-            tuple(units),
-            tuple(refuted),
-            complete=complete,
-            seconds=time.monotonic() - self.began,
-        )
+        seconds, tried = time.monotonic() - self.began, len(units) + len(refuted)
+        counts = len(rings.placements), len(unions), len(low_kutzbach), tested, foldable, tried
+        return ElementSearchResult(self.element, *counts, tuple(units), tuple(refuted), "", complete, seconds)
 
     def _is_over_time(self) -> bool:
         return time.monotonic() - self.began > self.limits.seconds

@@ -11,9 +11,8 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import path_checker
 from hcsearch.motion.certificates.path_checker import Array, NotProvedError
@@ -65,7 +64,7 @@ class _Refinement:
     def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
         self.array, self.times, self.steps = array, times, np.diff(times)
         self.cubics = cubics_of(times, angles, rates)
-        self.moving: NDArray[np.bool_] = (angles != angles[0]).any(0) | rates.any(0)
+        self.moving: Flags = (angles != angles[0]).any(0) | rates.any(0)
         self.rows = array.equations(closed, self.moving)[0]
         self.ends = angles[[0, -1]]
         self.leaves = self._left(0), self._left(1)
@@ -156,11 +155,7 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
         "facets": lattice,
         "panels": [list(panel) for panel in pattern.panels],
         "hinges": [
-            {
-                "facets": _facets(pattern, number),
-                "face": hinge.face,
-                "closes": bool(hinge.closes),
-            }
+            {"facets": _facets(pattern, number), "face": hinge.face, "closes": bool(hinge.closes)}
             for number, hinge in enumerate(pattern.hinges)
         ],
     }
@@ -209,13 +204,8 @@ def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[s
 
 def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dict[str, Any]:
     """Return the certificate of a folding, with its checksum."""
-    data: dict[str, Any] = {
-        "format": CERTIFICATE_FORMAT,
-        "version": CERTIFICATE_VERSION,
-        "of": of,
-        "panel_mm": panel_mm,
-        "claims": list(claims),
-    }
+    kind = {"format": CERTIFICATE_FORMAT, "version": CERTIFICATE_VERSION}
+    data: dict[str, Any] = {**kind, "of": of, "panel_mm": panel_mm, "claims": list(claims)}
     return {**data, "sha256": checksum(data)}
 
 

@@ -77,11 +77,8 @@ def prove_folding(
 def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[CheckedClaim]:
     """Claims that a folding is locked: with hinged pairs, which covers all other ways, or in each way."""
     known = dict(motion.locks)
-    claims = [
-        {**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way}
-        for way in known
-        if way == "hinged" or "hinged" not in known
-    ]
+    ways: list[Way] = ["hinged"] if "hinged" in known else [*known]
+    claims = [{**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way} for way in ways]
     try:
         return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
     except lock_checker.NotProvedError as refused:
@@ -132,11 +129,8 @@ def verify_certificate(data: Any) -> list[str]:
 
     CertificateError where a claim is not proved, or where there are none.
     """
-    if (
-        not isinstance(data, dict)
-        or data.get("format") != CERTIFICATE_FORMAT
-        or data.get("version") != CERTIFICATE_VERSION
-    ):
+    kind = (CERTIFICATE_FORMAT, CERTIFICATE_VERSION)
+    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != kind:
         raise CertificateError(f"it is no {CERTIFICATE_FORMAT} of version {CERTIFICATE_VERSION}")
     if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
         raise CertificateError("the checksum is another: the file was changed")

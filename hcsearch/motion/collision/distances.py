@@ -57,12 +57,6 @@ def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, in
     return float(deepest_overlap(linkage.chain, prisms_of(linkage), facet_pairs(linkage, apart), states))
 
 
-def penetration(linkage: Linkage, angles: Reals) -> float:
-    """The greatest depth of penetration of panels at one state, in metres; 0 where they only touch."""
-    cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
-    return 0.0 if cut is None else cut.depth
-
-
 def cuts_through(linkage: Linkage, states: Reals) -> bool:
     """Whether panels penetrate each other at any of some states, shape (n_states, n_hinges)."""
     return first_cut(linkage, states, TOUCHING_DEPTH_SHARE * linkage.pattern.size) is not None

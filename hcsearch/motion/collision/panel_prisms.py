@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms, pairs_between
 from hcsearch.shape.linkage import Linkage
@@ -69,7 +69,7 @@ def deepest_margin(linkage: Linkage) -> float:
     return max_margin
 
 
-def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> NDArray[np.int64]:
+def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> WholeNumbers:
     """Pairs of facets of different panels, except of the pairs of panels in `apart`, shape (n_pairs, 2)."""
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
@@ -203,9 +203,7 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
         return offsets
 
     for hinge in pattern.hinges:
-        if (
-            offsets_from(hinge.first, hinge).min() >= -tolerance
-            and offsets_from(hinge.second, hinge).max() <= tolerance
-        ):
+        left, right = offsets_from(hinge.first, hinge), offsets_from(hinge.second, hinge)
+        if left.min() >= -tolerance and right.max() <= tolerance:
             pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
     return frozenset(pairs)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.motion.collision.panel_prisms import check_margin, facet_pairs, padded_table, prisms_of
 from hcsearch.shape.linkage import Linkage, hinge_tree
@@ -79,7 +78,7 @@ def _samples(corners: Reals) -> Reals:
     return np.array(points)
 
 
-def _segments(corners: Reals) -> NDArray[np.int64]:
+def _segments(corners: Reals) -> WholeNumbers:
     """Segments as pairs of samples, (t, 2): all vertical ones, and all between corners."""
     m = len(corners) // 2
     per = 2 * m + 1

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -95,15 +94,6 @@ def dh_of_lines(lines: HingeLines) -> DHLoop:
     )
 
 
-def first_frame(lines: HingeLines) -> Reals:
-    """Pose of frame 1 in the coordinates of the lines, shape (4, 4)."""
-    x, origins, _ = _common_normals(lines)
-    frame = np.eye(4)
-    frame[:3, 0], frame[:3, 2], frame[:3, 3] = x[0], lines.directions[0], origins[0]
-    frame[:3, 1] = np.cross(frame[:3, 2], frame[:3, 0])
-    return frame
-
-
 def hinge_lines(loop: DHLoop) -> HingeLines:
     """The hinge lines in the coordinates of frame 1; each point is the origin of the hinge's frame."""
     frames = _partial_products(transforms(loop))[:-1]
@@ -123,12 +113,6 @@ def transforms(loop: DHLoop) -> Reals:
         (zero, zero, zero, one),
     )
     return np.moveaxis(np.array(rows), 2, 0)
-
-
-def closure_matrix(loop: DHLoop) -> Reals:
-    """T_21 T_32 ... T_1n, shape (4, 4): the identity where the loop is closed (thesis eqs. 2.3 and A1)."""
-    product: Reals = reduce(np.matmul, transforms(loop))
-    return product
 
 
 def dh_jacobian(loop: DHLoop) -> Reals:
@@ -164,27 +148,6 @@ def dh_closure_jacobian(linkage: Linkage, angles: Reals) -> Reals:
     loops = [dh_loop(linkage, walk, angles) for walk in linkage.loops]
     walks = [tuple((hinge, 1) for hinge, _ in walk) for walk in linkage.loops]
     return stacked_jacobian(loops, walks, linkage.n_hinges)
-
-
-def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
-    """The linear map from the screw Jacobian of a loop to its D-H Jacobian: dh_jacobian = screw_map @ screws, (12, 6).
-
-    frame : pose of frame 1 in the coordinates of the screws, each a rotation and the velocity at the origin (metres).
-    closure : closure matrix of the loop, the identity unless given. There, an angular component comes twice, with
-        both signs, and a velocity once; the map has full rank in any case, so both Jacobians have one null space.
-    """
-    closed = np.eye(4) if closure is None else closure
-    inverse = np.linalg.inv(frame)
-    matrix = np.empty((12, 6))
-    for k in range(6):
-        twist = np.zeros((4, 4))
-        if k < 3:
-            i, j = (k + 1) % 3, (k + 2) % 3
-            twist[i, j], twist[j, i] = -1.0, 1.0
-        else:
-            twist[k - 3, 3] = 1.0
-        matrix[:, k] = (inverse @ twist @ frame @ closed)[:3].ravel()
-    return matrix
 
 
 def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:

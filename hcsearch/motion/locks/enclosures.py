@@ -178,14 +178,11 @@ class _Contest:
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
-        climbed = [
-            climb_angles(self.rings, walk, *whole_box(self.rings.hinge_count), WALK_CLIMB_STEPS, seed, self.walk_tables)
-            for walk in walks
-        ]
-        self.regions += [
-            Region(self.rings, side, climbed[side], climbed[1 - side], seed, self._tables(), self._tables())
-            for side in sides
-        ]
+        box, tables = whole_box(self.rings.hinge_count), self.walk_tables
+        climbed = [climb_angles(self.rings, walk, *box, WALK_CLIMB_STEPS, seed, tables) for walk in walks]
+        for side in sides:
+            ends = climbed[side], climbed[1 - side]
+            self.regions.append(Region(self.rings, side, *ends, seed, self._tables(), self._tables()))
 
     def next_turn(self, boxes: int) -> _Contender | None:
         """Advance one contender, within a total number of boxes; return it if it has enclosed its end."""

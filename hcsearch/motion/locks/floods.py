@@ -79,17 +79,14 @@ class CubeFlood:
     def advance(self, boxes: int) -> bool:
         """Advance the flood up to a total number of boxes; return whether it has ended without the other end."""
         if self.flood is None or self.search is None:
-            self.flood, self.search = (
-                new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY),
-                self.new_tables(),
-            )
+            self.flood = new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY)
+            self.search = self.new_tables()
         if self.boxes >= 2 * self.progress_at_doubling[0]:
             self.progress_at_doubling = self._progress
         state = flooding.FLOOD_GOING
         while state == flooding.FLOOD_GOING and self.boxes < boxes:
-            state = int(
-                spread_flood(self.rings, self.flood, min(self.boxes + BOXES_PER_KERNEL_CALL, boxes), self.search)
-            )
+            pause = min(self.boxes + BOXES_PER_KERNEL_CALL, boxes)
+            state = int(spread_flood(self.rings, self.flood, pause, self.search))
         self.active = state == flooding.FLOOD_GOING
         return state == flooding.FLOOD_ENCLOSED
 

@@ -97,11 +97,9 @@ def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
     turns = np.einsum("ij,ij->i", sides, np.roll(sides, -1, axis=0)) / lengths / np.roll(lengths, -1)
     corners = {3: -0.5, 4: 0.0, 6: 0.5}  # cosines of the angles between sides
     even = np.abs(lengths - lengths[0]).max() < LATTICE_TOLERANCE * lengths[0]
-    if (
-        len(facet) not in corners
-        or np.abs(turns - corners[len(facet)]).max() > LATTICE_TOLERANCE
-        or not (even or len(facet) == 4)
-    ):
+    if len(facet) not in corners or not (even or len(facet) == 4):
+        return None
+    if np.abs(turns - corners[len(facet)]).max() > LATTICE_TOLERANCE:
         return None
     across = sides[0] / lengths[0]
     axes = np.array([[across[1], across[0]], [-across[0], across[1]]])  # Y along the first side

@@ -83,13 +83,7 @@ class Branches:
         return tuple(branch for branch in self.branches if branch.status == "finite")
 
 
-def find_branches(
-    linkage: Linkage,
-    angles: Reals,
-    *,
-    stops: bool = False,
-    zero_below: float | None = None,
-) -> Branches:
+def find_branches(linkage: Linkage, angles: Reals, *, stops: bool = False, zero_below: float | None = None) -> Branches:
     """Find the motions that begin at a closed state, singular or not.
 
     zero_below : singular values below it count as zero, where the state is near a singular one, such as an event of a
@@ -118,13 +112,9 @@ def find_branches(
         if not stops:
             direction = _opening(direction)
         power, within = _nudged(local, direction)
-        status: BranchStatus = (
-            "finite"
-            if power >= MIN_FINITE_POWER
-            else "infinitesimal"
-            if power <= MAX_INFINITESIMAL_POWER
-            else "undecided"
-        )
+        status: BranchStatus = "infinitesimal" if power <= MAX_INFINITESIMAL_POWER else "undecided"
+        if power >= MIN_FINITE_POWER:
+            status = "finite"
         nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)

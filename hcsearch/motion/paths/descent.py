@@ -261,10 +261,8 @@ class _Descent:
         # near the goal the closed states are nearly a cone: step towards its tip
         offset = last.angles - self.target
         change = np.where(self.held, 0.0, -0.5 * offset)
-        return bool(
-            np.abs(offset).max() < GOAL_CONE_RADIUS
-            and self._try_step(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
-        )
+        near = bool(np.abs(offset).max() < GOAL_CONE_RADIUS)
+        return near and self._try_step(last, change, 0.75 * self.energies[-1], FIRST_TRUST_RADIUS)
 
     def _add(self, local: LocalState, energy: float) -> None:
         self.lengths.append(self.lengths[-1] + float(np.linalg.norm(local.angles - self.states[-1].angles)))

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.paths.motions import (
@@ -80,11 +79,9 @@ class Stepping:
         """The first step: short, as it usually leaves a singular state; later steps grow by error control."""
         if self.step is not None:
             return self.step
-        return (
-            0.01
-            if self.method == "increment"
-            else (SURE_LANDING_DISTANCE if self.adapts else 0.02) * math.sqrt(n_hinges)
-        )
+        if self.method == "increment":
+            return 0.01
+        return (SURE_LANDING_DISTANCE if self.adapts else 0.02) * math.sqrt(n_hinges)
 
 
 @dataclass(frozen=True)
@@ -168,15 +165,9 @@ class _Following:
         ending = self._begin(start, direction)
         while ending is None:
             ending = self._ending() or self._advance()
-        return motion_path_of(
-            [state.local for state in self.states],
-            [state.length for state in self.states],
-            ending,
-            rejected=self.rejected,
-            evaluations=self.walker.evaluations,
-            events=self.events,
-            velocity=self.last.tangent,
-        )
+        states, lengths = [state.local for state in self.states], [state.length for state in self.states]
+        effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.walker.evaluations}
+        return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
         local = self.walker.state_at(start)
@@ -254,10 +245,8 @@ class _Following:
                 tangent = self.last.local.tangent(offset)
                 self.states[-1] = replace(self.last, tangent=tangent / np.linalg.norm(tangent))
             distance = min(distance, 0.8 * remaining)
-            if (
-                remaining < LANDING_DISTANCE * self.size
-                and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS
-            ):
+            near = remaining < LANDING_DISTANCE * self.size
+            if near and miss_distance(self.before, self.last, state) < MAX_LANDING_MISS:
                 landing = _Landing(name, state, remaining)
         return distance, landing
 
@@ -323,5 +312,5 @@ def _blurred(step: PathStep, distance: float) -> bool:
     return BLURRED_STATE_SHARE * step.local.least_singular_value * distance < CLOSURE_ROUNDING
 
 
-def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> PathEnding:
+def _stopped(linkage: Linkage, hinges: WholeNumbers) -> PathEnding:
     return PathEnding("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))

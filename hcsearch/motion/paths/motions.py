@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq
@@ -124,15 +124,16 @@ def motion_path_of(
     )
 
 
+_OF_STATES = ("angles", "residuals", "nullities", "least_singular_values")
+
+
 def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
     """The path in reverse order; the outcome names its first state. Energies are left out."""
+    states: dict[str, Any] = {name: getattr(path, name)[::-1].copy() for name in _OF_STATES}
     return replace(
         path,
-        angles=path.angles[::-1].copy(),
+        **states,
         lengths=path.lengths[-1] - path.lengths[::-1],
-        residuals=path.residuals[::-1].copy(),
-        nullities=path.nullities[::-1].copy(),
-        least_singular_values=path.least_singular_values[::-1].copy(),
         outcome=outcome,
         sentence=f"{outcome} after {path.steps} steps, found from there",
         events=(),
@@ -143,13 +144,13 @@ def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
 
 def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
     """Concatenate two paths, of which the second begins where the first ends. Energies are left out."""
+    states: dict[str, Any] = {
+        name: np.concatenate([getattr(first, name)[:-1], getattr(second, name)]) for name in _OF_STATES
+    }
     return replace(
         second,
-        angles=np.vstack([first.angles[:-1], second.angles]),
+        **states,
         lengths=np.concatenate([first.lengths[:-1], first.lengths[-1] + second.lengths]),
-        residuals=np.concatenate([first.residuals[:-1], second.residuals]),
-        nullities=np.concatenate([first.nullities[:-1], second.nullities]),
-        least_singular_values=np.concatenate([first.least_singular_values[:-1], second.least_singular_values]),
         sentence=f"{second.outcome} after {first.steps + second.steps} steps",
         rejected=first.rejected + second.rejected,
         evaluations=first.evaluations + second.evaluations,

@@ -279,10 +279,8 @@ def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
         return max_dimension
     dimension = 0
     for neighbour, directions in zip(neighbours, _kernels(forms, neighbours), strict=True):
-        dimension = max(
-            dimension,
-            min(_neighbours(forms, neighbour, directions, solved, CROSSING_NEIGHBOUR_DISTANCE)[1], max_dimension),
-        )
+        _, spanned = _neighbours(forms, neighbour, directions, solved, CROSSING_NEIGHBOUR_DISTANCE)
+        dimension = max(dimension, min(spanned, max_dimension))
         if dimension == max_dimension:
             break
     return dimension

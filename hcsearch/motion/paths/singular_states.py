@@ -42,10 +42,7 @@ def singular_states(walker: Walker, before: PathStep | None, last: PathStep, aft
         return []
     middle = walker.advance(before, last, 0.5 * length) if length > MIN_EVENT_STEP else None
     if middle is not None:
-        return [
-            *singular_states(walker, before, last, middle.step),
-            *singular_states(walker, last, middle.step, after),
-        ]
+        return [*singular_states(walker, before, last, middle.step), *singular_states(walker, last, middle.step, after)]
     if differ:
         return [_crossing(walker, last, after)]
     event = _turning(walker, last, after) if falls_ahead and falls_behind else None
@@ -63,12 +60,8 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
     value = CubicHermiteSpline([0.0, length], [least_before, -least_after], [last.slopes[-1], -after.slopes[-1]])
     distance = float(brentq(value, 0.0, length, xtol=1e-15))
     angles = CubicHermiteSpline([0.0, length], [last.angles, after.angles], [last.tangent, after.tangent])(distance)
-    return _event(
-        walker.state_at(angles),
-        last.length + distance,
-        after.local.kept_rank,
-        CROSSED_VALUE_SHARE * max(least_before, least_after),
-    )
+    zero = CROSSED_VALUE_SHARE * max(least_before, least_after)
+    return _event(walker.state_at(angles), last.length + distance, after.local.kept_rank, zero)
 
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:

@@ -91,11 +91,8 @@ def _adams(before: PathStep | None, last: PathStep, distance: float) -> Predicte
         return _taylor(before, last, distance)
     assert before is not None
     h, k = distance, last.length - before.length
-    angles = (
-        last.angles
-        + h * last.tangent
-        + h * h * (0.5 * last.acceleration + h / (6 * k) * (last.acceleration - before.acceleration))
-    )
+    bend = 0.5 * last.acceleration + h / (6 * k) * (last.acceleration - before.acceleration)
+    angles = last.angles + h * last.tangent + h * h * bend
     velocity = last.tangent + h / (6 * k) * ((3 * k + h) * last.acceleration - h * h / (h + k) * before.acceleration)
     return angles, velocity, 3
 
@@ -141,11 +138,9 @@ def _hermite(before: PathStep | None, last: PathStep, distance: float) -> Predic
 
 def _comparable(before: PathStep | None, last: PathStep) -> bool:
     """Whether two states have comparable accelerations."""
-    return (
-        before is not None
-        and before.local.kept_rank == last.local.kept_rank
-        and last.length - before.length > DISTINCT_STATE_DISTANCE
-    )
+    if before is None or before.local.kept_rank != last.local.kept_rank:
+        return False
+    return last.length - before.length > DISTINCT_STATE_DISTANCE
 
 
 PREDICTORS = {

@@ -99,10 +99,8 @@ class _Bisection:
     def run(self) -> CriticalMargin:
         """Find the least margin at which a path is met; then the least at which one is proved, if that differs."""
         top = len(self.margins) - 1
-        if any(
-            self._search_at(place)
-            for place in sorted({top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}, reverse=True)
-        ):
+        places = {top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}
+        if any(map(self._search_at, sorted(places, reverse=True))):
             while self.met - self.unmet > 1:
                 self._search_at((self.unmet + self.met) // 2)
             low = self.met

@@ -69,11 +69,9 @@ class PlannedMotion(ByValue):
             return None
         way, widest_lock = self.locks[-1]  # that with hinged pairs is the last: it ends the search
         margins = [lock.margin for _, lock in self.locks if lock.margin is not None]
-        return (
-            (way, replace(widest_lock, margin=min(margins)))
-            if self.locked and way != "hinged" and margins
-            else (way, widest_lock)
-        )
+        if self.locked and way != "hinged" and margins:
+            widest_lock = replace(widest_lock, margin=min(margins))
+        return way, widest_lock
 
     @property
     def margin(self) -> float | None:

@@ -63,13 +63,9 @@ class PathProof(ByValue):
     @property
     def margin(self) -> float | None:
         """The least margin (m) at which the path is proved; None where it is not."""
-        proved = (
-            self.clearance is not None
-            and self.clearance.kind == "clear"
-            and self.closed
-            and not any(self.end_distances)
-        )
-        return self.clearance.margin if proved and self.clearance is not None else None
+        if self.clearance is None or self.clearance.kind != "clear" or not self.closed or any(self.end_distances):
+            return None
+        return self.clearance.margin
 
 
 _Enclosed = tuple[tuple[Tube, ...], tuple[float, float], bool]

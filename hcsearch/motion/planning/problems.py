@@ -8,9 +8,8 @@ numbers.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import SizeError
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.planning.closed_states import Group, Loops
@@ -95,7 +94,7 @@ def group_of_all(loops: Loops) -> Group:
     return Group(np.eye(6 * (len(loops.starts) - 1)), moving, loops.starts, loops.hinges)
 
 
-def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.bool_], jacobian: Reals) -> Group:
+def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: Flags, jacobian: Reals) -> Group:
     """Return the smallest group in which loops close while some hinges stay fixed at a flat-folded closed state.
 
     end : that state in whole numbers. moving : (n_hinges,), the hinges that turn. jacobian : (n_rows, n_hinges),
@@ -124,7 +123,7 @@ def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: NDArray[np.b
     return Group(np.array(rows).reshape(-1, linkage.n_rows), moving.copy(), starts, hinges)
 
 
-def turns_equally(end: WholeEnd, moving: NDArray[np.bool_]) -> bool:
+def turns_equally(end: WholeEnd, moving: Flags) -> bool:
     """Whether loops stay closed, exactly, while the moving hinges leave their stops by any one common angle.
 
     They turn about parallel lines. Before hinge k the hinges of a loop have turned by j_k times the angle, and T moves

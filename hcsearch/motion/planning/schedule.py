@@ -76,11 +76,8 @@ def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
     floods take ever more boxes, and trees have new seeds: with junctions as further roots, then without, and
     every third time with the least margin, by which paths are better.
     """
-    yield (
-        TreeStep(widest=False, loose=False, rounds=TIGHT_SEARCH_ROUNDS, seeds=(0,)),
-        MovesStep(loose=False),
-        MovesStep(loose=True),
-    )
+    trees = TreeStep(widest=False, loose=False, rounds=TIGHT_SEARCH_ROUNDS, seeds=(0,))
+    yield trees, MovesStep(loose=False), MovesStep(loose=True)
     yield (TreeStep(widest=True, loose=True, rounds=LOOSE_SEARCH_ROUNDS, seeds=(1, 2, 3)),)
     for k in count():
         boxes = FIRST_FLOOD_BOXES * FLOOD_BOX_GROWTH**k

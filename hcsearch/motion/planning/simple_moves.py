@@ -113,10 +113,8 @@ class SimpleMoves:
         for _ in range(math.ceil(4.0 * math.pi / MOVE_STEP_TURN)):
             before = current.copy()
             current[hinges] += MOVE_STEP_TURN * direction / np.abs(direction).max()
-            if (
-                np.abs(current[hinges] - end[hinges]).max() < 1.5 * MOVE_STEP_TURN
-                or (sense * (current - end)[hinges]).max() > 0.0
-            ):
+            left = (end - current)[hinges]
+            if np.abs(left).max() < 1.5 * MOVE_STEP_TURN or (sense * left).min() < 0.0:
                 near = np.abs(before - end)[hinges].max() < 3.0 * MOVE_STEP_TURN
                 return np.array([*states, end]) if near else None
             for _ in range(20):
@@ -125,10 +123,8 @@ class SimpleMoves:
                     break
                 current[hinges] -= np.linalg.lstsq(jacobian[:, hinges], residual, rcond=1e-9)[0]
             direction = (current - before)[hinges]
-            if (
-                np.abs(self.linkage.closure(current)[0]).max() > MOVE_CLOSURE_TOLERANCE
-                or (sense * direction).min() <= 0.0
-            ):
+            opening = np.abs(self.linkage.closure(current)[0]).max()
+            if opening > MOVE_CLOSURE_TOLERANCE or (sense * direction).min() <= 0.0:
                 return None
             states.append(current.copy())
         return None
@@ -264,10 +260,8 @@ def _closed(linkage: Linkage, walk: Walk) -> tuple[Flags, bool]:
     turns = _half_turns(linkage.directions[hinges], linkage.points[hinges] / linkage.pattern.size)
     middle = len(hinges) // 2
     # half turns are their own inverses: the second half, backwards, is the product of its turns from the last on
-    first_products, second_products = (
-        _products(turns[:middle]),
-        _products(turns[: middle - 1 : -1] if middle else turns[::-1]),
-    )
+    first_products = _products(turns[:middle])
+    second_products = _products(turns[: middle - 1 : -1] if middle else turns[::-1])
     first, second, fits = _matched(*_matching_entries(first_products, second_products))
     same = np.abs(first_products[first] - second_products[second]).max(axis=(1, 2), initial=0.0) <= EQUAL_POSE_TOLERANCE
     bits = [_bits(first[same], middle), _bits(second[same], len(hinges) - middle)[:, ::-1]]

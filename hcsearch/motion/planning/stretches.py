@@ -11,9 +11,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.planning.closed_states import (
     PLANNING_CLOSURE_RESIDUAL,
     STOPPED_HINGE_ANGLE,
@@ -25,7 +24,7 @@ from hcsearch.kernels.planning.closed_states import (
     largest_closure_residual,
     new_closing,
 )
-from hcsearch.kernels.planning.tubes import POLISHED_RESIDUAL, Track, polishing_residual, prove_tube
+from hcsearch.kernels.planning.tubes import POLISHED_RESIDUAL, Track, new_track, polishing_residual, prove_tube
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.ends import Departure, EndClosure
 from hcsearch.motion.planning.problems import loops_of, turns_equally
@@ -50,13 +49,9 @@ def switch_between(loops: Loops, first: Reals, second: Reals, work: Closing) -> 
     held = stopped[0] | stopped[1]
     if (stopped[0] == stopped[1]).all():
         return None
-    switch = (
-        second.copy()
-        if (held == stopped[0]).all()
-        else first.copy()
-        if (held == stopped[1]).all()
-        else 0.5 * (first + second)
-    )
+    switch = second.copy() if (held == stopped[0]).all() else 0.5 * (first + second)
+    if (held == stopped[1]).all():
+        switch = first.copy()
     ends = np.where(stopped[0], first, second)[held]
     switch[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
     for _ in range(MAX_SWITCH_STEPS):
@@ -71,7 +66,7 @@ def switch_between(loops: Loops, first: Reals, second: Reals, work: Closing) -> 
     return switch if near and within and largest_closure_residual(loops, switch, work) < POLISHED_RESIDUAL else None
 
 
-def _stopped(state: Reals) -> NDArray[np.bool_]:
+def _stopped(state: Reals) -> Flags:
     """Flags of the hinges that are at a stop."""
     return (state < STOPPED_HINGE_ANGLE) | (state > math.pi - STOPPED_HINGE_ANGLE)
 
@@ -128,13 +123,10 @@ class Stretch:
         moving = self.group.moving
         whole = whole_end(self.linkage, first)
         turned = np.abs(states - first)[:, moving]
-        all_equal = (
-            moving.any()
-            and np.ptp(turned, axis=1).max() <= SAME_STATE_DISTANCE
-            and bool((np.diff(turned, axis=0) > 0.0).all())
-        )
+        all_equal = moving.any() and np.ptp(turned, axis=1).max() <= SAME_STATE_DISTANCE
+        all_grow = bool((np.diff(turned, axis=0) > 0.0).all())
         full = np.abs(last - first)[moving].min(initial=math.pi) == math.pi
-        if not all_equal or not full or whole is None or not turns_equally(whole, moving):
+        if not all_equal or not all_grow or not full or whole is None or not turns_equally(whole, moving):
             return None
         shares = turned[:, :1] / math.pi
         times = shares.ravel() * math.pi * math.sqrt(moving.sum())
@@ -169,13 +161,7 @@ class Stretch:
         m, reach = self.linkage.n_hinges, (0.0, 0.0)
         for _ in range(1 + MAX_SWITCH_STATES):
             coarse, shares, reach = self._joined(states, limit)
-            fine = Track(
-                np.zeros(MAX_STRETCH_STATES),
-                np.zeros((MAX_STRETCH_STATES, m)),
-                np.zeros((MAX_STRETCH_STATES, m)),
-                np.zeros(MAX_STRETCH_STATES),
-                np.zeros(1, np.int64),
-            )
+            fine = new_track(MAX_STRETCH_STATES, m)
             stop = np.zeros(2)
             if coarse.state_count[0] < 2:
                 break
@@ -276,7 +262,7 @@ class Stretch:
         ends = np.zeros((2, 1 + len(end)))
         ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
         step = Track(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
-        fine = Track(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
+        fine = new_track(3, len(end))
         return bool(prove_tube(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:

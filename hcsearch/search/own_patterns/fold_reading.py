@@ -29,7 +29,7 @@ from hcsearch.shape.mesh import (
     without_spurs,
     without_straight_corners,
 )
-from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
+from hcsearch.shape.pattern import FacetPair, PanelFace
 from hcsearch.system.reading import read_text_file
 
 MAX_FOLD_FILE_BYTES = 32 * 2**20
@@ -92,30 +92,6 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
     return _Reader(FrameValues(crease_pattern_frame(data, path))).drawing()
-
-
-def pattern_of(drawing: PatternDrawing, thickness: float | None = None) -> Pattern:
-    """Return the pattern of thick panels that a drawing shows, m.
-
-    thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
-    rigid unless the file states which face carries a hinge. InputFileError for unassigned creases, and without a
-    thickness.
-    """
-    unit = 1.0 if drawing.unit is None else drawing.unit
-    if thickness is None:
-        if drawing.thickness is None:
-            raise InputFileError("the file does not say how thick panels are: give a thickness")
-        thickness = unit * drawing.thickness
-    creases = {}
-    for pair, join in drawing.joins.items():
-        if join.assignment == "U":
-            raise InputFileError(f"the edge between facets {pair[0]} and {pair[1]} is unassigned: write M, V, F or C")
-        if join.assignment == "F":
-            creases[pair] = RIGID_CREASE if join.face is None else Crease(join.face, closes=False)
-        else:
-            creases[pair] = Crease("top" if join.assignment == "V" else "bottom")
-    facets = tuple(tuple((unit * x, unit * y) for x, y in facet) for facet in drawing.facets)
-    return Pattern.from_polygons(facets, creases, thickness, drawing.loops)
 
 
 class _Reader:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -107,10 +108,8 @@ def confirm_deployment(
     compiled, certified = deployment.compiled, deployment.clearance is not None
     steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
     tolerances = agreement_tolerances(tolerance, compiled.formulation)
-    others = [
-        simulate_compiled(compiled, method=method, tolerance=other, certified=certified, max_steps=steps)
-        for other in tolerances
-    ]
+    simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
+    others = [simulated(tolerance=other) for other in tolerances]
     agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
     if agreement.verdict != "deploys" or deployment.play is None:
         return agreement
@@ -184,14 +183,8 @@ def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
     """
     arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        together = next(
-            (
-                arrival
-                for arrival in arrived[::-1]
-                if arrival.stop == stop and time - arrival.time <= ARRIVAL_TIME_TOLERANCE
-            ),
-            None,
-        )
+        recent = (a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE)
+        together = next(recent, None)
         if together is None:
             arrived.append(Arrival(time, stop, (hinge,), speed))
         else:

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.motion.collision.panel_prisms import kept_apart
@@ -80,7 +79,7 @@ class CompiledScene(ByValue):
     system: System
     start: Reals
     joint_of: WholeNumbers
-    hinged: NDArray[np.bool_]
+    hinged: Flags
     shares: Reals
     factor: float
     separated_pairs: frozenset[tuple[int, int]]
@@ -114,10 +113,8 @@ class CompiledScene(ByValue):
     def at_stops(self, q: Reals) -> Stops:
         """Return the hinges that are closed and open at one state."""
         angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
-        return Stops(
-            tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT_STOP_ANGLE)),
-            tuple(int(k) for k in np.flatnonzero(angles <= AT_STOP_ANGLE)),
-        )
+        closed, opened = np.flatnonzero(angles >= math.pi - AT_STOP_ANGLE), np.flatnonzero(angles <= AT_STOP_ANGLE)
+        return Stops(tuple(closed.tolist()), tuple(opened.tolist()))
 
 
 @dataclass(frozen=True)
@@ -147,11 +144,8 @@ def compile_scene(
         return _Compiler(linkage, setup, formulation, keep).run()
     compiled = compile_scene(twin.linkage, setup.of_congruent(linkage), formulation, keep=keep)
     panel_of = {image: panel for panel, image in enumerate(twin.panels)}
-    separated_pairs = frozenset(
-        (min(pair), max(pair))
-        for first, second in compiled.separated_pairs
-        for pair in ((panel_of[first], panel_of[second]),)
-    )
+    pairs = ((panel_of[first], panel_of[second]) for first, second in compiled.separated_pairs)
+    separated_pairs = frozenset((min(pair), max(pair)) for pair in pairs)
     joint_of = compiled.joint_of[list(twin.hinges)]
     return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, separated_pairs=separated_pairs)
 
@@ -203,20 +197,9 @@ class _Compiler:
             joint_of[hinge] = -1 - cut
         hinged = np.arange(len(joints)) >= shift
         self._report_absent_terms()
-        factor = 1.0 if mirror is None else 2.0
-        return CompiledScene(
-            self.linkage,
-            self.setup,
-            self.formulation,
-            system,
-            start,
-            joint_of,
-            hinged,
-            np.concatenate([np.ones(shift), tree.shares]),
-            factor,
-            self._separated_pairs(mirror),
-            tuple(self.omissions),
-        )
+        scene = (self.linkage, self.setup, self.formulation, system, start, joint_of, hinged)
+        shares, factor = np.concatenate([np.ones(shift), tree.shares]), 1.0 if mirror is None else 2.0
+        return CompiledScene(*scene, shares, factor, self._separated_pairs(mirror), tuple(self.omissions))
 
     def _leave_out(self, name: str, what: str, why: str) -> None:
         self.omissions.append(Omission(name, what, why))
@@ -264,10 +247,8 @@ class _Compiler:
         shift = len(axes)
         massless = Body(0.0, panel.centre, np.zeros((3, 3)))
         joints = [TreeJoint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
-        joints += [
-            TreeJoint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides)
-            for j in tree.joints
-        ]
+        parents = [shift - 1 if joint.parent == GROUND else joint.parent + shift for joint in tree.joints]
+        joints += [replace(joint, parent=parent) for joint, parent in zip(tree.joints, parents, strict=True)]
         bodies = (*(massless for _ in range(shift - 1)), base, *tree.bodies)
 
         def moved(body: int, held: bool) -> int:
@@ -290,9 +271,8 @@ class _Compiler:
     def _drive(self, hinge: int, share: float = 1.0) -> JointDrive:
         law = self.laws[hinge]
         upper = math.inf if hinge in self.unreached else math.pi
-        return JointDrive(
-            law if share == 1.0 else scaled_law(law, share), share * self.setup.damping_of(law), 0.0, upper
-        )
+        share_of_law = law if share == 1.0 else scaled_law(law, share)
+        return JointDrive(share_of_law, share * self.setup.damping_of(law), 0.0, upper)
 
     def _unreached(self) -> set[int]:
         """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""
@@ -300,12 +280,9 @@ class _Compiler:
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
         least_energies = [min(0.0, law.least_energy) for law in self.laws]
-        available = sum(at_start) - sum(least_energies)
-        unreached = {
-            k
-            for k, law in enumerate(self.laws)
-            if self.angles[k] < math.pi and law.energy(math.pi) - least_energies[k] > available * (1.0 + 1e-9)
-        }
+        available = (sum(at_start) - sum(least_energies)) * (1.0 + 1e-9)
+        needed = [law.energy(math.pi) - least for law, least in zip(self.laws, least_energies, strict=True)]
+        unreached = {k for k, energy in enumerate(needed) if self.angles[k] < math.pi and energy > available}
         if unreached:
             self._leave_out(
                 "stops",

@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.basics.array_values import Flags
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import folding_at, representatives
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
@@ -52,15 +52,13 @@ some motions that this one finds, and takes nine tenths of the time."""
 FOLDINGS_IN_MEMORY = 256
 """Number of foldings whose scenes are held in memory together."""
 TriedVariant = tuple[int, SceneVariant]
+TriedScene = tuple[CompiledScene, CheckedPanels]
+TriedScenes = dict[TriedVariant, TriedScene]
+TrialChecks = dict[TriedVariant, DeploymentCheck]
 
 
 def deploy_foldings(
-    circuits: CircuitBatch,
-    foldings: FoldingBatch,
-    locked: NDArray[np.bool_],
-    moves: NDArray[np.bool_],
-    scene: Scene,
-    threads: int = 1,
+    circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int = 1
 ) -> DeploymentBatch:
     """Deploy a batch of untwisted foldings in a scene.
 
@@ -77,13 +75,7 @@ class _Verdicts:
     """The computation of the verdicts on a batch; foldings are numbers in the batch."""
 
     def __init__(
-        self,
-        circuits: CircuitBatch,
-        foldings: FoldingBatch,
-        locked: NDArray[np.bool_],
-        moves: NDArray[np.bool_],
-        scene: Scene,
-        threads: int,
+        self, circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.variants = scene_variants(scene)
@@ -137,40 +129,25 @@ class _Verdicts:
                 self._record_trial(i, variant, scenes[i, variant][0], check, agreements.get((i, variant)))
                 self.evaluations_spent[i] += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
 
-    def _check(
-        self, scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]], options: dict[str, Any]
-    ) -> dict[TriedVariant, DeploymentCheck]:
+    def _check(self, scenes: TriedScenes, options: dict[str, Any]) -> TrialChecks:
         compiled, screens = [scene for scene, _ in scenes.values()], [panels for _, panels in scenes.values()]
-        return dict(
-            zip(scenes, check_deployments(compiled, screens=screens, threads=self.threads, **options), strict=True)
-        )
+        checks = check_deployments(compiled, screens=screens, threads=self.threads, **options)
+        return dict(zip(scenes, checks, strict=True))
 
-    def _agreed(
-        self,
-        scenes: dict[TriedVariant, tuple[CompiledScene, CheckedPanels]],
-        checks: dict[TriedVariant, DeploymentCheck],
-    ) -> dict[TriedVariant, Agreement]:
+    def _agreed(self, scenes: TriedScenes, checks: TrialChecks) -> dict[TriedVariant, Agreement]:
         """Return the agreement at other tolerances of all trials that deploy."""
         deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
         # motions that are clear with the margin that the first one needs are clear with the scene's
-        tight = {
-            tried: (compiled, checked_panels_of(compiled, plays[tried].needed_margin))
-            for tried, (compiled, _) in deploying.items()
-        }
+        tight = {k: (scene, checked_panels_of(scene, plays[k].needed_margin)) for k, (scene, _) in deploying.items()}
         checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
         return {
-            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in checks_at], plays[tried])
-            for tried, scene in deploying.items()
+            k: self._agreement(k, scene, checks[k], [other[k] for other in checks_at], plays[k])
+            for k, scene in deploying.items()
         }
 
     def _agreement(
-        self,
-        tried: TriedVariant,
-        scene: tuple[CompiledScene, CheckedPanels],
-        first: DeploymentCheck,
-        others: list[DeploymentCheck],
-        play: Play,
+        self, tried: TriedVariant, scene: TriedScene, first: DeploymentCheck, others: list[DeploymentCheck], play: Play
     ) -> Agreement:
         """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
@@ -187,21 +164,15 @@ class _Verdicts:
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
     def _record_trial(
-        self,
-        i: int,
-        variant: SceneVariant,
-        compiled: CompiledScene,
-        check: DeploymentCheck,
-        agreement: Agreement | None,
+        self, i: int, variant: SceneVariant, scene: CompiledScene, check: DeploymentCheck, agreed: Agreement | None
     ) -> None:
         if not (variant.as_written or check.deploys):
             return
         for folding in (i, *self.congruent[i]):
-            trial = (
-                self._trial(i, variant, compiled, check, agreement)
-                if folding == i
-                else self._transferred(folding, i, variant, check, agreement)
-            )
+            if folding == i:
+                trial = self._trial(i, variant, scene, check, agreed)
+            else:
+                trial = self._transferred(folding, i, variant, check, agreed)
             if variant.as_written:
                 self.as_written[folding] = trial
             if trial.status == "deploys":
@@ -244,16 +215,11 @@ class _Verdicts:
 
     def _scene_is_congruent(self, i: int, first: int) -> bool:
         """Return whether a scene is the same for two congruent foldings: its gravity and held panel may break this."""
-        linkage, first_linkage = (
-            self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first)
-        )
-        setup, first_setup = (
-            setup_of_scene(self.scene, linkage).of_congruent(linkage),
-            setup_of_scene(self.scene, first_linkage),
-        )
-        return setup.held == first_setup.held and bool(
-            np.allclose(setup.gravity, first_setup.gravity, rtol=0.0, atol=1e-12)
-        )
+        way = self.scene.flat_pairs[0]
+        linkage, first_linkage = (self.foldings[k].linkage(self.panel, flat_pairs=way) for k in (i, first))
+        one = setup_of_scene(self.scene, linkage).of_congruent(linkage)
+        other = setup_of_scene(self.scene, first_linkage)
+        return one.held == other.held and bool(np.allclose(one.gravity, other.gravity, rtol=0.0, atol=1e-12))
 
     def _transferred(
         self, i: int, first: int, variant: SceneVariant, check: DeploymentCheck, agreement: Agreement | None
@@ -270,35 +236,30 @@ class _Verdicts:
         return replace(trial, as_crease=self.foldings[first].crease)
 
     def _trial(
-        self,
-        i: int,
-        variant: SceneVariant,
-        compiled: CompiledScene,
-        check: DeploymentCheck,
-        agreement: Agreement | None,
+        self, i: int, variant: SceneVariant, scene: CompiledScene, check: DeploymentCheck, agreed: Agreement | None
     ) -> Trial:
-        labels = labels_of(compiled.linkage)
+        labels = labels_of(scene.linkage)
         status, reason = check.verdict, check.reason(labels)
-        if agreement is not None:
-            status = agreement.verdict
-            reason = agreement.reason + (", clear until then" if status == "deploys" else "")
-        size, clearance, play = compiled.linkage.pattern.size, None, None
-        if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
-            play = Play(agreement.needed_margin, agreement.least_gap)
+        if agreed is not None:
+            status = agreed.verdict
+            reason = agreed.reason + (", clear until then" if status == "deploys" else "")
+        size, clearance, play = scene.linkage.pattern.size, None, None
+        if agreed is not None and status == "deploys" and agreed.needed_margin is not None:
+            play = Play(agreed.needed_margin, agreed.least_gap)
             clearance = play.clearance(min(math.inf if check.gap is None else check.gap, size))
         facts = {"design": self.foldings[i].notation}
-        scene = replace(self.scene, panel=self.panel, flat_pairs=(variant.pairs,))
-        tried = scene_of_setup(compiled.setup, scene, labels)
+        written = replace(self.scene, panel=self.panel, flat_pairs=(variant.pairs,))
+        tried = scene_of_setup(scene.setup, written, labels)
         return Trial(
             folding=i,
             scene=tried.name,
-            values=scene_file_text(facts, compiled.formulation, tried),
-            formulation=compiled.formulation,
+            values=scene_file_text(facts, scene.formulation, tried),
+            formulation=scene.formulation,
             status=status,
             reason=reason,
             clearance=clearance,
             first_contact=check.collision[0] if check.collision is not None and check.verdict == "collides" else None,
-            deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
+            deploy_time=agreed.flat_time if agreed is not None and status == "deploys" else None,
             energy_error=check.drift,
             closure_error=check.opening * size,
             needed_margin=None if play is None else play.needed_margin,
@@ -318,9 +279,8 @@ class _Verdicts:
 
 def _play(compiled: CompiledScene) -> Play:
     """Return the play of the first motion, simulated again as a check keeps no states."""
-    return play_of_deployment(
-        compiled, simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
-    )
+    motion = simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
+    return play_of_deployment(compiled, motion)
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:

@@ -60,11 +60,8 @@ class Drives(DriveDemand):
         if len(self.start) != n or not all(0 <= hinge < n for hinge in self.hinges):
             raise SceneError(f"the drive is not one of this design, which has {n} hinges: write it with hcsearch drive")
         gap = float(np.abs(linkage.closure(self.start)[0]).max(initial=0.0))
-        if (
-            gap > START_CLOSURE_TOLERANCE
-            or self.start.min(initial=0.0) < -0.01
-            or self.start.max(initial=0.0) > np.pi + 0.01
-        ):
+        least, greatest = self.start.min(initial=0.0), self.start.max(initial=0.0)
+        if gap > START_CLOSURE_TOLERANCE or least < -0.01 or greatest > np.pi + 0.01:
             raise SceneError(
                 "the drive does not start from a closed state within the stops: give the panels and flat pairs that it "
                 "was made for, or write it with hcsearch drive"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -84,18 +85,11 @@ def _needed(compiled: CompiledScene, path: DeploymentCourse, least_margin: float
     count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
     margins = [margin for k in range(1, count + 1) if (margin := k * step) >= least_margin * (1.0 - 1e-9)]
     margins.append(compiled.margin)
+    certified = partial(certify_clearance, linkage, slack=path.slack, apart=compiled.separated_pairs, measured=False)
     low, high = 0, len(margins) - 1
     tried = 0  # the least margin first: most motions in which panels hardly touch need no more
     while low < high:
-        clearance = certify_clearance(
-            linkage,
-            path.course,
-            margin=margins[tried],
-            slack=path.slack,
-            apart=compiled.separated_pairs,
-            measured=False,
-        )
-        if clearance.kind == "clear":
+        if certified(path.course, margin=margins[tried]).kind == "clear":
             high = tried
         else:
             low = tried + 1

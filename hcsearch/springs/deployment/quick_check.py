@@ -86,10 +86,8 @@ def check_deployments(
         exactness, members = call
         batch_scenes = [scenes[i] for i in members]
         state_bytes = 3 * 8 * batch_scenes[0].system.n_joints  # bytes of the angles, rates and accelerations of a state
-        steps = min(
-            max_steps or MAX_DEPLOYMENT_STEPS[batch_scenes[0].formulation],
-            max(1, MAX_MOTION_RECORD_BYTES // state_bytes),
-        )
+        most = max_steps or MAX_DEPLOYMENT_STEPS[batch_scenes[0].formulation]
+        steps = min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes))
         return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, steps)
 
     checks: dict[int, DeploymentCheck] = {}
@@ -134,16 +132,9 @@ def _run(
         flat=FLAT_FOLD_ANGLE,
         rest=REST_ANGLE_TOLERANCE,
     )
-    rules = CheckingRules(
-        method_named(method_of(first.formulation)),
-        plan,
-        system.mechanism.struts,
-        system.mechanism.cuts,
-        system.mechanism.closure_stiffness,
-        system.mechanism.closure_damping,
-        *exactness,
-        past_collisions,
-    )
+    method, m = method_named(method_of(first.formulation)), system.mechanism
+    springs = m.struts, m.cuts, m.closure_stiffness, m.closure_damping
+    rules = CheckingRules(method, plan, *springs, *exactness, past_collisions)
     findings = CheckFindings(
         endings=np.zeros(count, np.int64),
         verdicts=np.zeros(count, np.int64),

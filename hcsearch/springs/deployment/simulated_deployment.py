@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -221,9 +221,8 @@ def simulate_driven_scene(
         driven = replace(driven, greatest_torques=follow(float(drives.times[-1]), None).greatest_torques)
     # states inserted between others move under the drives, too
     compiled = replace(compiled, system=system.under_control(commands.targets))
-    return deployment_of_motion(
-        compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven
-    )
+    seconds = time.perf_counter() - began
+    return deployment_of_motion(compiled, driven.motion, seconds, certified=certified, driven=driven)
 
 
 def deployment_of_motion(
@@ -279,15 +278,9 @@ def _steep(compiled: CompiledScene, motion: Motion) -> bool:
 def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
     """Certify the clearance of a motion."""
     linkage, path = compiled.linkage, course_of_deployment(compiled, motion)
-    return certify_clearance(
-        linkage,
-        path.course,
-        margin=compiled.margin,
-        resolution=resolution_of(linkage),
-        slack=path.slack,
-        apart=compiled.separated_pairs,
-        measured=motion.ending == "flat",
-    )
+    certified = partial(certify_clearance, linkage, slack=path.slack, apart=compiled.separated_pairs)
+    resolution, measured = resolution_of(linkage), motion.ending == "flat"
+    return certified(path.course, margin=compiled.margin, resolution=resolution, measured=measured)
 
 
 def omission_savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:

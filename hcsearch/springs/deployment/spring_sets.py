@@ -90,13 +90,10 @@ def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Real
     """
     linkage, joint_of, congruent = compiled.linkage, compiled.joint_of, compiled.linkage.twin
     if congruent is not None:
-        congruent_folding = folding.likeness(panel)
-        assert congruent_folding is not None
-        folding, linkage, joint_of = (
-            congruent_folding.folding,
-            congruent.linkage,
-            joint_of[np.argsort(congruent.hinges)],
-        )
+        likeness = folding.likeness(panel)
+        assert likeness is not None
+        folding, linkage = likeness.folding, congruent.linkage
+        joint_of = joint_of[np.argsort(congruent.hinges)]
     pattern, half = linkage.pattern, folding.circuit.n // 2
     first = set(folding.stacks[0])
     places = np.zeros((compiled.system.n_joints, 3))

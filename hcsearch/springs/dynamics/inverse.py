@@ -58,11 +58,8 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
         inertia = placed_body.turn @ body.inertia @ placed_body.turn.transpose(0, 2, 1)
         momentum = _times(inertia, placed_body.spin)
         speed = placed_body.speed + np.cross(placed_body.spin, arm)
-        speed_up = (
-            placed_body.speed_up
-            + np.cross(placed_body.spin_up, arm)
-            + np.cross(placed_body.spin, np.cross(placed_body.spin, arm))
-        )
+        inward = np.cross(placed_body.spin, np.cross(placed_body.spin, arm))
+        speed_up = placed_body.speed_up + np.cross(placed_body.spin_up, arm) + inward
         force = body.mass * (speed_up - gravity)
         couple = _times(inertia, placed_body.spin_up) + np.cross(placed_body.spin, momentum)
         pulls[i] += force

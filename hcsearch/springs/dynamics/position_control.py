@@ -12,9 +12,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.multibody.hinges import Targets
 from hcsearch.springs.dynamics.system import System
 from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
@@ -109,9 +108,8 @@ class DrivenMotion(ByValue):
     def drift(self) -> float:
         """Greatest error of the energy balance, J."""
         motion = self.motion
-        total = (
-            motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost - self.work
-        )
+        total = motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost
+        total = total - self.work
         return float(np.abs(total - total[0]).max())
 
 
@@ -125,7 +123,7 @@ def simulate_driven(
     tolerance: float = 1e-6,
     restitution: float = 0.0,
     flat: float | None = None,
-    watched: NDArray[np.bool_] | None = None,
+    watched: Flags | None = None,
     max_steps: int = 200_000,
 ) -> DrivenMotion:
     """Simulate a system under control from a closed state at rest up to a time (s); options as of `simulate_system`."""
@@ -147,16 +145,10 @@ def simulate_driven(
     angles, rates = motion.q[:, joints], motion.v[:, joints]
     target_angles, target_rates, feedforward = commands.interpolated(motion.times)
     torques = feedforward + commands.stiffness * (target_angles - angles) + commands.damping * (target_rates - rates)
-    plan = commands.at(motion.times)
+    planned_angles, _, planned = commands.at(motion.times)
     # in the kernel's books, dissipation is the energy taken by dampers less the work of drives
-    return DrivenMotion(
-        replace(motion, damped=damped),
-        damped - motion.damped,
-        plan[2],
-        torques,
-        angles - plan[0],
-        np.abs(torques).max(axis=0),
-    )
+    work, errors, greatest = damped - motion.damped, angles - planned_angles, np.abs(torques).max(axis=0)
+    return DrivenMotion(replace(motion, damped=damped), work, planned, torques, errors, greatest)
 
 
 def _damped(system: System, motion: Motion) -> Reals:

@@ -144,11 +144,8 @@ class System(ByValue):
         return point if body == GROUND else point - self.joints[body].point
 
     def _cuts(self) -> CutHinges:
-        points = [
-            [*self._arm(body, cut.ends[0]), *self._arm(body, cut.ends[1])]
-            for cut in self.cuts
-            for body in (cut.first, cut.second)
-        ]
+        ends = [(body, *cut.ends) for cut in self.cuts for body in (cut.first, cut.second)]
+        points = [[*self._arm(body, start), *self._arm(body, end)] for body, start, end in ends]
         frames = []
         for cut in self.cuts:
             across = np.cross(cut.axis, np.eye(3)[np.abs(cut.axis).argmin()])
@@ -164,10 +161,8 @@ class System(ByValue):
         )
 
     def _struts(self) -> Struts:
-        points = [
-            [*self._arm(strut.first, strut.first_point), *self._arm(strut.second, strut.second_point)]
-            for strut in self.struts
-        ]
+        ends = [((s.first, s.first_point), (s.second, s.second_point)) for s in self.struts]
+        points = [[*self._arm(*one), *self._arm(*other)] for one, other in ends]
         return Struts(
             bodies=np.array([(strut.first, strut.second) for strut in self.struts], np.int64).reshape(-1, 2),
             points=np.array(points, float).reshape(-1, 6),

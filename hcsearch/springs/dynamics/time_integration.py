@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Required, TypedDict, Unpack
+from typing import Any, Literal, Required, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.accelerations import discrete_state_for
@@ -136,7 +135,7 @@ class SimulationOptions(TypedDict, total=False):
     restitution: float
     slow: float
     flat: float | None
-    watched: NDArray[np.bool_] | None
+    watched: Flags | None
     rest: float | None
     closed: float
     first_step: float
@@ -175,7 +174,7 @@ def plan_for(
     restitution: float = 0.0,
     slow: float = 1e-2,
     flat: float | None = None,
-    watched: NDArray[np.bool_] | None = None,
+    watched: Flags | None = None,
     rest: float | None = None,
     closed: float = 1e-14,
     first_step: float = 0.0,
@@ -200,8 +199,11 @@ def plan_for(
 def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
     """Concatenate successive motions; starts : s, of each. Dissipated energies are accumulated."""
 
-    def concatenated(name: str) -> Reals:
-        return np.concatenate([getattr(motion, name) for motion in motions])
+    def concatenated(*names: str) -> dict[str, Any]:
+        return {name: np.concatenate([getattr(motion, name) for motion in motions]) for name in names}
+
+    def total(*names: str) -> dict[str, Any]:
+        return {name: sum(getattr(motion, name) for motion in motions) for name in names}
 
     def accumulated(name: str) -> Reals:
         ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
@@ -210,13 +212,7 @@ def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
     return replace(
         motions[-1],
         times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
-        q=concatenated("q"),
-        v=concatenated("v"),
-        a=concatenated("a"),
-        kinetic=concatenated("kinetic"),
-        stored=concatenated("stored"),
-        height=concatenated("height"),
-        in_stops=concatenated("in_stops"),
+        **concatenated("q", "v", "a", "kinetic", "stored", "height", "in_stops"),
         damped=accumulated("damped"),
         lost=accumulated("lost"),
         gap=max(motion.gap for motion in motions),
@@ -225,9 +221,7 @@ def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
             for motion, start in zip(motions, starts, strict=True)
             for event in motion.events
         ),
-        steps=sum(motion.steps for motion in motions),
-        rejected=sum(motion.rejected for motion in motions),
-        evaluations=sum(motion.evaluations for motion in motions),
+        **total("steps", "rejected", "evaluations"),
     )
 
 
@@ -300,7 +294,8 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
 def motion_of_record(record: recording.SimulationRecord, system: System) -> Motion:
     """Convert a record of the kernel to a motion."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
-    events = min(events, len(record.event_times))
+    columns = (record.event_times, record.event_joints, record.event_kinds, record.event_speeds)
+    happened = zip(*(column[:events].tolist() for column in columns), strict=True)
     kinetic, stored, height, in_stops, damped, lost = record.energies[:states].T.copy()
     v, a = record.v[:states].copy(), record.a[:states].copy()
     if system.overdamped:  # the kernel then writes velocities in the place of accelerations
@@ -319,15 +314,7 @@ def motion_of_record(record: recording.SimulationRecord, system: System) -> Moti
         damped,
         lost,
         gap=float(record.closure_residuals[:states].max()),
-        events=tuple(
-            Event(
-                float(record.event_times[k]),
-                int(record.event_joints[k]),
-                _KINDS[int(record.event_kinds[k])],
-                float(record.event_speeds[k]),
-            )
-            for k in range(events)
-        ),
+        events=tuple(Event(time, joint, _KINDS[kind], speed) for time, joint, kind, speed in happened),
         steps=int(np.count_nonzero(np.diff(record.times[:states]))),
         rejected=rejected,
         evaluations=evaluations,

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import lstsq
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import Law, linear_law, quadratic_law, tabulated_law
 from hcsearch.scenes.spring_files import MAX_FOLD_ANGLE
@@ -166,7 +165,7 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
     return angles, moments
 
 
-def _unloading(angles: Reals) -> NDArray[np.bool_]:
+def _unloading(angles: Reals) -> Flags:
     """Mark the angles of unloading: after a peak and before a trough, where the decrease exceeds the noise."""
     threshold = UNLOADING_ANGLE_SHARE * float(np.ptp(angles))
     unloading = np.zeros(len(angles), bool)
@@ -216,11 +215,10 @@ def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution,
     """Return a fit with the last of its values by name, compared with the spline."""
     rows = len(solution.moments)
     half = t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, solution.freedom)
+    values, errors = solution.values[-len(names) :], solution.errors[-len(names) :]
     estimates = {
         name: SpringEstimate(float(value), float(error), float(value - half * error), float(value + half * error))
-        for name, value, error in zip(
-            names, solution.values[-len(names) :], solution.errors[-len(names) :], strict=False
-        )
+        for name, value, error in zip(names, values, errors, strict=False)
     }
     excess, unknowns = max(0.0, solution.squares - spline.squares), solution.freedom - spline.freedom
     sureness = 0.0

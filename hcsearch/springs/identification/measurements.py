@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import spring_files
 from hcsearch.system.csv_columns import (
@@ -18,6 +17,7 @@ from hcsearch.system.csv_columns import (
     CsvColumns,
     is_number,
     read_columns,
+    refuse_repeated_names,
     rename_columns,
 )
 from hcsearch.system.terminal import short_number
@@ -43,19 +43,15 @@ def sampling_rate(times: Reals, path: str) -> float:
     steps, unit = np.diff(times), _unit(times)
     numbers: Reals = np.arange(len(times), dtype=float) - 0.5 * (len(times) - 1)
     step = float(numbers @ times / (numbers @ numbers))
-    width = _strip(times, numbers, step, unit)
+    width, rounding_width = _strip(times, numbers, step, unit), unit * (1.0 + TIME_ROUNDING_SLACK)
     if not (steps > 0.0).all():
-        if (
-            (steps >= 0.0).all()
-            and step < MAX_ROUNDING_UNIT_SHARE * unit
-            and width <= unit * (1.0 + TIME_ROUNDING_SLACK)
-        ):
+        if (steps >= 0.0).all() and step < MAX_ROUNDING_UNIT_SHARE * unit and width <= rounding_width:
             raise HcsearchError(
                 f"the times of {path} are rounded to {unit:g} s, more than a step: give the sampling rate by --rate HZ"
             )
         k = int(np.argmin(steps > 0.0))
         raise HcsearchError(f"{times[k + 1]:g} s comes after {times[k]:g} s in {path}: sort the rows, each time once")
-    rounding = unit * (1.0 + TIME_ROUNDING_SLACK) if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
+    rounding = rounding_width if unit < MAX_ROUNDING_UNIT_SHARE * step else 0.0
     if width > max(2.0 * MAX_JITTER_SHARE * step, rounding):
         raise HcsearchError(f"{path} is not sampled evenly{_place(times, steps, unit)}")
     return 1.0 / step
@@ -111,7 +107,7 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     )
 
 
-def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
+def _without_gaps(times: Reals, gaps: WholeNumbers, digits: int) -> str:
     """Return advice on keeping a stretch without gaps: the last if long enough for a vibration, else the longest."""
     begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
     lengths = ends - begins + 1
@@ -126,7 +122,7 @@ def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
     return f"leave out what follows {end} s" + (f" and begin by --from {start}" if k else "")
 
 
-def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, WholeNumbers]:
     """Return the usual step (s), the mean of rounded steps, and the numbers of steps with samples missing.
 
     Steps of one unit and of two are due to rounding if with them all times fit a line; else the longer ones are gaps.
@@ -162,10 +158,7 @@ def read_measured_moments(path: str) -> tuple[Reals, Reals]:
 
 
 def read_accelerations(
-    path: str,
-    rate: float | None = None,
-    start: float | None = None,
-    note: Callable[[str], None] = lambda _: None,
+    path: str, rate: float | None = None, start: float | None = None, note: Callable[[str], None] = lambda _: None
 ) -> tuple[Reals, float]:
     """Read accelerations, shape (channels, samples), and their sampling rate (Hz) from a file.
 
@@ -212,12 +205,7 @@ def read_accelerations(
 def _channels(columns: CsvColumns, note: Callable[[str], None]) -> dict[str, Reals]:
     """Return the columns of numbers by name, with NaN in cells without a number."""
     names = [name for name in columns.names if name and name != TIME_COLUMN]
-    for name in names:
-        if names.count(name) > 1:
-            raise HcsearchError(
-                f"the first line of {columns.path} names no columns: {name} occurs {names.count(name)} times; "
-                f"write one name for each, such as {TIME_COLUMN}"
-            )
+    refuse_repeated_names(columns.path, names, names, TIME_COLUMN)
     texts = {name: columns.texts(name) for name in names}
     words = [name for name in names if columns.rows and not any(map(is_number, texts[name]))]
     if len(words) == len(names):

@@ -136,11 +136,8 @@ def _physical_poles(records: Reals, rate: float) -> ComplexNumbers:
         extended = []
         poles, shapes = _poles(singular_vectors[:, : min(order, rank)], channels, rate)
         for pole, shape in zip(poles, shapes, strict=True):
-            matching = [
-                chain
-                for chain in chains
-                if _near(chain.pole, pole) and _likeness(chain.shape, shape) > MIN_MODE_ASSURANCE
-            ]
+            near = [chain for chain in chains if _near(chain.pole, pole)]
+            matching = [chain for chain in near if _likeness(chain.shape, shape) > MIN_MODE_ASSURANCE]
             previous = min(matching, key=lambda chain: abs(chain.pole - pole), default=None)
             if previous is not None:
                 chains.remove(previous)
