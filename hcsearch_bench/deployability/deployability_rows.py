@@ -11,17 +11,16 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from hcsearch.designs.folding import folding_at
-from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import SPREAD_SPRING_SETS, scene_variants
-from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.search.enumeration import Search
 from hcsearch.search.stages.mobility import mobility_of_batch
 from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch.springs.deployment.deployment_verdicts import deploy_foldings
 from hcsearch_bench.run.bench import Say
-from hcsearch_bench.subjects.foldings import packed, untwisted
+from hcsearch_bench.subjects.foldings import packed, search_of, untwisted
 
 SIZES = {"hex": range(6, 17, 2), "square": range(4, 21, 2), "triangle": range(10, 27, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
@@ -83,9 +82,9 @@ def deployability_rows(*, quick: bool, say: Say) -> list[DeployabilityRow]:
 def _searches(quick: bool) -> Iterator[tuple[str, str, Search]]:
     for grid, sizes in (QUICK if quick else SIZES).items():
         for n in sizes:
-            yield grid, f"n = {n}", PolygonSearch(grid_named(grid), n)
+            yield grid, f"n = {n}", search_of(grid, str(n))
     for grid, spec in () if quick else ARRAYS:
-        yield grid, spec, ArraySearch(parse_array(grid_named(grid), spec))
+        yield grid, spec, search_of(grid, spec)
 
 
 def _line(row: DeployabilityRow) -> str:

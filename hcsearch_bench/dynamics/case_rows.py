@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
+from hcsearch.springs.dynamics.time_integration import Motion
 from hcsearch_bench.peers import dense_system
+from hcsearch_bench.peers.measured_runs import Comparison, our_motion
 from hcsearch_bench.peers.multibody import Peer, peers
-from hcsearch_bench.peers.states import closure, energy_error, places
-from hcsearch_bench.run.timing import measured
-from hcsearch_bench.run.work_precision import OURS, UnableError, level_of, rising
+from hcsearch_bench.peers.states import Trajectory, closure, places
+from hcsearch_bench.run.work_precision import MeasuredRow, UnableError, level_of
 from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
-
-if TYPE_CHECKING:
-    from hcsearch.springs.dynamics.time_integration import Motion
-
 
 OUTPUTS = 100
 """Equal spaces between the times at which the error is taken: the coarsest step of engines with fixed steps."""
@@ -32,29 +28,16 @@ LEVELS = (("precise", 1e-8), ("high", 2e-5), ("low", 1e-2))
 """Verdicts by the greatest error of a hinge angle, rad; `high` is that of the goals."""
 
 
-@dataclass(frozen=True)
-class CaseRow:
-    """One subject, formulation, engine, method and tolerance, or step (s).
+@dataclass(frozen=True, kw_only=True)
+class CaseRow(MeasuredRow):
+    """A run of a subject in a formulation.
 
-    verdict : of LEVELS, `wrong`, or `none` where there is no motion (`note` says why).
-    error : greatest of a hinge angle at all output times, rad. energy : greatest error of the energy balance, J; of
-        other engines only where nothing is damped. gap : greatest of loops, m. seconds : on the wall, median of `runs`.
+    error : greatest of a hinge angle at all output times, rad. gap : greatest of loops, m.
     """
 
     subject: str
     formulation: str
-    engine: str
-    method: str
-    tolerance: float | None
-    step: float | None
-    verdict: str = "none"
-    error: float | None = None
-    energy: float | None = None
     gap: float | None = None
-    evaluations: int | None = None
-    seconds: float | None = None
-    runs: int = 0
-    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,24 +102,26 @@ def scipy_peers(quick: bool) -> list[Peer]:
 def reference_of(case: Case) -> Reference:
     """The reference solution of a case: short steps, so that states between them are as precise."""
     times = np.linspace(0.0, case.end, OUTPUTS + 1)
-    motion = _simulated(case, REFERENCE, REFERENCE_TOLERANCE, case.end / OUTPUTS)
+    motion = our_motion(case, REFERENCE, REFERENCE_TOLERANCE, MAX_STEPS[case.formulation], longest=case.end / OUTPUTS)
     if motion.ending != "time":
         raise UnableError(f"no reference: {motion.ending} at {motion.times[-1]:.3g} s")
     return Reference(times, case.angles(motion.at(times)), motion)
 
 
-def _simulated(case: Case, method: str, tolerance: float, longest: float = np.inf, end: float | None = None) -> Motion:
-    from hcsearch.springs.dynamics.time_integration import simulate_system
+def comparison_of(case: Case, reference: Reference) -> Comparison[CaseRow]:
+    """What the hinge angles of a case are compared with."""
 
-    return simulate_system(
-        case.system,
-        case.q,
-        end=end or case.end,
-        method=method,
-        tolerance=tolerance,
-        longest_step=longest,
-        max_steps=MAX_STEPS[case.formulation],
-    )
+    def judged(row: CaseRow, q: Reals, motion: Motion | Trajectory) -> CaseRow:
+        error = float(np.abs(case.angles(q) - reference.angles).max())
+        return replace(row, verdict=level_of(error, LEVELS), error=error, gap=gap_of(case, motion.q))
+
+    blank = partial(CaseRow, subject=case.subject, formulation=case.formulation)
+    return Comparison(case, reference.times, MAX_STEPS[case.formulation], blank, judged, case.compiled.factor)
+
+
+def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patience: float) -> Iterator[CaseRow]:
+    """A row a method and tolerance."""
+    return comparison_of(case, reference).our_rows(our_settings(quick, case.formulation), repeats, patience)
 
 
 def subject_rows(
@@ -150,11 +135,12 @@ def subject_rows(
     if left_out(case, whole):
         rows += our_rows(whole, reference, quick, repeats, patience)
     rows += our_rows(subject.case("penalty", end), reference, quick, 1, patience)
+    beside = comparison_of(whole, reference)
     for peer in scipy_peers(quick):
-        rows += peer_rows(whole, reference, peer, 1, patience)
+        rows += beside.peer_rows(peer, 1, patience)
     for peer in peers(quick, OUTPUTS):
         if peer.fits(whole):
-            rows += peer_rows(whole, reference, peer, repeats, patience)
+            rows += beside.peer_rows(peer, repeats, patience)
     slow = subject.case("quasistatic", subject.horizon("quasistatic"))
     slow_reference = reference_of(slow)
     rows += our_rows(slow, slow_reference, quick, repeats, patience)
@@ -190,69 +176,6 @@ def compared(case: Case, whole: Case, reference: Reference, tolerance: float) ->
         return replace(row, note=str(error))
     apart = float(np.abs(whole.angles(motion.q) - reference.angles[: part + 1]).max())
     return replace(row, scipy_end=float(times[-1]), apart=apart)
-
-
-def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patience: float) -> Iterator[CaseRow]:
-    """A row a method and tolerance."""
-    for method, tolerances in our_settings(quick, case.formulation).items():
-        yield from rising(
-            tolerances,
-            patience,
-            partial(_our_blank, case, method),
-            partial(_our_row, case, reference, repeats, method),
-            by_tolerance=True,
-        )
-
-
-def _our_blank(case: Case, method: str, tolerance: float) -> CaseRow:
-    return blank(case, OURS, method, tolerance, None)
-
-
-def blank(case: Case, engine: str, method: str, tolerance: float | None, step: float | None) -> CaseRow:
-    """A row without numbers."""
-    return CaseRow(case.subject, case.formulation, engine, method, tolerance, step)
-
-
-def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolerance: float) -> CaseRow:
-    _simulated(case, method, tolerance, end=1e-4 * case.end)  # compiled, and its tables made
-    motion, seconds, runs = measured(lambda: _simulated(case, method, tolerance), repeats)
-    row = replace(_our_blank(case, method, tolerance), evaluations=motion.evaluations, seconds=seconds, runs=runs)
-    if motion.ending != "time":
-        return replace(row, note=f"refused: {motion.ending} at {motion.times[-1]:.3g} s")
-    error = float(np.abs(case.angles(motion.at(reference.times)) - reference.angles).max())
-    return replace(
-        row,
-        verdict=level_of(error, LEVELS),
-        error=error,
-        energy=case.compiled.factor * motion.drift,
-        gap=gap_of(case, motion.q),
-    )
-
-
-def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patience: float) -> Iterator[CaseRow]:
-    """Rows of another engine."""
-    return rising(
-        peer.settings,
-        patience,
-        lambda setting: blank(case, peer.engine, peer.method, *peer.sizes(case, setting)),
-        lambda setting: _peer_row(case, reference, peer, setting, repeats),
-        by_tolerance=peer.by_tolerance,
-    )
-
-
-def _peer_row(case: Case, reference: Reference, peer: Peer, setting: float, repeats: int) -> CaseRow:
-    motion, seconds, runs = peer.measured(case, reference.times, setting, repeats)
-    error = float(np.abs(case.angles(motion.q) - reference.angles).max())
-    return replace(
-        blank(case, peer.engine, peer.method, *peer.sizes(case, setting)),
-        verdict=level_of(error, LEVELS),
-        error=error,
-        energy=energy_error(case.system, motion),
-        gap=gap_of(case, motion.q),
-        evaluations=motion.evaluations,
-        seconds=seconds,
-        runs=runs,
-    )
 
 
 def gap_of(case: Case, q: Reals) -> float:

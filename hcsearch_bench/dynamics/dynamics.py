@@ -51,6 +51,10 @@ def tables(results: DynamicsResults) -> list[Table]:
             f"the wall time of the integration alone, median of `runs`. In rows `{WHOLE}` nothing is left out "
             "of the scene; the other engines simulate this scene.",
             results.work,
+            columns=(
+                *("subject", "formulation", "engine", "method", "tolerance", "step", "verdict", "error", "energy"),
+                *("gap", "evaluations", "seconds", "runs", "note"),
+            ),
         ),
         Table(
             "references",
@@ -65,6 +69,10 @@ def tables(results: DynamicsResults) -> list[Table]:
             "The fastest run that is precise enough",
             "`times_ours`: seconds relative to those of the fastest constrained run of hcsearch at the same level.",
             best_of(results.work),
+            columns=(
+                *("subject", "level", "formulation", "engine", "method", "tolerance", "step", "error", "seconds"),
+                "times_ours",
+            ),
         ),
         Table(
             "deployments",

@@ -8,9 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
+from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes.laws import linear_law
 from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, prism_body
 from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch.springs.dynamics.time_integration import simulate_system
+from hcsearch_bench.kernels.repeating import accelerate_often
 
 EVALUATED = 100_000
 """Panels times evaluations that are timed together."""
@@ -75,16 +79,8 @@ def _row(kind: str, system: System, repeats: int) -> EvaluationRow:
 
 
 def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
-    from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
-    from hcsearch.kernels.multibody.tree import work_for
-    from hcsearch_bench.kernels.repeating import accelerate_often
-
     mechanism, still = system.mechanism, np.zeros(system.n_joints)
-    hold, work, accelerations = (
-        discrete_state_for(mechanism, still),
-        work_for(mechanism.tree),
-        np.empty(system.n_joints),
-    )
+    hold, work, accelerations = discrete_state_for(mechanism, still), work_for(mechanism.tree), np.empty_like(still)
     scale = largest_pivot(mechanism, still, work)
     accelerate(mechanism, hold, still, still, scale, True, work, accelerations)
 
@@ -98,8 +94,6 @@ def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
 
 
 def _step_us(system: System, repeats: int) -> float:
-    from hcsearch.springs.dynamics.time_integration import simulate_system
-
     v = np.zeros(system.n_joints)
 
     def run(steps: int) -> tuple[float, int]:

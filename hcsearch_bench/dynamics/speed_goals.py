@@ -5,63 +5,39 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, seconds_at
+from hcsearch_bench.dynamics.case_rows import CaseRow, seconds_at
 from hcsearch_bench.dynamics.deployment_rows import BOUNCE, COMPARED, DeploymentRow, QuickRow
 from hcsearch_bench.dynamics.evaluation_rows import EvaluationRow
 from hcsearch_bench.run.table import Goal
-from hcsearch_bench.run.work_precision import OURS, fastest_by, seconds_of
+from hcsearch_bench.run.work_precision import OURS, fastest_rows, seconds_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE
 
 ERROR = 2e-5
 """Of a hinge angle, at which run times are compared, rad."""
 
 
-@dataclass(frozen=True)
-class FastestCaseRow:
+@dataclass(frozen=True, kw_only=True)
+class FastestCaseRow(CaseRow):
     """The fastest run of a formulation, engine and method that reaches a level.
 
     times_ours : its time over that of our fastest constrained one.
     """
 
-    subject: str
     level: str
-    formulation: str
-    engine: str
-    method: str
-    tolerance: float | None
-    step: float | None
-    error: float
-    seconds: float
     times_ours: float | None
 
 
 def best_of(rows: Sequence[CaseRow]) -> list[FastestCaseRow]:
     """A row a level, formulation, engine and method that reaches it, all but quasistatic ones."""
-    best = []
-    for subject in dict.fromkeys(row.subject for row in rows):
-        own = [row for row in rows if row.subject == subject and row.formulation != "quasistatic"]
-        for level, limit in LEVELS[1::-1]:
-            precise = (row for row in own if _within(row, limit))
-            fastest = fastest_by(lambda row: (row.formulation, row.engine, row.method), precise)
-            ours = min((seconds_of(r) for r in fastest.values() if _is_ours(r)), default=None)
-            for (formulation, engine, method), row in fastest.items():
-                assert row.error is not None
-                ratio = None if ours is None else seconds_of(row) / ours
-                best.append(
-                    FastestCaseRow(
-                        *(subject, level, formulation, engine, method, row.tolerance, row.step, row.error),
-                        *(seconds_of(row), ratio),
-                    )
-                )
-    return best
-
-
-def _within(row: CaseRow, limit: float) -> bool:
-    return row.error is not None and row.error <= limit and row.seconds is not None
-
-
-def _is_ours(row: CaseRow) -> bool:
-    return (row.engine, row.formulation) == (OURS, "constrained")
+    return list(
+        fastest_rows(
+            [row for row in rows if row.formulation != "quasistatic"],
+            subject=lambda row: row.subject,
+            key=lambda row: (row.formulation, row.engine, row.method),
+            is_ours=lambda row: (row.engine, row.formulation) == (OURS, "constrained"),
+            kind=FastestCaseRow,
+        )
+    )
 
 
 def goals_of(

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hcsearch.basics.vocabulary import Formulation
-from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import SceneVector
-from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.tuning.choice import SpringSet
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
 from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch_bench.run.bench import Say
+from hcsearch_bench.subjects.deployments import assembly
 
 G = 9.81
 GRAVITIES: dict[str, SceneVector] = {
@@ -79,15 +78,9 @@ class Claim:
     here: str
 
 
-def _linkage() -> Linkage:
-    """The thesis's array of 4x4 squares."""
-    assembly = ASSEMBLIES["thesis-4x4"]
-    return Linkage(assembly.build(assembly.defaults))
-
-
 def uniform_rows(*, quick: bool, say: Say) -> list[UniformRow]:
     """A row a gravity, held panel and formulation; quick: exact closure alone."""
-    linkage = _linkage()
+    linkage = assembly("thesis-4x4")
     formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
     rows = []
     for held in (0, 5, 7):
@@ -118,7 +111,7 @@ def _uniform_row(gravity: str, held: int, deployment: Deployment) -> UniformRow:
 
 def tuned_rows(*, quick: bool, say: Say) -> list[TunedRow]:
     """A row a gravity and set of springs; quick: one tuning, without samples."""
-    linkage, tuned = _linkage(), []
+    linkage, tuned = assembly("thesis-4x4"), []
     for gravity in TUNED[:1] if quick else TUNED:
         say(f"tuning, gravity {gravity}")
         began = time.perf_counter()

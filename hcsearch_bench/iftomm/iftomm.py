@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,29 +10,13 @@ from typing import TYPE_CHECKING
 
 from hcsearch_bench.run.bench import Bench, Say
 from hcsearch_bench.run.table import Table
-from hcsearch_bench.run.work_precision import OURS, PATIENCE, QUICK_PATIENCE, fastest_by, plot_work, seconds_of
+from hcsearch_bench.run.work_precision import OURS, PATIENCE, QUICK_PATIENCE, plot_work, seconds_of
 
 if TYPE_CHECKING:
-    from hcsearch_bench.iftomm.problem_rows import ProblemRow
+    from hcsearch_bench.iftomm.problem_rows import FastestProblemRow, ProblemRow
 
 BRICARD = {"error": 1e-6, "seconds": 10e-3, "closure": 1e-12, "energy": 1e-9}
 """What A04 must keep over 10 s: m, s, m, J."""
-
-
-@dataclass(frozen=True)
-class FastestProblemRow:
-    """The fastest run of an engine on a problem that reaches a level; times_ours: its time over our fastest."""
-
-    problem: str
-    level: str
-    engine: str
-    method: str
-    tolerance: float | None
-    step: float | None
-    error: float
-    energy: float | None
-    seconds: float
-    times_ours: float | None
 
 
 @dataclass(frozen=True)
@@ -76,12 +61,20 @@ def tables(results: IftommResults) -> list[Table]:
             "time of the integration alone, median of `runs`; the loops of hcsearch, MuJoCo and Exudyn are "
             "compiled, that of Pinocchio is SciPy's.",
             results.work,
+            columns=(
+                *("problem", "engine", "method", "tolerance", "step", "verdict", "error", "at_steps", "energy"),
+                *("closure", "evaluations", "seconds", "runs", "note"),
+            ),
         ),
         Table(
             "best",
             "The fastest run that is precise enough",
             "The fastest run of each engine. `times_ours`: seconds relative to those of hcsearch at the same level.",
             results.best,
+            columns=(
+                *("problem", "level", "engine", "method", "tolerance", "step", "error", "energy", "seconds"),
+                "times_ours",
+            ),
         ),
         Table(
             "goals",
@@ -107,7 +100,7 @@ def measure(*, quick: bool, repeats: int, say: Say) -> IftommResults:
     """Run the whole bench: minutes; `quick`: a tenth of each time, and few settings."""
     import numpy as np
 
-    from hcsearch_bench.iftomm.problem_rows import OUTPUTS, our_rows, our_settings, peer_rows
+    from hcsearch_bench.iftomm.problem_rows import OUTPUTS, best_of, our_settings, problem_comparison
     from hcsearch_bench.iftomm.problems import problems
     from hcsearch_bench.peers.multibody import peers
 
@@ -115,34 +108,14 @@ def measure(*, quick: bool, repeats: int, say: Say) -> IftommResults:
     rows: list[ProblemRow] = []
     for whole in problems():
         problem = replace(whole, end=whole.end / 10) if quick else whole
-        times = np.linspace(0.0, problem.end, OUTPUTS + 1)
-        way = problem.reference(times)
+        comparison = problem_comparison(problem, np.linspace(0.0, problem.end, OUTPUTS + 1))
         say(f"{problem.name}, {problem.title}")
-        rows += our_rows(problem, times, way, our_settings(quick), repeats)
+        rows += comparison.our_rows(our_settings(quick), repeats, math.inf)
         for peer in peers(quick, OUTPUTS):
             if peer.fits(problem):
                 say(f"{problem.name}: {peer.engine}, {peer.method}")
-                rows += peer_rows(problem, times, way, peer, repeats, patience)
+                rows += comparison.peer_rows(peer, repeats, patience)
     return IftommResults(rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
-
-
-def best_of(rows: Sequence[ProblemRow]) -> list[FastestProblemRow]:
-    """Two levels a problem, a row an engine that reaches it."""
-    best = []
-    for problem in dict.fromkeys(row.problem for row in rows):
-        for level, verdicts in (("high", ("precise", "high")), ("precise", ("precise",))):
-            precise = (row for row in rows if row.problem == problem and row.verdict in verdicts)
-            fastest = fastest_by(lambda row: row.engine, precise)
-            ours = seconds_of(fastest[OURS]) if OURS in fastest else None
-            for engine, row in fastest.items():
-                assert row.error is not None
-                best.append(
-                    FastestProblemRow(
-                        *(problem, level, engine, row.method, row.tolerance, row.step, row.error, row.energy),
-                        *(seconds_of(row), None if ours is None else seconds_of(row) / ours),
-                    )
-                )
-    return best
 
 
 def goals_of(rows: Sequence[ProblemRow], over: float) -> list[BricardRow]:

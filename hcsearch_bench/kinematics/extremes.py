@@ -7,20 +7,23 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.library.assemblies.eight_r import eight_r
+from hcsearch.library.assemblies.named_assembly import Parameters
+from hcsearch.motion.kinematics.closing import close_linkage
+from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
+from hcsearch.motion.paths.motions import MotionPath
+from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.pattern import Pattern
 from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
 from hcsearch_bench.run.bench import Say
-
-if TYPE_CHECKING:
-    from hcsearch.motion.paths.motions import MotionPath
-    from hcsearch.shape.linkage import Linkage
-    from hcsearch.shape.pattern import Pattern
-
+from hcsearch_bench.subjects.squares import chain
 
 BASE = 0.030
 """Base of the triangles of the units (m)."""
@@ -84,8 +87,6 @@ def measure_extremes(*, quick: bool, say: Say) -> list[ExtremeRow]:
 
 def judge(scene: ExtremeScene) -> ExtremeRow:
     """Follow a scene's path and give the verdict; HcsearchError when it claims more than is true."""
-    from hcsearch.motion.kinematics.numerical_rank import rank_at
-
     begin = time.perf_counter()
     path = scene.run()
     seconds = time.perf_counter() - begin
@@ -153,8 +154,6 @@ def _shapes(quick: bool) -> Iterator[ExtremeScene]:
 
 def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
     """A unit that opens from its folded state."""
-    from hcsearch.motion.paths.following import follow_path
-
     return ExtremeScene(
         group,
         name,
@@ -165,28 +164,11 @@ def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
 
 
 def _sizes(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.motion.paths.following import follow_path
-
     for panels in (2, 200) if quick else (2, 20, 200, 2000):
-        chain = _chain(panels)
-        yield ExtremeScene(
-            "open chains", f"{panels} squares in a row", chain, partial(follow_path, chain, chain.folded), _straight
-        )
+        linkage, name = chain(panels), f"{panels} squares in a row"
+        yield ExtremeScene("open chains", name, linkage, partial(follow_path, linkage, linkage.folded), _straight)
     for panels in (6, 200) if quick else (6, 20, 200, 2000):
         yield _there_and_back(f"ring of {panels} squares, there and back", ring(panels // 2))
-
-
-def _chain(panels: int) -> Linkage:
-    """Squares in a row that fold like a map, on alternating faces."""
-    from hcsearch.shape.linkage import Linkage
-    from hcsearch.shape.pattern import MOUNTAIN_CREASE, VALLEY_CREASE, Pattern
-
-    side = 0.05
-    facets = tuple(
-        tuple((side * (k + x), side * y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))) for k in range(panels)
-    )
-    creases = {(k, k + 1): MOUNTAIN_CREASE if k % 2 else VALLEY_CREASE for k in range(panels - 1)}
-    return Linkage(Pattern.from_polygons(facets, creases, 0.006))
 
 
 def _straight(path: MotionPath) -> float:
@@ -197,9 +179,6 @@ def _straight(path: MotionPath) -> float:
 
 def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
-    from hcsearch.motion.kinematics.closing import close_linkage
-    from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
-
     rng = np.random.default_rng(linkage.n_hinges)
     start = close_linkage(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
     direction = rng.standard_normal(linkage.n_hinges)
@@ -216,12 +195,6 @@ def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
 
 
 def _starts() -> Iterator[ExtremeScene]:
-    from hcsearch.library.assemblies.eight_r import eight_r
-    from hcsearch.library.assemblies.named_assembly import Parameters
-    from hcsearch.motion.paths.branches import find_branches
-    from hcsearch.motion.paths.following import PathLimits, follow_path
-    from hcsearch.shape.linkage import Linkage
-
     element = Linkage(eight_r(Parameters()))
     subjects: list[tuple[str, Linkage, Callable[[MotionPath], float] | None]] = [("8R", element, None)]
     for name in ("I", "II"):
@@ -243,11 +216,6 @@ def _starts() -> Iterator[ExtremeScene]:
 
 
 def _nearly(quick: bool) -> Iterator[ExtremeScene]:
-    from hcsearch.library.assemblies.eight_r import eight_r
-    from hcsearch.library.assemblies.named_assembly import Parameters
-    from hcsearch.motion.paths.following import follow_path
-    from hcsearch.shape.linkage import Linkage
-
     unit = KnownUnit("II")
     element = eight_r(Parameters())
     for share in (1e-12, 1e-6) if quick else (1e-12, 1e-10, 1e-8, 1e-6):
@@ -264,8 +232,6 @@ def _nearly(quick: bool) -> Iterator[ExtremeScene]:
 
 def _folding(element: Linkage) -> Reals:
     """Velocity of the skew-symmetric motion at the flat state of an 8R element."""
-    from hcsearch.library.assemblies.named_assembly import Parameters
-
     parts = np.arange(element.n_hinges) % 2
     velocity: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)
     return velocity

@@ -7,17 +7,18 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import quad
 
 from hcsearch.basics.array_values import Reals
+from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric_angles, unit_i, unit_ii
+from hcsearch.library.assemblies.named_assembly import Parameters
+from hcsearch.motion.paths.following import PathLimits, Stepping, follow_path
+from hcsearch.motion.paths.motions import MotionPath
+from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.run.bench import Say
-
-if TYPE_CHECKING:
-    from hcsearch.motion.paths.following import Stepping
-    from hcsearch.motion.paths.motions import MotionPath
-    from hcsearch.shape.linkage import Linkage
+from hcsearch_bench.subjects.squares import SIDE, THICKNESS, ring_folding
 
 UNITS = ("I", "II")
 METHODS = ("euler", "taylor", "adams", "runge-kutta", "hermite")
@@ -78,21 +79,16 @@ class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
-        from hcsearch.library.assemblies.eight_r import joint_parts, skew_symmetric_angles, unit_i, unit_ii
-        from hcsearch.library.assemblies.named_assembly import Parameters
-        from hcsearch.shape.linkage import Linkage
-
         self.parameters = Parameters(**parameters)  # type: ignore[arg-type]
         self.pattern = {"I": unit_i, "II": unit_ii}[unit](self.parameters)
         self.linkage = Linkage(self.pattern)
-        self._at = skew_symmetric_angles
         parts = joint_parts(self.pattern)
         assert parts is not None
         self.legs = parts == 1
 
     def at(self, first: float) -> Reals:
         """Fold angles where the first dihedral angle is given."""
-        return self._at(self.pattern, self.parameters.alpha, first)
+        return skew_symmetric_angles(self.pattern, self.parameters.alpha, first)
 
     def opening(self) -> Reals:
         """Velocity of the motion at the folded state."""
@@ -124,8 +120,6 @@ class KnownUnit:
 
     def length(self, start: float, end: float) -> float:
         """Arc length between two states, given by their first dihedral angles."""
-        from scipy.integrate import quad
-
         return float(quad(self.speed, start, end, epsabs=1e-13, epsrel=1e-13, limit=200)[0])
 
 
@@ -141,8 +135,6 @@ def measure_paths(units: Sequence[str], *, quick: bool, repeats: int, say: Say) 
 
 
 def _steppings(quick: bool) -> Iterator[Stepping]:
-    from hcsearch.motion.paths.following import Stepping
-
     for method in METHODS:
         for step in QUICK_STEPS if quick else STEPS:
             for corrections in (0, 1, None):
@@ -155,8 +147,6 @@ def _steppings(quick: bool) -> Iterator[Stepping]:
 
 
 def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> PathRow:
-    from hcsearch.motion.paths.following import PathLimits, follow_path
-
     adaptive = stepping.adapts
     start = unit.linkage.folded if adaptive else unit.at(MARGIN)
     limits = PathLimits(events=False, max_steps=20_000)
@@ -197,15 +187,8 @@ def _timed(run: Callable[[], MotionPath], repeats: int) -> tuple[MotionPath, flo
 
 
 def ring(columns: int) -> Linkage:
-    """A ring of 2 x `columns` squares of 50 mm, 6 mm thick, in two stacks when folded."""
-    from hcsearch.designs.circuit import Circuit
-    from hcsearch.designs.folding import foldings
-    from hcsearch.designs.grid import grid_named
-    from hcsearch.shape.linkage import Linkage
-
-    word = (0,) * (columns - 1) + (1,) + (2,) * (columns - 1) + (3,)
-    folding = foldings(Circuit(grid_named("square"), word))[-1]
-    return Linkage(folding.pattern((0.05, 0.05, 0.006)))
+    """A ring of 2 x `columns` squares, which stands on its first panel."""
+    return Linkage(ring_folding(columns).pattern((SIDE, SIDE, THICKNESS)))
 
 
 def measure_costs(panels: Sequence[int], *, say: Say) -> list[CostRow]:

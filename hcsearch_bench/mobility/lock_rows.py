@@ -10,17 +10,17 @@ from statistics import median
 import numpy as np
 
 from hcsearch.basics.vocabulary import Way
-from hcsearch.designs.folding import Folding, fold, folding_at
+from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
-from hcsearch.designs.twisting import twist_batch
 from hcsearch.motion.locks.end_locks import LockVerdict, lock_at
 from hcsearch.motion.locks.tightness import Tightness, tightness
 from hcsearch.search.enumeration import FoldedSearch
 from hcsearch.search.stages.mobility import mobility_of_batch
 from hcsearch.shape.linkage import Linkage
 from hcsearch_bench.run.bench import Say
+from hcsearch_bench.subjects.foldings import packed, untwisted
 
 SIZES: dict[str, tuple[int, ...]] = {
     "hex": (6, 8, 10, 12, 14, 16),
@@ -116,29 +116,23 @@ def measure_mobility(
     """A row of each kind for each grid and n; of locked ends one each where they are not many."""
     speed, locks, tight = [], [], []
     for grid, ns in sizes.items():
-        _stage_times(*_untwisted(grid, ns[0]), 1)  # load the compiled kernels first
+        for batch in _all_untwisted(grid, ns[0]):
+            _stage_times(*batch, 1)  # load the compiled kernels first
         for n in ns:
             say(f"{grid} n={n}")
-            circuits, foldings = _untwisted(grid, n)
-            if not len(foldings):
-                continue
-            stage, freedom = _stage_times(circuits, foldings, repeats)
-            each = 1e6 / len(foldings)
-            speed.append(SpeedRow(grid, n, len(circuits), len(foldings), stage, stage * each, freedom * each, repeats))
-            row, ends = _locks(circuits, foldings)
-            locks.append(row)
-            tight += ends if row.locked <= LISTED else []
+            for circuits, foldings in _all_untwisted(grid, n):
+                stage, freedom = _stage_times(circuits, foldings, repeats)
+                each, counts = 1e6 / len(foldings), (len(circuits), len(foldings))
+                speed.append(SpeedRow(grid, n, *counts, stage, stage * each, freedom * each, repeats))
+                row, ends = _locks(circuits, foldings)
+                locks.append(row)
+                tight += ends if row.locked <= LISTED else []
     return speed, locks, tight
 
 
-def _untwisted(grid: str, n: int) -> tuple[CircuitBatch, FoldingBatch]:
-    """All untwisted designs and their untwisted foldings: all foldings of a circuit have one twist."""
-    batches = FoldedSearch(grid_named(grid), n, untwisted=True).batches()
-    words = np.concatenate([np.empty((0, n), np.int8), *(batch.words for batch in batches)])
-    circuits = CircuitBatch(grid, words, np.ones(len(words), np.int16))
-    foldings = fold(circuits)
-    untwisted = twist_batch(circuits, foldings) == 0
-    return circuits, FoldingBatch(foldings.row[untwisted], foldings.crease[untwisted])
+def _all_untwisted(grid: str, n: int) -> list[tuple[CircuitBatch, FoldingBatch]]:
+    """All untwisted designs with their untwisted foldings in one batch; empty where there are none."""
+    return list(packed(untwisted(FoldedSearch(grid_named(grid), n, untwisted=True))))
 
 
 def _stage_times(circuits: CircuitBatch, foldings: FoldingBatch, repeats: int) -> tuple[float, float]:

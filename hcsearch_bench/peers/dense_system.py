@@ -6,7 +6,6 @@ loops, least by kinetic energy, comes from singular values: redundant rows do no
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.body_trees import GROUND
 from hcsearch.springs.dynamics.system import System
-from hcsearch_bench.peers.states import TURNS, Places, Trajectory, lines_of, places
+from hcsearch_bench.peers.states import TURNS, Places, Trajectory, integrated, lines_of, places
 from hcsearch_bench.run.work_precision import UnableError
 
 CUT = 1e-6
@@ -123,18 +122,4 @@ def run(
     system: System, q: Reals, v: Reals, times: Reals, *, tolerance: float = 1e-6, method: str = "DOP853"
 ) -> Trajectory:
     """Follow a system to the times; `method` of SciPy's solve_ivp."""
-    from scipy.integrate import solve_ivp
-
-    dense, n = Dense(system), len(q)
-
-    def rate(_: float, y: Reals) -> Reals:
-        return np.concatenate([y[n:], dense.accelerations(y[:n], y[n:])])
-
-    begin = time.perf_counter()
-    solution = solve_ivp(
-        rate, (times[0], times[-1]), np.concatenate([q, v]), method, times, rtol=tolerance, atol=tolerance
-    )
-    seconds = time.perf_counter() - begin
-    if not solution.success or not np.isfinite(solution.y).all():
-        raise UnableError(f"SciPy stopped: {solution.message}")
-    return Trajectory(times, solution.y[:n].T, solution.y[n:].T, seconds, dense.evaluations)
+    return integrated(Dense(system), np.arange(len(q)), q, v, times, tolerance, method)

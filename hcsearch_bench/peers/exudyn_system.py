@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.body_trees import GROUND
-from hcsearch_bench.peers.states import GAPS, Trajectory, lines_of
+from hcsearch_bench.peers.states import GAPS, Trajectory, installed, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
@@ -30,10 +30,7 @@ def run(
     integrator : a name of exudyn.DynamicSolverType; explicit ones (RK44, RK67) for systems without welds.
     Where the solver fails, a second one that looks for redundant rows is tried, and its time is the one reported.
     """
-    try:
-        import exudyn
-    except ImportError as error:
-        raise UnableError("not installed") from error
+    exudyn = installed("exudyn")
     exudyn.config.printToConsole = False
     solvers = ["EXUdense" if system.n_joints <= SMALL else "EigenSparse"] + (["EigenDense"] if system.welds else [])
     for solver in solvers:
@@ -92,14 +89,9 @@ def _build(exudyn: Any, system: System, q: Reals, v: Reals, model: Any) -> list[
     )
     transforms = []
     for i, joint in enumerate(system.joints):
-        origin, above = (
-            (np.zeros(3), np.eye(3))
-            if joint.parent == GROUND
-            else (
-                system.joints[joint.parent].point,
-                frames[joint.parent],
-            )
-        )
+        origin, above = np.zeros(3), np.eye(3)
+        if joint.parent != GROUND:
+            origin, above = system.joints[joint.parent].point, frames[joint.parent]
         transform = np.eye(4)
         transform[:3, :3], transform[:3, 3] = above.T @ frames[i], above.T @ (joint.point - origin)
         transforms.append(transform)

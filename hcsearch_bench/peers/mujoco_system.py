@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.body_trees import GROUND
-from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
+from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, installed, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
@@ -30,10 +30,7 @@ def run(system: System, q: Reals, v: Reals, times: Reals, *, step: float = 1e-3,
 
     integrator : RK4, Euler, implicit or implicitfast.
     """
-    try:
-        import mujoco
-    except ImportError as error:
-        raise UnableError("not installed") from error
+    mujoco = installed("mujoco")
     each = max(1, round((times[1] - times[0]) / step))
     constants, _, _ = lines_of(system)
     model = mujoco.MjModel.from_xml_string(text_of(system, (times[1] - times[0]) / each, integrator))

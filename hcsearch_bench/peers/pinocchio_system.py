@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.body_trees import GROUND
-from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
-from hcsearch_bench.run.work_precision import UnableError
+from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, installed, integrated, lines_of
 
 if TYPE_CHECKING:
     from hcsearch.springs.dynamics.system import System
@@ -32,23 +30,14 @@ class _Forces:
         self.constants, self.stiffnesses, self.dampings = lines_of(system)
         self.model = model = pin.Model()
         model.gravity.linear = np.array(system.gravity)
-        numbers = [0] * system.n_joints
+        self.numbers = numbers = [0] * system.n_joints
         for i in depth_first(system):  # in another order its recursions are silently wrong
             joint, body = system.joints[i], system.bodies[i]
             kind = pin.JointModelPrismaticUnaligned if joint.slides else pin.JointModelRevoluteUnaligned
-            parent, origin = (
-                (0, np.zeros(3))
-                if joint.parent == GROUND
-                else (
-                    numbers[joint.parent],
-                    system.joints[joint.parent].point,
-                )
-            )
-            placed = pin.SE3(np.eye(3), joint.point - origin)
+            parent, placed = self._place(joint.parent, joint.point)
             numbers[i] = model.addJoint(parent, kind(np.array(joint.axis, float)), placed, f"joint{i}")
             inertia = pin.Inertia(body.mass, body.centre - joint.point, np.array(body.inertia, float))
             model.appendBodyToJoint(numbers[i], inertia, pin.SE3.Identity())
-        self.numbers = numbers
         self.order = np.array([model.joints[number].idx_v for number in numbers])
         self.data = model.createData()
         self.constraints = pin.StdVec_RigidConstraintModel()
@@ -134,23 +123,5 @@ def run(
     system: System, q: Reals, v: Reals, times: Reals, *, tolerance: float = 1e-6, method: str = "DOP853"
 ) -> Trajectory:
     """Follow a system to the times; `method` of SciPy's solve_ivp."""
-    try:
-        import pinocchio as pin
-    except ImportError as error:
-        raise UnableError("not installed") from error
-    from scipy.integrate import solve_ivp
-
-    forces = _Forces(pin, system)
-    n, order = len(q), forces.order
-    start = np.empty(2 * n)
-    start[order], start[n + order] = q, v
-
-    def rate(_: float, y: Reals) -> Reals:
-        return np.concatenate([y[n:], forces.accelerations(y[:n], y[n:])])
-
-    begin = time.perf_counter()
-    solution = solve_ivp(rate, (times[0], times[-1]), start, method, times, rtol=tolerance, atol=tolerance)
-    seconds = time.perf_counter() - begin
-    if not solution.success or not np.isfinite(solution.y).all():
-        raise UnableError(f"SciPy stopped: {solution.message}")
-    return Trajectory(times, solution.y[order].T, solution.y[n + order].T, seconds, forces.evaluations)
+    forces = _Forces(installed("pinocchio"), system)
+    return integrated(forces, forces.order, q, v, times, tolerance, method)

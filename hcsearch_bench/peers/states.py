@@ -5,14 +5,18 @@ Nothing here is shared with the compiled recursions, so that it can judge them t
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
 
 import numpy as np
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.scenes.laws import Law
 from hcsearch.springs.dynamics.body_trees import GROUND, Weld
 from hcsearch.springs.dynamics.system import JointDrive, System
+from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work_precision import UnableError
 
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)
@@ -30,6 +34,44 @@ class Trajectory:
     v: Reals
     seconds: float
     evaluations: int
+
+
+class Forces(Protocol):
+    """Accelerations of a system, and how often they were asked for."""
+
+    evaluations: int
+
+    def accelerations(self, q: Reals, v: Reals) -> Reals:
+        """Joint accelerations of one state, (n_joints,)."""
+
+
+def integrated(
+    forces: Forces, order: WholeNumbers, q: Reals, v: Reals, times: Reals, tolerance: float, method: str
+) -> Trajectory:
+    """SciPy's solve_ivp integrates accelerations to the times; order : of joints, where the forces have them."""
+    from scipy.integrate import solve_ivp
+
+    n = len(q)
+    start = np.empty(2 * n)
+    start[order], start[n + order] = q, v
+
+    def rate(_: float, y: Reals) -> Reals:
+        return np.concatenate([y[n:], forces.accelerations(y[:n], y[n:])])
+
+    begin = time.perf_counter()
+    solution = solve_ivp(rate, (times[0], times[-1]), start, method, times, rtol=tolerance, atol=tolerance)
+    seconds = time.perf_counter() - begin
+    if not solution.success or not np.isfinite(solution.y).all():
+        raise UnableError(f"SciPy stopped: {solution.message}")
+    return Trajectory(times, solution.y[order].T, solution.y[n + order].T, seconds, forces.evaluations)
+
+
+def installed(module: str) -> Any:
+    """A module of another engine; UnableError where there is none."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise UnableError(MISSING) from error
 
 
 @dataclass(frozen=True)

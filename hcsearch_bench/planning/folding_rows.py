@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from hcsearch.designs.folding import folding_at
-from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
-from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.search.enumeration import Search
 from hcsearch.search.stages.mobility import locked_in_every_way, locks_with_panel, mobility_of_batch
 from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch_bench.run.timing import Stopwatch
-from hcsearch_bench.subjects.foldings import untwisted
+from hcsearch_bench.subjects.foldings import search_of, untwisted
 
 SCENE = SCENES["default"]
 BUDGETS = (0.03, 0.1, 0.2, 0.5, 1.0, 3.0, 10.0)
@@ -41,10 +41,7 @@ class Group:
 
     def search(self) -> Search:
         """The search for its circuits."""
-        grid = grid_named(self.grid)
-        if self.cells.isdigit():
-            return PolygonSearch(grid, int(self.cells))
-        return ArraySearch(parse_array(grid, self.cells))
+        return search_of(self.grid, self.cells)
 
 
 @dataclass(frozen=True)
@@ -162,17 +159,7 @@ def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene:
 def group_row(rows: Sequence[FoldingRow]) -> GroupRow:
     """Count the foldings of a set."""
     seconds = [row.seconds for row in rows]
-    return GroupRow(
-        group=rows[0].group,
-        foldings=len(rows),
-        movable=_count(rows, "movable"),
-        locked=_count(rows, "locked"),
-        undecided=_count(rows, "undecided"),
-        share=_share(rows),
-        total_s=sum(seconds),
-        median_s=float(np.median(seconds)),
-        most_s=max(seconds),
-    )
+    return GroupRow(**_counts(rows), median_s=float(np.median(seconds)), most_s=max(seconds))
 
 
 def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[BudgetRow]:
@@ -190,35 +177,27 @@ def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) 
 
 def margin_rows(rows: Sequence[FoldingRow]) -> list[MarginRow]:
     """What is settled of a set within each margin that paths are certified at."""
-    counts = []
+    counts, locked = [], sum(row.result == "locked" for row in rows)
     for margin in map(_mm, CERTIFIED_MARGINS):
         movable = sum(row.margin_mm is not None and row.margin_mm <= margin for row in rows)
-        locked = _count(rows, "locked")
         counts.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
     return counts
 
 
 def thickness_row(rows: Sequence[FoldingRow]) -> ThicknessRow:
     """Count the foldings of a set with panels of one thickness."""
-    return ThicknessRow(
-        group=rows[0].group,
-        thickness_mm=rows[0].thickness_mm,
-        foldings=len(rows),
-        movable=_count(rows, "movable"),
-        tight=margin_rows(rows)[0].movable,
-        locked=_count(rows, "locked"),
-        undecided=_count(rows, "undecided"),
-        share=_share(rows),
-        total_s=sum(row.seconds for row in rows),
-    )
+    return ThicknessRow(**_counts(rows), thickness_mm=rows[0].thickness_mm, tight=margin_rows(rows)[0].movable)
 
 
-def _count(rows: Sequence[FoldingRow], result: str) -> int:
-    return sum(row.result == result for row in rows)
-
-
-def _share(rows: Sequence[FoldingRow]) -> float:
-    return sum(row.settled for row in rows) / len(rows)
+def _counts(rows: Sequence[FoldingRow]) -> dict[str, Any]:
+    """What is settled of the foldings of a set, and in what time."""
+    return {
+        "group": rows[0].group,
+        "foldings": len(rows),
+        **{name: sum(row.result == name for row in rows) for name in ("movable", "locked", "undecided")},
+        "share": sum(row.settled for row in rows) / len(rows),
+        "total_s": sum(row.seconds for row in rows),
+    }
 
 
 def _mm(length: float) -> float:

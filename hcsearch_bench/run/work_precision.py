@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import TypeVar
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.system.figures import figure_for, line_style
@@ -20,20 +20,30 @@ class UnableError(HcsearchError):
     """An engine is not there, cannot be given a system, or does not get to the end."""
 
 
-class WorkRow(Protocol):
-    """A row of a table of work and precision."""
+@dataclass(frozen=True)
+class MeasuredRow:
+    """A run of an engine, by a method and a tolerance, or step (s).
 
-    @property
-    def seconds(self) -> float | None:
-        """Seconds of the run; None where there was none."""
+    verdict : of the levels of a bench, `wrong`, or `none` where there is no motion (`note` says why). energy : greatest
+    error of the energy balance, J; of other engines only where nothing is damped. evaluations : of accelerations; of
+    implicit methods, Newton steps. seconds : on the wall, median of `runs`.
+    """
 
-    @property
-    def note(self) -> str:
-        """Why there are no numbers."""
+    engine: str
+    method: str
+    tolerance: float | None
+    step: float | None
+    verdict: str = "none"
+    error: float | None = None
+    energy: float | None = None
+    evaluations: int | None = None
+    seconds: float | None = None
+    runs: int = 0
+    note: str = ""
 
 
-AnyRow = TypeVar("AnyRow", bound=WorkRow)
-Key = TypeVar("Key")
+AnyRow = TypeVar("AnyRow", bound=MeasuredRow)
+AnyFastest = TypeVar("AnyFastest", bound=MeasuredRow)
 
 
 def rising(
@@ -52,12 +62,12 @@ def rising(
     for setting in settings:
         more = 2.0 if by_tolerance or before is None else before / setting
         if took * more > patience:
-            yield noted(blank(setting), f"not tried: more than {patience:g} s")
+            yield replace(blank(setting), note=f"not tried: more than {patience:g} s")
             continue
         try:
             row = measure(setting)
         except UnableError as error:
-            row = noted(blank(setting), str(error))
+            row = replace(blank(setting), note=str(error))
         yield row
         if row.note == MISSING:
             return
@@ -65,32 +75,35 @@ def rising(
             took, before = row.seconds, setting
 
 
-def noted(row: AnyRow, note: str) -> AnyRow:
-    """The row with a note."""
-    changed: Any = replace(row, note=note)  # type: ignore[type-var]
-    copy: AnyRow = changed
-    return copy
-
-
 def level_of(error: float, levels: Sequence[tuple[str, float]], scale: float = 1.0) -> str:
     """The first level that an error is within; `wrong` beyond them all. scale : what the limits are multiplied by."""
     return next((name for name, limit in levels if error <= limit * scale), "wrong")
 
 
-def seconds_of(row: WorkRow) -> float:
+def seconds_of(row: MeasuredRow) -> float:
     """The seconds of a row that has been measured."""
     assert row.seconds is not None
     return row.seconds
 
 
-def fastest_by(key: Callable[[AnyRow], Key], rows: Iterable[AnyRow]) -> dict[Key, AnyRow]:
-    """Of the rows with each key the one with the least seconds, keys in the order of their first rows."""
-    fastest: dict[Key, AnyRow] = {}
-    for row in rows:
-        known = fastest.get(key(row))
-        if known is None or seconds_of(row) < seconds_of(known):
-            fastest[key(row)] = row
-    return fastest
+def fastest_rows(
+    rows: Sequence[AnyRow],
+    subject: Callable[[AnyRow], str],
+    key: Callable[[AnyRow], Hashable],
+    is_ours: Callable[[AnyRow], bool],
+    kind: Callable[..., AnyFastest],
+) -> Iterator[AnyFastest]:
+    """The fastest rows of each subject, level and key; `times_ours` : their seconds over those of our fastest."""
+    for name in dict.fromkeys(map(subject, rows)):
+        for level, verdicts in (("high", ("precise", "high")), ("precise", ("precise",))):
+            precise = [row for row in rows if subject(row) == name and row.verdict in verdicts]
+            fastest = [
+                min((row for row in precise if key(row) == one), key=seconds_of)
+                for one in dict.fromkeys(map(key, precise))
+            ]
+            ours = min((seconds_of(row) for row in fastest if is_ours(row)), default=None)
+            for row in fastest:
+                yield kind(**vars(row), level=level, times_ours=None if ours is None else seconds_of(row) / ours)
 
 
 WorkPoint = tuple[str, str, str, float, float]

@@ -88,14 +88,7 @@ DRY, STORED = (ScaleJob("hex", 22, "untwisted"), ScaleJob("hex", 20, "all")), Sc
 QUICK_DRY, QUICK_STORED = (ScaleJob("hex", 12, "all"),), ScaleJob("hex", 12, "untwisted")
 
 
-@dataclass(frozen=True)
-class ScaleResults:
-    """All that one run of the bench measured."""
-
-    rows: list[ScaleRow]
-
-
-def tables(results: ScaleResults) -> list[Table]:
+def tables(rows: list[ScaleRow]) -> list[Table]:
     """What is shown and saved."""
     return [
         Table(
@@ -110,12 +103,12 @@ def tables(results: ScaleResults) -> list[Table]:
             "job and `into`; `net_speed_up` is the same without `start_s`. Two commands of one process each, "
             "started together, show the greatest speed-up that the machine allows; other work on the same "
             "cores lowers all numbers.",
-            results.rows,
+            rows,
         )
     ]
 
 
-def measure(*, quick: bool, repeats: int, postgresql: str | None, say: Say) -> ScaleResults:
+def measure(*, quick: bool, repeats: int, postgresql: str | None, say: Say) -> list[ScaleRow]:
     """Run the whole bench: half an hour, or half a minute when `quick`; HcsearchError when a command fails.
 
     postgresql : URL of a server on which databases may be made and dropped.
@@ -132,7 +125,7 @@ def measure(*, quick: bool, repeats: int, postgresql: str | None, say: Say) -> S
             address = stack.enter_context(cluster.running_cluster(WORKERS))
         for job in QUICK_DRY if quick else DRY:
             rows += measure_job(job, ways_to_list(address), repeats=repeats, say=say)
-    return ScaleResults(rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say))
+    return rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say)
 
 
 def ways_to_list(address: str | None) -> list[RunWay]:

@@ -6,21 +6,17 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
+from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion, simulate_compiled
+from hcsearch.springs.dynamics.time_integration import simulate_system
 from hcsearch_bench.stability.sweeps import FEW, SweepCase
 from hcsearch_bench.stability.truths import largest_energy, states
 
-if TYPE_CHECKING:
-    from hcsearch.springs.deployment.simulated_deployment import Deployment
-
-
 VERDICTS = ("accurate", "degraded", "refused", "wrong")
-
-
 ALLOWED, ROUNDING = 100.0, 1e-11
 """A simulation is accurate when its error is at most so many tolerances, and what rounding leaves (rad)."""
 SAFETY = 3.0
@@ -103,10 +99,6 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
 
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
-    from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
-    from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion, simulate_compiled
-    from hcsearch.springs.dynamics.time_integration import simulate_system
-
     keep = frozenset(OMISSIONS if case.whole else ())
     compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)
     if not case.subject.flat:

@@ -171,13 +171,12 @@ def branches_of_assemblies() -> Answer:
 
     Of families, of which a search shows some members, their dimensions.
     """
-    from hcsearch.library.assemblies import ASSEMBLIES
     from hcsearch.motion.paths.branches import find_branches
-    from hcsearch.shape.linkage import Linkage
+    from hcsearch_bench.subjects.deployments import assembly
 
     answer: Answer = []
     for name in SUBJECTS:
-        linkage = Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
+        linkage = assembly(name)
         for state in ("folded", "flat"):
             for stops in (False, True):
                 result = find_branches(linkage, getattr(linkage, state), stops=stops)

@@ -9,19 +9,16 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.vocabulary import INTEGRATORS
+from hcsearch.basics.vocabulary import INTEGRATORS, Formulation
 from hcsearch.scenes import Scene
-from hcsearch_bench.stability.strips import SIDE, THICK, StabilitySubject
+from hcsearch_bench.stability.strips import THICK, StabilitySubject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
-
-if TYPE_CHECKING:
-    from hcsearch.basics.vocabulary import Formulation
-
+from hcsearch_bench.subjects.squares import SIDE
 
 STIFFNESS = 0.1
 """Of hinges (N m/rad)."""
@@ -89,6 +86,14 @@ def _decades(first: int, last: int, quick: bool) -> list[float]:
     """Powers of ten; quick: every third, with the last."""
     steps = list(range(first, last + 1, 3 if quick else 1))
     return [10.0**k for k in dict.fromkeys([*steps, last])]
+
+
+def _beside_finer(
+    sweep: str, value: float, scene: Scene, *subjects: StabilitySubject, **options: Any
+) -> Iterator[SweepCase]:
+    """Subjects in a scene are compared with finer simulations of the same."""
+    for subject in subjects:
+        yield SweepCase(sweep, value, subject, scene, finer(subject, scene, *FINEST), **options)
 
 
 def _some(values: Sequence[float], quick: bool) -> Sequence[float]:
@@ -191,9 +196,8 @@ def _thicknesses(quick: bool) -> Iterator[SweepCase]:
         scene = replace(SCENE, density=SCENE.density * THICK / ratio, seconds=0.1)
         pair = StabilitySubject("strip", ratio=ratio)
         yield SweepCase("thickness / width", ratio, pair, scene, _opening(scene, ratio))
-        for name in (LOOP, FOLDING):
-            subject = StabilitySubject(name, ratio=ratio)
-            yield SweepCase("thickness / width", ratio, subject, scene, finer(subject, scene, *FINEST))
+        subjects = (StabilitySubject(name, ratio=ratio) for name in (LOOP, FOLDING))
+        yield from _beside_finer("thickness / width", ratio, scene, *subjects)
 
 
 def _masses(quick: bool) -> Iterator[SweepCase]:
@@ -203,8 +207,7 @@ def _masses(quick: bool) -> Iterator[SweepCase]:
         inertia = mass * 0.1**2 / 6.0
         scene = replace(SCENE, held="free", base_mass=mass, base_inertia=(inertia, inertia, inertia), seconds=0.1)
         yield SweepCase("base mass / panel mass", ratio, StabilitySubject("strip", 3), scene, strip_truth(scene, 3))
-        subject = StabilitySubject(LOOP)
-        yield SweepCase("base mass / panel mass", ratio, subject, scene, finer(subject, scene, *FINEST))
+        yield from _beside_finer("base mass / panel mass", ratio, scene, StabilitySubject(LOOP))
 
 
 def _numbers(quick: bool) -> Iterator[SweepCase]:
@@ -240,9 +243,7 @@ def _starts(quick: bool) -> Iterator[SweepCase]:
     for share in _some((0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999), quick):
         scene = replace(SCENE, start=share, seconds=0.1)
         yield SweepCase("start / folded", share, StabilitySubject("strip"), scene, _opening(scene))
-        for name in (LOOP, FOLDING):
-            subject = StabilitySubject(name)
-            yield SweepCase("start / folded", share, subject, scene, finer(subject, scene, *FINEST))
+        yield from _beside_finer("start / folded", share, scene, StabilitySubject(LOOP), StabilitySubject(FOLDING))
 
 
 def _singular() -> Iterator[SweepCase]:
@@ -250,21 +251,16 @@ def _singular() -> Iterator[SweepCase]:
     sweep = "singular start"
     scene = replace(SCENE, start=1.0, seconds=0.1)
     yield SweepCase(sweep, 1.0, StabilitySubject("strip"), scene, _opening(scene))
-    for name in (LOOP, FOLDING, "element-8r", "unit-i"):
-        subject = StabilitySubject(name)
-        yield SweepCase(sweep, 1.0, subject, scene, finer(subject, scene, *FINEST))
+    names = (LOOP, FOLDING, "element-8r", "unit-i")
+    yield from _beside_finer(sweep, 1.0, scene, *map(StabilitySubject, names))
     folding = replace(SCENE, spring=spring(STIFFNESS, 1.0), seconds=0.1)
     oscillator = two_panels(folding, rest=1.0, start=0.0)
     yield SweepCase(
         sweep, 0.0, StabilitySubject("strip", flat=True), folding, analytic("closed form", oscillator.angles)
     )
-    for name in (LOOP, FOLDING, "element-8r", "unit-i"):
-        subject = StabilitySubject(name, flat=True)
-        yield SweepCase(sweep, 0.0, subject, folding, finer(subject, folding, *FINEST))
+    yield from _beside_finer(sweep, 0.0, folding, *(StabilitySubject(name, flat=True) for name in names))
     refused = replace(folding, start=0.0)
-    for name in (LOOP, FOLDING):
-        subject = StabilitySubject(name)
-        yield SweepCase(sweep, 0.0, subject, refused, finer(subject, refused, *FINEST))
+    yield from _beside_finer(sweep, 0.0, refused, StabilitySubject(LOOP), StabilitySubject(FOLDING))
 
 
 def _tolerances(quick: bool) -> Iterator[SweepCase]:
@@ -272,11 +268,10 @@ def _tolerances(quick: bool) -> Iterator[SweepCase]:
         for method in INTEGRATORS:
             pair = replace(SCENE, damping=0.0, seconds=0.02)
             scene = replace(SCENE, seconds=0.05)
-            options = {"method": method, "tolerance": tolerance}
-            yield SweepCase("tolerance", tolerance, StabilitySubject("strip"), pair, _opening(pair), **options)  # type: ignore[arg-type]
-            for name in (LOOP,) if quick else (LOOP, FOLDING):
-                subject = StabilitySubject(name)
-                yield SweepCase("tolerance", tolerance, subject, scene, finer(subject, scene, *FINEST), **options)  # type: ignore[arg-type]
+            options: dict[str, Any] = {"method": method, "tolerance": tolerance}
+            yield SweepCase("tolerance", tolerance, StabilitySubject("strip"), pair, _opening(pair), **options)
+            subjects = map(StabilitySubject, (LOOP,) if quick else (LOOP, FOLDING))
+            yield from _beside_finer("tolerance", tolerance, scene, *subjects, **options)
 
 
 def _restitutions(quick: bool) -> Iterator[SweepCase]:

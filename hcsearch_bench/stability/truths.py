@@ -7,22 +7,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-
-if TYPE_CHECKING:
-    from hcsearch.basics.vocabulary import Formulation
-    from hcsearch.scenes import Scene
-    from hcsearch.springs.deployment.compiled_scene import CompiledScene
-    from hcsearch.springs.deployment.simulated_deployment import Deployment
-    from hcsearch.springs.dynamics.time_integration import Motion
-    from hcsearch_bench.stability.strips import StabilitySubject
-
+from hcsearch.basics.vocabulary import Formulation
+from hcsearch.scenes import Scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
+from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
+from hcsearch_bench.stability.strips import StabilitySubject
 
 STATES = 200
 """Most states of a simulation that are compared."""
@@ -141,8 +139,6 @@ class Strip:
     def motion(self, start: Reals, end: float) -> Callable[[Reals], Reals]:
         """Fold angles (k, panels - 1) by times up to the end, from rest."""
         tolerance = 1e-12 if self.panels < MANY else 1e-10
-        from scipy.integrate import solve_ivp
-
         n = self.panels
         turns = np.append(0.0, np.cumsum(self._senses * start))
         solution = solve_ivp(
@@ -225,10 +221,6 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 @cache
 def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
-    from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
-    from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
-    from hcsearch.springs.dynamics.time_integration import simulate_system
-
     compiled = compile_scene(subject.linkage, scene, formulation, keep=frozenset(OMISSIONS))
     motion = simulate_system(
         compiled.system,

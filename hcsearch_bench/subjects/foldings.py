@@ -7,11 +7,19 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from hcsearch.designs.folding import fold
+from hcsearch.designs.grid import grid_named, parse_array
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.designs.twisting import twist_batch
-from hcsearch.search.enumeration import Search
+from hcsearch.search.enumeration import ArraySearch, PolygonSearch, Search
 
 Batches = Iterable[tuple[CircuitBatch, FoldingBatch]]
+
+
+def search_of(grid: str, cells: str) -> Search:
+    """The search for the circuits of all arrays of n cells, or of one array such as `6x5`."""
+    if cells.isdigit():
+        return PolygonSearch(grid_named(grid), int(cells))
+    return ArraySearch(parse_array(grid_named(grid), cells))
 
 
 def untwisted(search: Search, every: int = 1) -> Iterator[tuple[CircuitBatch, FoldingBatch]]:

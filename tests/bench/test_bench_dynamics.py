@@ -164,7 +164,8 @@ def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
 
 
 def work(engine, method, error, seconds, formulation="constrained"):
-    return CaseRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
+    how = {"subject": LOOP, "formulation": formulation, "seconds": seconds}
+    return CaseRow(engine, method, 1e-6, None, level_of(error, LEVELS), error, **how)
 
 
 def test_seconds_at_an_error_are_between_two_runs():

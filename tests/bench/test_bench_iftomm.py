@@ -11,8 +11,8 @@ from hcsearch.scenes.laws import Law, LawBranch, linear_law
 from hcsearch.springs.dynamics.body_trees import GROUND, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, System
 from hcsearch_bench.iftomm import problem_rows, problems
-from hcsearch_bench.iftomm.iftomm import best_of, goals_of
-from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows
+from hcsearch_bench.iftomm.iftomm import goals_of
+from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, best_of, problem_comparison
 from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, common_points, line_of, lines_of, places
@@ -63,14 +63,12 @@ def refused(*_, **__):
 
 
 def test_what_an_engine_cannot_do_is_reported():
-    problem = pendulum()
     peer = Peer("some", "method", (0.1, 0.01), refused)
-    rows = list(peer_rows(problem, TIMES, problem.reference(TIMES), peer, 1, 15.0))
+    rows = list(problem_comparison(pendulum(), TIMES).peer_rows(peer, 1, 15.0))
     assert [(row.verdict, row.note, row.step) for row in rows] == [("none", "no", 1.0), ("none", "no", 0.1)]
 
 
 def test_what_would_take_too_long_is_not_tried():
-    problem = pendulum()
     ran = []
 
     def run(system, q, v, times, *, step):
@@ -78,15 +76,14 @@ def test_what_would_take_too_long_is_not_tried():
         return Trajectory(times, np.zeros((len(times), 1)), np.zeros((len(times), 1)), 1.0, 1)
 
     peer = Peer("some", "method", (0.1, 0.01), run)
-    rows = list(peer_rows(problem, TIMES, problem.reference(TIMES), peer, 1, 5.0))
+    rows = list(problem_comparison(pendulum(), TIMES).peer_rows(peer, 1, 5.0))
     assert ran == [1.0]
     assert [(row.verdict, row.note) for row in rows] == [("wrong", ""), ("none", "not tried: more than 5 s")]
 
 
 def test_a_motion_that_stops_early_is_refused(monkeypatch):
-    problem = pendulum()
     monkeypatch.setattr(problem_rows, "MAX_STEPS", 3)
-    row = problem_rows.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
+    row = problem_comparison(pendulum(), TIMES).our_row("dormand-prince", 1e-8)
     assert (row.verdict, row.error) == ("none", None)
     assert row.note.startswith("refused: steps at ")
 
@@ -103,7 +100,7 @@ def test_verdicts_are_seen_against_the_length():
 
 def row(engine, error, seconds, **more):
     verdict = level_of(error, LEVELS, pendulum().length)
-    return ProblemRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
+    return ProblemRow(engine, "m", 1e-6, None, verdict, error, problem="A04 thin", seconds=seconds, **more)
 
 
 def test_the_fastest_of_each_engine():

@@ -12,7 +12,7 @@ from hcsearch.springs.dynamics.body_trees import GROUND, TreeJoint, Weld
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
 from hcsearch.springs.dynamics.time_integration import simulate_system
 from hcsearch_bench.iftomm import references
-from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
+from hcsearch_bench.iftomm.problem_rows import OUTPUTS, problem_comparison
 from hcsearch_bench.iftomm.problems import problems, rod
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import closure, energies, places
@@ -86,7 +86,7 @@ DRIFTS = {"A02 N=2": 1e-4, "A02 N=40": 1e-3, "A05": 1e-5}
 def test_our_engine_keeps_its_bounds(name):
     problem = PROBLEMS[name]
     times = np.linspace(0.0, problem.end, OUTPUTS + 1)
-    row = measure_ours(problem, "dormand-prince-8", 1e-10, times, problem.reference(times))
+    row = problem_comparison(problem, times).our_row("dormand-prince-8", 1e-10)
     assert row.error < BOUNDS[name]
     assert row.at_steps < BOUNDS[name]
     assert row.energy < DRIFTS.get(name, 1e-9)
