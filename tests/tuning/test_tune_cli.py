@@ -214,7 +214,7 @@ def test_ctrl_c_ends_it_as_other_commands_and_tells_what_was_found(folder):
     process.send_signal(signal.SIGINT)
     printed, said = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert said.splitlines()[-1].startswith("hcsearch: interrupted; work that is kept in a database")
+    assert said.splitlines()[-1].startswith("hcsearch: interrupted; the same command continues")
     assert "Traceback" not in said
     lines = printed.splitlines()
     assert any(line.startswith("tuned") for line in lines)
