@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from numbers import Integral, Real
+from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hcsearch.basics.errors import HcsearchError, wrong_kind_message
 
-_NOT_LOADED = {"pd": SimpleNamespace(DataFrame=object)}
-"""Stand-ins for names in annotations of results whose modules are loaded only if needed."""
+
+class _OpenDatabase(type):
+    """The kind of an open database; where the module that opens them is not loaded, no value is one."""
+
+    def __instancecheck__(cls, value: object) -> bool:
+        module = sys.modules.get("hcsearch.store.database")
+        return module is not None and isinstance(value, module.Database)
+
+
+_NOT_LOADED = {
+    "pd": SimpleNamespace(DataFrame=object),
+    "Place": str | Path | _OpenDatabase("Database", (), {}),
+}
+"""Stand-ins for names in annotations whose modules are loaded only if needed."""
 _UNIONS = (Union, UnionType)
 _NUMBERS: dict[type, type] = {int: Integral, float: Real}
 _SAID = {

@@ -57,7 +57,7 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
 
 
 def _print_circuit(shown: ShownDesign) -> None:
-    circuit, row, array = shown.circuit, shown.row, shown.circuit.array
+    circuit, array, stored = shown.circuit, shown.circuit.array, shown.stored
     facts: dict[str, object] = {
         "circuit": circuit.notation,
         "array": array.canonical().notation,
@@ -68,12 +68,12 @@ def _print_circuit(shown: ShownDesign) -> None:
         "orbit size": circuit.orbit_size,
         "fixed copies": circuit.n_fixed,
     }
-    if row:
-        facts |= {"id": row["id"], "scene": shown.scene, "status": row["status"] or "not judged"}
-        facts |= {} if shown.joining is None else {"flat pairs": shown.joining}
-    facts |= {quantity.name.replace("_", " "): _with_unit(quantity, value) for quantity, value in shown.quantities}
-    if row.get("needed_margin") is not None:
-        facts["play"] = play_sentence(row["needed_margin"])
+    if stored is not None:
+        facts |= {"id": stored.number, "scene": stored.scene, "status": stored.row["status"] or "not judged"}
+        facts |= {} if stored.joining is None else {"flat pairs": stored.joining}
+        facts |= {quantity.name.replace("_", " "): _with_unit(quantity, value) for quantity, value in stored.quantities}
+        if stored.row["needed_margin"] is not None:
+            facts["play"] = play_sentence(stored.row["needed_margin"])
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
