@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.system.notebooks import notebook_view
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ReplayAxis = Literal["time", "path"]
 REPLAY_FLAT_ANGLE = 0.02
@@ -50,6 +53,23 @@ class Replay(ByValue):
 
     def _repr_html_(self) -> str | None:
         return notebook_view(self)
+
+    def table(self) -> pd.DataFrame:
+        """Return the motion as a pandas table, one row per state.
+
+        Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm` of the
+        nearest panels among pairs that share no hinge and do not touch, negative for an overlap; `nearest`, the labels
+        of these two; `touching`, the number of pairs that touch.
+        """
+        import pandas as pd  # noqa: PLC0415 - only for tables, as what follows
+
+        from hcsearch.motion.collision.distances import nearest_panels  # noqa: PLC0415
+
+        columns = {"time_s" if self.axis == "time" else "path_share": self.at}
+        columns |= {f"angle_{name}_rad": self.angles[:, k] for k, name in enumerate(self.labels.hinges)}
+        near, panels = nearest_panels(self.linkage, self.angles), self.labels.panels
+        names = [None if i < 0 else f"{panels[i]} {panels[j]}" for i, j in near.pairs.tolist()]
+        return pd.DataFrame({**columns, "gap_mm": 1e3 * near.gaps, "nearest": names, "touching": near.touching})
 
     @property
     def ends_flat(self) -> bool:

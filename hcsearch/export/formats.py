@@ -67,17 +67,13 @@ def write_animation(exported: Exported) -> str:
 
 
 def write_csv(exported: Exported) -> str:
-    """Write the table of the motion as CSV."""
-    from hcsearch.export.motion_tables import csv_of
-
-    return csv_of(exported.motion)
+    """Write the table of the motion as CSV text, in full precision."""
+    return exported.motion.table().to_csv(index=False, lineterminator="\n")
 
 
 def write_parquet(exported: Exported) -> bytes:
     """Write the table of the motion as Parquet."""
-    from hcsearch.export.motion_tables import parquet_of
-
-    return parquet_of(exported.motion)
+    return exported.motion.table().to_parquet(index=False)
 
 
 def write_networkx(exported: Exported) -> str:

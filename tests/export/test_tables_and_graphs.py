@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.motion_tables import motion_table_of
 from tests.collision.naive_distances import feature_distance
 from tests.export.exports import MOVING, exported, written
 from tests.strategies import circuits
@@ -31,12 +30,12 @@ def test_the_table_of_a_path_reads_back_to_the_last_digit():
 def test_a_table_in_parquet_is_that_in_csv():
     value = exported(MOVING, "csv")
     table = pd.read_parquet(BytesIO(written(value, "parquet")))
-    pd.testing.assert_frame_equal(table, motion_table_of(value.motion), check_dtype=False)
+    pd.testing.assert_frame_equal(table, value.motion.table(), check_dtype=False)
 
 
 def test_the_table_of_a_deployment_has_its_times():
     value = exported("thesis-4x4", "csv", by="springs")
-    table = motion_table_of(value.motion)
+    table = value.motion.table()
     assert next(iter(table)) == "time_s"
     np.testing.assert_array_equal(table["time_s"], value.motion.at)
     assert not table["gap_mm"].isna().any()
@@ -45,7 +44,7 @@ def test_the_table_of_a_deployment_has_its_times():
 def test_gaps_are_those_of_the_nearest_panels():
     value = exported(MOVING, "csv")
     linkage, panel_of = value.linkage, value.linkage.pattern.panel_of
-    table, number = motion_table_of(value.motion), {label: k for k, label in enumerate(value.labels.panels)}
+    table, number = value.motion.table(), {label: k for k, label in enumerate(value.labels.panels)}
     looked_at = 0
     for angles, gap, names in zip(value.motion.angles, table["gap_mm"], table["nearest"], strict=True):
         solids = [solid.reshape(-1, 3) for solid in linkage.solids(angles)]
