@@ -8,6 +8,7 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
+from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
 from hcsearch.cases.resolve import resolve_scene
@@ -23,7 +24,7 @@ CheckProgress = Callable[[int, int, str], None]
 
 
 def check(
-    what: str | Circuit | Folding,
+    what: str | Circuit | Folding | Case,
     scene: Scene | str | None = None,
     *,
     panel: str | None = None,
@@ -35,7 +36,7 @@ def check(
     """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
 
     what : a crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id,
-    or one of its foldings.
+    one of its foldings, or a case.
     scene, panel, flat_pairs, db, values : as in `deploy`. Panels have the size that a file gives in a physical unit,
     unless `panel` sets another. progress : called with the numbers of foldings that are done and of all, and the stage.
 
@@ -44,13 +45,23 @@ def check(
     1
     """
     check_kinds(check, locals())
-    if isinstance(what, str) and what.lower().endswith(".fold"):
+    if isinstance(what, Case):
+        circuit, creases = _of_case(what)
+    elif isinstance(what, str) and what.lower().endswith(".fold"):
         circuit, creases, drawn = _of_file(what)
         panel = drawn if panel is None else panel
     else:
         circuit, creases = _of_name(what, db)
-    chosen = resolve_scene(circuit.grid.name, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
-    return check_circuit(circuit, chosen, creases, *(() if progress is None else (progress,)))
+    chosen: Scene | str | None = what.scene if isinstance(what, Case) else scene
+    in_scene = resolve_scene(circuit.grid.name, db, scene=chosen, panel=panel, flat_pairs=flat_pairs, values=values)
+    return check_circuit(circuit, in_scene, creases, *(() if progress is None else (progress,)))
+
+
+def _of_case(case: Case) -> tuple[Circuit, list[int] | None]:
+    if case.folding is None:
+        raise HcsearchError(f"{case.title} is no circuit: name one, such as hex:0234435011, or a file .fold")
+    folding = Folding.from_notation(case.folding.notation)
+    return folding.circuit, [folding.crease]
 
 
 def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:

@@ -13,17 +13,21 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from hcsearch.basics.errors import HcsearchError, wrong_kind_message
 
 
-class _OpenDatabase(type):
-    """The kind of an open database; where the module that opens them is not loaded, no value is one."""
+def _class_named(name: str, module: str) -> type:
+    """Return a stand-in for a class: while its module is not loaded, no value is an instance of it."""
 
-    def __instancecheck__(cls, value: object) -> bool:
-        module = sys.modules.get("hcsearch.store.database")
-        return module is not None and isinstance(value, module.Database)
+    class Kind(type):
+        def __instancecheck__(cls, value: object) -> bool:
+            loaded = sys.modules.get(module)
+            return loaded is not None and isinstance(value, getattr(loaded, name))
+
+    return Kind(name, (), {})
 
 
 _NOT_LOADED = {
     "pd": SimpleNamespace(DataFrame=object),
-    "Place": str | Path | _OpenDatabase("Database", (), {}),
+    "Place": str | Path | _class_named("Database", "hcsearch.store.database"),
+    "Case": _class_named("Case", "hcsearch.cases.case"),
 }
 """Stand-ins for names in annotations whose modules are loaded only if needed."""
 _UNIONS = (Union, UnionType)

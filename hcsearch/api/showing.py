@@ -19,6 +19,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
 from hcsearch.system.outputs import check_output
 
 if TYPE_CHECKING:
+    from hcsearch.cases.case import Case
     from hcsearch.cases.databases import Place
     from hcsearch.cases.stored_designs import StoredDesign
 
@@ -55,19 +56,25 @@ class ShownDesign:
 
 
 def show(
-    design: str | Circuit | Folding, *, db: Place | None = None, scene: str | None = None, panel: str | None = None
+    design: str | Circuit | Folding | Case,
+    *,
+    db: Place | None = None,
+    scene: str | None = None,
+    panel: str | None = None,
 ) -> ShownDesign:
     """Look up a design and its foldings, as `hcsearch show` prints them.
 
-    design : its id in the database, the notation of its circuit, which needs no database, or DESIGN:CREASE for one of
-    its foldings. db, scene, panel : as in `deploy`. Where a scene or panels are given, the paths and deployments are
-    those in this scene; else in all.
+    design : its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
+    foldings, or a case, which is shown in its scene. db, scene, panel : as in `deploy`. Where a scene or panels are
+    given, the paths and deployments are those in this scene; else in all.
 
     >>> from hcsearch import show
     >>> [folding.crease for folding in show("hex:0234550132").foldings]
     [3, 4]
     """
     check_kinds(show, locals())
+    if not isinstance(design, str | Circuit | Folding):
+        return _of_case(design)
     name, crease = _split(design)
     if ":" not in name:
         stored = _stored(name, db, scene, panel)
@@ -112,6 +119,19 @@ def show_page(
     check_output(str(place))
     location = database_location(db)
     return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)
+
+
+def _of_case(case: Case) -> ShownDesign:
+    """The folding of a case, with its panels and the results in its scene."""
+    if case.folding is None:
+        raise HcsearchError(
+            f"{case.title} is no design: see hcsearch assembly, or name a circuit such as hex:0234550132"
+        )
+    folding, stored = Folding.from_notation(case.folding.notation), None
+    if case.stored is not None:
+        scene = None if case.stored.verdict is None else case.stored.scene
+        stored = _stored(str(case.stored.number), case.stored.location, scene, None)
+    return ShownDesign(folding.circuit, [folding], case.panel, stored)
 
 
 def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:

@@ -10,6 +10,7 @@ from hcsearch import (
     SCENES,
     Circuit,
     Folding,
+    check,
     deploy,
     enumerate_into,
     open_database,
@@ -17,9 +18,11 @@ from hcsearch import (
     rank,
     read,
     replay,
+    show,
     tune,
 )
 from hcsearch.basics.errors import HcsearchError, QueryError
+from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.grid import GRIDS, parse_array
 
@@ -67,6 +70,26 @@ def test_what_is_deployed_shows_its_states(tmp_path):
     shown = replay(deployed)
     assert (shown.title, shown.labels.panels) == ("hex:02234400:1", ("0", "1+2", "3", "4", "5+6", "7"))
     assert shown.collision == deployed.deployment.check.collision
+
+
+def test_a_case_is_shown_and_checked_as_its_name_is():
+    enumerate_into("designs.sqlite", grid="hex", n=8, panel="60x60x5")
+    best = read("designs.sqlite", "untwisted", columns="id", panel="60x60x5")["id"][0]
+    case = resolve(str(best), "designs.sqlite")
+    shown, named = show(case), show(f"{best}:{case.folding.crease}", db="designs.sqlite")
+    assert shown.foldings == named.foldings == [case.folding]
+    assert shown.panel == (0.06, 0.06, 0.005)
+    assert shown.stored.scene == "60x60x5"
+    assert list(shown.sentences(case.folding)) == list(named.sentences(case.folding))
+    checked, by_name = check(case), check(case.folding.notation, panel="60x60x5")
+    assert checked.funnel == by_name.funnel
+    assert [verdict.folding for verdict in checked.verdicts] == [case.folding]
+    alone = resolve("hex:0234550132:3")
+    assert show(alone).stored is None
+    assert [folding.crease for folding in show(alone).foldings] == [3]
+    for call in (show, check):
+        with pytest.raises(HcsearchError, match="thesis-4x4 is no"):
+            call(resolve("thesis-4x4"))
 
 
 def test_circuits_with_several_foldings_have_to_be_told_which():
