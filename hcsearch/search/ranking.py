@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import moocore
@@ -110,7 +110,7 @@ class RankedDesigns:
 
     result: Result
     unranked_ids: tuple[int, ...]
-    location: str
+    location: str = field(compare=False)
 
 
 def rank_designs(

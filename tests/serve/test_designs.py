@@ -102,7 +102,7 @@ def test_exports_are_files_to_download(asking, number):
     graph = asking(f"/designs/{number}/export.g6")
     assert graph.body.strip().isascii()
     whole = asking(f"/designs/{number}/export.fold")
-    assert (whole.status, "of one folding" in whole.text) == (400, True)
+    assert (whole.status, "exports one folding" in whole.text) == (400, True)
     assert asking(f"{below}.fold?state=flat").status == 400  # it has both states
     assert "takes no --state" in asking(f"{below}.fold?state=flat").text
     assert asking(f"/designs/{number}/foldings/0/export.fold").status == 400
