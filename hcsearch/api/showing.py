@@ -102,20 +102,21 @@ def show_page(
     reports/design-DESIGN.html.
     """
     from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
 
     check_kinds(show_page, locals())
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
-    number, scene_name = None, DEFAULT_SCENE_NAME
+    number: int | None = None
+    scene_name = DEFAULT_SCENE_NAME
     if ":" in name:
         circuit = Circuit.from_notation(name).canonical()
         if scene or panel:
             raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
     else:
-        stored = _stored(name, db, scene, panel)
-        number, circuit, scene_name = stored.number, stored.circuit, stored.scene
+        number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
     check_output(str(place))
     location = database_location(db)
     return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)

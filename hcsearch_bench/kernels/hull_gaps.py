@@ -24,21 +24,7 @@ def write_hull_gaps(
         simplices from which the searches start, overwritten; 0 and -1 for none. gaps : (k,).
     """
     for k in range(len(gaps)):
-        _write(first, n_first, second, n_second, directions, corners, gaps, k)
-
-
-@lean
-def _write(
-    first: Reals,
-    n_first: WholeNumbers,
-    second: Reals,
-    n_second: WholeNumbers,
-    directions: Reals,
-    corners: WholeNumbers,
-    gaps: Reals,
-    k: int,
-) -> None:
-    direction, simplex = vector_at(directions, k, 0), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
-    gaps[k], direction, simplex = hull_gap(first[k], n_first[k], second[k], n_second[k], direction, simplex)
-    directions[k, 0], directions[k, 1], directions[k, 2] = direction
-    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
+        direction, simplex = vector_at(directions, k, 0), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+        gaps[k], direction, simplex = hull_gap(first[k], n_first[k], second[k], n_second[k], direction, simplex)
+        directions[k, 0], directions[k, 1], directions[k, 2] = direction
+        corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = simplex
