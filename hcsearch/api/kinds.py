@@ -32,12 +32,7 @@ _NOT_LOADED = {
 """Stand-ins for names in annotations whose modules are loaded only if needed."""
 _UNIONS = (Union, UnionType)
 _NUMBERS: dict[type, type] = {int: Integral, float: Real}
-_SAID = {
-    str: "a text",
-    int: "a whole number",
-    float: "a number",
-    bool: "True or False",
-}
+_SAID = {str: "a text", int: "a whole number", float: "a number", bool: "True or False"}
 
 
 def check_kinds(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:

@@ -109,8 +109,7 @@ def show_page(
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
-    number: int | None = None
-    scene_name = DEFAULT_SCENE_NAME
+    number, scene_name = None, DEFAULT_SCENE_NAME
     if ":" in name:
         circuit = Circuit.from_notation(name).canonical()
         if scene or panel:

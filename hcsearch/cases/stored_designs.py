@@ -15,7 +15,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
-from hcsearch.store import Database, StoredVerdict, best_creases, find_circuit, find_design, find_verdict
+from hcsearch.store import StoredVerdict, best_creases, find_circuit, find_design, find_verdict
 from hcsearch.store.columns import Quantity
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.location import parse_location
@@ -93,7 +93,7 @@ class StoredDesign:
 def stored_design(name: str, db: Place | None, *, scene: str | None, panel: str | None) -> StoredDesign:
     """Read a design by its id, with its paths and deployments in a scene, or in all scenes if none is named."""
     with reading_database(db) as database:
-        number, circuit, scene_name = _found(database, name, scene, panel)
+        number, circuit, scene_name = stored_circuit_in_scene(name, database, scene=scene, panel=panel)
         row = find_design(database, str(number), scene_name)
         best = best_creases(database, [number], scene_name).get(number)
         rows = [*row["motions"], *row["deployments"]]
@@ -112,13 +112,9 @@ def stored_circuit_in_scene(
 ) -> tuple[int, Circuit, str]:
     """Return the id of a design, its circuit, and the name of the stored scene that is denoted by options."""
     with reading_database(db) as database:
-        return _found(database, name, scene, panel)
-
-
-def _found(database: Database, name: str, scene: str | None, panel: str | None) -> tuple[int, Circuit, str]:
-    number, notation = find_circuit(database, name)
-    circuit = stored_circuit(database, number, notation)
-    return number, circuit, scene_asked_for(database, scene, panel, grid=circuit.grid.name)
+        number, notation = find_circuit(database, name)
+        circuit = stored_circuit(database, number, notation)
+        return number, circuit, scene_asked_for(database, scene, panel, grid=circuit.grid.name)
 
 
 def _location_option(location: str) -> str:

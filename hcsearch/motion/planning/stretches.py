@@ -49,10 +49,9 @@ def switch_between(loops: Loops, first: Reals, second: Reals, work: Closing) -> 
     held = stopped[0] | stopped[1]
     if (stopped[0] == stopped[1]).all():
         return None
-    if (held == stopped[0]).all():
-        switch = second.copy()
-    else:
-        switch = first.copy() if (held == stopped[1]).all() else 0.5 * (first + second)
+    switch = second.copy() if (held == stopped[0]).all() else 0.5 * (first + second)
+    if (held == stopped[1]).all():
+        switch = first.copy()
     ends = np.where(stopped[0], first, second)[held]
     switch[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
     for _ in range(MAX_SWITCH_STEPS):
