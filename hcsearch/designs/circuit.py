@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
 from hcsearch.designs.grid import Array, Cell, Grid, LatticePoint, check_size, grid_named
+from hcsearch.designs.grid.step_names import are_directions, name_steps, read_steps
+from hcsearch.designs.grid.turning import step_tables
 from hcsearch.shape.drawing import draw_circuit
-
-_STRAIGHT = 8
-"""Offset that encodes turns as bytes, which compare and copy fast: the code of turn 0."""
 
 
 class Renumbering(NamedTuple):
@@ -38,7 +40,8 @@ class Renumbering(NamedTuple):
 class Circuit:
     """A Hamiltonian circuit of an array, up to translation; make one with `from_notation`.
 
-    word : the directions of the n steps; crease k lies between panels k and k + 1 (mod n), and step k crosses it.
+    word : the n steps, as `Grid.steps` numbers them; crease k lies between panels k and k + 1 (mod n), and step k
+        crosses it.
     start : the lattice point of panel 0, by default near the origin. It is ignored when circuits are compared.
     """
 
@@ -51,12 +54,11 @@ class Circuit:
             "the grid of a circuit", self.grid, Grid, "a Grid, such as GRIDS['hex'], or use Circuit.from_notation"
         )
         check_size(self.n, "the circuit")
-        if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
+        if len(self.word) < 3 or any(not 0 <= step < len(self.grid.steps) for step in self.word):
             raise NotationError(
-                f"malformed circuit {self.notation!r}: write the grid, a colon and at least three directions "
-                f"0 to {self.grid.directions - 1}, as hex:024"
+                f"malformed circuit {self.notation!r}: write the grid, a colon and at least three {_digits(self.grid)}"
             )
-        if any(turn not in self.grid.turns for turn in self.turns):
+        if min(self._turn_codes) < 0:
             raise NotationError(
                 f"circuit {self.notation!r} makes a turn that the {self.grid.name} grid does not have: check its steps"
             )
@@ -73,16 +75,14 @@ class Circuit:
         expect_kind("the notation of a circuit", text, str, "a text, such as 'hex:024'")
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
-        if not colon or not (steps.isascii() and steps.isdigit()):
-            raise NotationError(
-                f"malformed circuit {text!r}: write the grid, a colon and the direction of each step, as hex:024"
-            )
-        return Circuit(grid, tuple(map(int, steps)), start)
+        if not colon or not re.fullmatch("[0-9]+" if are_directions(grid) else "[a-l]?[0-9]+", steps, re.ASCII):
+            raise NotationError(f"malformed circuit {text!r}: write the grid, a colon and {_digits(grid)}")
+        return Circuit(grid, read_steps(grid, steps), start)
 
     @property
     def notation(self) -> str:
-        """The grid and the directions of the steps; `from_notation` reads it."""
-        return f"{self.grid.name}:" + "".join(map(str, self.word))
+        """The grid and the digits of the steps (`grid.step_names`); `from_notation` reads it."""
+        return f"{self.grid.name}:{name_steps(self.grid, self.word)}"
 
     def __str__(self) -> str:
         return self.notation
@@ -102,8 +102,7 @@ class Circuit:
     @cached_property
     def points(self) -> tuple[LatticePoint, ...]:
         """Lattice points of the panels in circuit order, the first at `start`, or near the origin."""
-        near = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
-        x, y = self.start or (near, near)
+        x, y = self.start or self.grid.point((0, 0, self.grid.step_kinds[self.word[0]][0]))
         points = []
         for d in self.word:
             points.append((x, y))
@@ -123,10 +122,19 @@ class Circuit:
     @property
     def turns(self) -> tuple[int, ...]:
         """The turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
-        m = self.grid.directions
-        return tuple(
-            (d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False)
-        )
+        turns: list[int] = step_tables(self.grid).code_turns[list(self._turn_codes)].tolist()
+        return tuple(turns)
+
+    @property
+    def directions(self) -> tuple[int, ...]:
+        """The direction of each step."""
+        return tuple(self.grid.step_directions[step] for step in self.word)
+
+    @cached_property
+    def _turn_codes(self) -> tuple[int, ...]:
+        """The code of the turn at each panel (`StepTables`); -1 where there is no such turn."""
+        codes: list[int] = step_tables(self.grid).codes[[*self.word[-1:], *self.word[:-1]], self.word].tolist()
+        return tuple(codes)
 
     @property
     def creases(self) -> tuple[LatticePoint, ...]:
@@ -137,27 +145,28 @@ class Circuit:
     def _canonical(self) -> tuple[tuple[int, ...], int]:
         """The canonical word, and the number of congruences that map the circuit to it."""
         least_key = min(self._keys())
-        right_turns, first = least_key
-        word = [first]
-        for turn in right_turns[:-1]:
-            word.append((word[-1] + _STRAIGHT - turn) % self.grid.directions)
+        codes, first = least_key
+        tables = step_tables(self.grid)
+        word = [int(tables.starts[codes[0]]) + first]
+        for code in codes[:-1]:
+            word.append(int(tables.following[word[-1], code - tables.first_codes[word[-1]]]))
         # computed twice rather than stored: keys together take memory of the square of the length
         return tuple(word), sum(key == least_key for key in self._keys())
 
     def _keys(self) -> Iterator[tuple[bytes, int]]:
         """A key for each start of the circuit and of its mirror image, both walked counterclockwise.
 
-        The key is the cyclic word of turns after a step, encoded so that sharp left turns come first, and the step's
-        direction up to rotations of the grid.
+        The key is the cyclic word of the codes of turns after a step, and the class of the step.
         """
-        n, turns = self.n, self.turns
-        sign = 1 if sum(turns) < 0 else -1
-        ahead = bytes(_STRAIGHT + sign * turn for turn in turns)  # turns to the right, counterclockwise
-        classes = len(self.grid.first_directions)
-        for k in range(n):
+        tables, classes = step_tables(self.grid), self.grid.step_classes
+        codes = np.array(self._turn_codes)
+        if sum(self.turns) < 0:
+            codes = tables.mirrored[codes]
+        ahead, mirrored = bytes(codes.tolist()), bytes(tables.reversed[codes].tolist())
+        for k in range(self.n):
             first = self.word[k] % classes
             yield ahead[k + 1 :] + ahead[: k + 1], first
-            yield ahead[k::-1] + ahead[:k:-1], first
+            yield mirrored[k::-1] + mirrored[:k:-1], first
 
     def canonical(self) -> Circuit:
         """The canonical circuit of the congruence class, with the same first panel and direction for each member."""
@@ -186,13 +195,14 @@ class Circuit:
         """
         expect_kind("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
         array_points = set(array.points)
-        array_corner, m = min(array_points), self.grid.directions
+        array_corner = min(array_points)
         for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
             images = [isometry(point) for point in self.points]
             image_corner = min(images)
             dx, dy = array_corner[0] - image_corner[0], array_corner[1] - image_corner[1]
-            if array_points == {(x + dx, y + dy) for x, y in images}:
-                word = tuple((isometry.sign * d + isometry.offset) % m for d in self.word)
+            is_translation = self.grid.cell(image_corner)[2:] == self.grid.cell(array_corner)[2:]
+            if is_translation and array_points == {(x + dx, y + dy) for x, y in images}:
+                word = tuple(isometry.steps[step] for step in self.word)
                 return Circuit(self.grid, word, (images[0][0] + dx, images[0][1] + dy))
         raise ArrayError(f"{self.notation} is no circuit of {array.notation}: its array is {self.array.notation}")
 
@@ -210,3 +220,10 @@ class Circuit:
     def orbit_size(self) -> int:
         """Number of images of the circuit under the symmetries of its array."""
         return self.array.symmetry // self.symmetry
+
+
+def _digits(grid: Grid) -> str:
+    """What the digits of a grid's notations stand for, with an example."""
+    if are_directions(grid):
+        return f"directions 0 to {grid.directions - 1}, as hex:024"
+    return f"numbers of edges, 0 to {grid.edges_per_cell - 1}, as right45:1212"

@@ -24,6 +24,7 @@ from hcsearch.basics.errors import (
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.circuit import Circuit, Renumbering
 from hcsearch.designs.grid import grid_named
+from hcsearch.designs.grid.turning import directed_words
 from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_size_doubt, read_panel
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.circuits.folds import fold_words
@@ -49,7 +50,8 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
         return FoldingBatch(np.empty(0, np.int32), np.empty(0, np.int16))
     rows = np.empty(n_circuits * (n // 2), np.int32)
     creases = np.empty(len(rows), np.int16)
-    count = fold_words(circuits.words, grid_named(circuits.grid).directions, rows, creases)
+    grid = grid_named(circuits.grid)
+    count = fold_words(directed_words(grid, circuits.words), grid.directions, rows, creases)
     return FoldingBatch(rows[:count].copy(), creases[:count].copy())
 
 
@@ -58,7 +60,8 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
 
     This is necessary to fold (docs/explanation/theory.md, 4), and fails on hexagons only. The number of panels is even.
     """
-    m, words = grid_named(circuits.grid).directions, circuits.words
+    grid = grid_named(circuits.grid)
+    m, words = grid.directions, directed_words(grid, circuits.words)
     # each step contributes to two turns, with the same sign: T = 2 (d_0 - d_1 + d_2 - ..), mod m
     steps = words[:, ::2].sum(axis=1, dtype=np.int32) - words[:, 1::2].sum(axis=1, dtype=np.int32)
     divides: NDArray[np.bool_] = steps % (m // 2) == 0
@@ -152,11 +155,11 @@ class Folding:
     @cached_property
     def frames(self) -> tuple[tuple[int, int], ...]:
         """The orientation of each panel in the stacks, (sign, offset): its direction i points to sign * i + offset."""
-        word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
+        directions, n, m = self.circuit.directions, self.circuit.n, self.circuit.grid.directions
         frames = [(1, 0)] * n
         for stack, crease_after in ((self.stacks[0], 0), (self.stacks[1], -1)):
             for below, panel in pairwise(stack):
-                d = word[(below + crease_after) % n]
+                d = directions[(below + crease_after) % n]
                 sign, offset = frames[below]
                 # reflect the panel's direction i in the crease first (2 d + m/2 - i), then fold as the panel below
                 frames[panel] = -sign, (sign * (2 * d + m // 2) + offset) % m
@@ -195,18 +198,20 @@ class Folding:
         there is no such axis. The panels of the lowest layer come first. The compiled form, which only counts pairs,
         is in `kernels.linkage.lines`; tests compare the two.
         """
-        word, m = self.circuit.word, self.circuit.grid.directions
-        across = word[self.crease]
+        directions, grid, m = self.circuit.directions, self.circuit.grid, self.circuit.grid.directions
+        across = directions[self.crease]
         inwards = (across + m // 2) % m  # from the first stack to the second
         # the mirror takes direction d to 2 across + m/2 - d, and turns the walk around
-        if any((word[a] + word[b - 1] - 2 * across) % m for a, b in zip(*self.stacks, strict=True)):
+        if any((directions[a] + directions[b - 1] - 2 * across) % m for a, b in zip(*self.stacks, strict=True)):
             return ()
-        points, steps = self.circuit.points, self.circuit.grid.steps
+        points = self.circuit.points
         pairs = []
         for a, b in zip(*self.stacks, strict=True):
             turn, offset = self.frames[a]
-            to = (points[b][0] - points[a][0], points[b][1] - points[a][1])
-            if to == steps[inwards] and (turn * inwards + offset - inwards) % m == 0:
+            inside = any(
+                to == points[b] and grid.step_directions[step] == inwards for step, to in grid.neighbours(points[a])
+            )
+            if inside and (turn * inwards + offset - inwards) % m == 0:
                 pairs.append((b, a))
         return tuple(pairs)
 
@@ -234,7 +239,7 @@ class Folding:
         """
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size
-        if length != width and circuit.grid.directions != 4:
+        if length != width and circuit.grid.tiling.name != "square":
             raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
         corners, faces = circuit.grid.mesh(circuit.cells)
         vertices = tuple((length * x, width * y) for x, y in corners)
@@ -383,15 +388,12 @@ def _likeness(circuit: Circuit, crease: int) -> CongruentFolding | None:
 
 def _direction_map(circuit: Circuit, canonical: Circuit, renumbering: Renumbering) -> NDArray[np.float64]:
     """The matrix, shape (2, 2), that maps directions of a circuit's drawing to the canonical circuit's drawing."""
-    grid, m = circuit.grid, circuit.grid.directions
-    half_turn = m // 2 if renumbering.backwards else 0
+    grid = circuit.grid
+    word = [grid.backwards[step] for step in circuit.word] if renumbering.backwards else circuit.word
     isometry = next(
         candidate
         for candidate in grid.point_group
-        if all(
-            (candidate.sign * (d + half_turn) + candidate.offset - canonical.word[renumbering(k)]) % m == 0
-            for k, d in enumerate(circuit.word)
-        )
+        if all(candidate.steps[step] == canonical.word[renumbering(k)] for k, step in enumerate(word))
     )
     basis = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
     turned: NDArray[np.float64] = basis @ np.reshape(isometry.matrix, (2, 2)) @ np.linalg.inv(basis)
@@ -404,6 +406,6 @@ def _folds_at(circuit: Circuit, crease: int) -> bool:
     half = n // 2
     if n % 2 or not 0 <= crease < half:
         return False
-    word = circuit.word
-    signed = [(-1) ** k * (word[k] - word[k - 1]) for k in range(n)]
+    directions = circuit.directions
+    signed = [(-1) ** k * (directions[k] - directions[k - 1]) for k in range(n)]
     return bool(sum(signed) % m == 0 and (sum(signed[crease + 1 : crease + half + 1]) - m // 2 * half) % m == 0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hcsearch.basics.errors import expect_kind
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import grid_named
+from hcsearch.designs.grid.turning import directed_words
 from hcsearch.designs.records import CircuitBatch, FoldingBatch
 from hcsearch.kernels.circuits.folds import twist_words
 
@@ -22,8 +23,9 @@ def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.in
     Source: docs/explanation/theory.md, statement 10.
     """
     twists = np.empty(len(foldings), np.int16)
-    directions = grid_named(circuits.grid).directions
-    twist_words(circuits.words, directions, foldings.row, twists)  # type: ignore[arg-type]
+    grid = grid_named(circuits.grid)
+    directed = directed_words(grid, circuits.words)
+    twist_words(directed, grid.directions, foldings.row, twists)  # type: ignore[arg-type]
     return twists
 
 
@@ -68,32 +70,39 @@ def gauss_linking(folding: Folding) -> int:
 
 
 def folded_band(folding: Folding) -> tuple[list[LatticeVector], list[LatticeVector]]:
-    """Corners of the closed centre line and of its parallel in the folded state, in eighths of a lattice step.
+    """Corners of the closed centre line and of its parallel in the folded state, in whole numbers.
+
+    The unit is a sixteenth of that of `Grid.lattice_corners`.
 
     A panel of layer z lies at height z; the lines run straight from crease to crease within a panel and straight up
     or down at a hinge. The parallel line crosses each crease on the left-hand side of the circuit, well
     within the edge.
     """
     circuit, n = folding.circuit, folding.circuit.n
-    m, steps = circuit.grid.directions, circuit.grid.steps
+    grid, m, directions = circuit.grid, circuit.grid.directions, circuit.directions
     frames = folding.frames
     layer = folding.layers
-    first, second = (0, 0), steps[circuit.word[folding.crease]]
-    origin = dict.fromkeys(folding.stacks[0], second) | dict.fromkeys(folding.stacks[1], first)
+    lowest = {panel: stack[0] for stack in folding.stacks for panel in stack}
 
     def corner(panel: int, direction: int, left: int) -> LatticeVector:
         sign, offset = frames[panel]
-        ex, ey = steps[(sign * direction + offset) % m]
-        # the left-hand direction of step d is d + m/4; for six directions the sum of d + 1 and d + 2 points there
-        lefts = (direction + 1,) if m == 4 else (direction + 1, direction + 2)
-        tx = sum(steps[(sign * d + offset) % m][0] for d in lefts)
-        ty = sum(steps[(sign * d + offset) % m][1] for d in lefts)
-        ox, oy = origin[panel]
-        return (8 * ox + 4 * ex + left * tx, 8 * oy + 4 * ey + left * ty, layer[panel])
+        place = circuit.points[lowest[panel]]
+        cell = circuit.cells[lowest[panel]]
+        step = grid.step_towards(cell[2] if grid.kinds > 1 else 0, (sign * direction + offset) % m)
+        (x, y), (ex, ey) = place, grid.steps[step]
+        # the edge from right to left, as seen from within a panel whose top face is up
+        (ax, ay), (bx, by) = grid.edge_corners(cell, step)
+        left *= sign
+        scale = 8 * grid.corner_scale
+        return (
+            scale * (2 * x + ex) + left * (bx - ax),
+            scale * (2 * y + ey) + left * (by - ay),
+            layer[panel],
+        )
 
     lines: tuple[list[LatticeVector], list[LatticeVector]] = ([], [])
     for panel in range(n):
-        entry, leaving = (circuit.word[panel - 1] + m // 2) % m, circuit.word[panel]
+        entry, leaving = (directions[panel - 1] + m // 2) % m, directions[panel]
         for left, line in enumerate(lines):
             # entering, the left-hand side of the walk is the right-hand side of the outward direction
             line.append(corner(panel, entry, -left))

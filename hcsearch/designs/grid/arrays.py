@@ -1,4 +1,4 @@
-"""Arrays: finite connected sets of cells, with a text notation, the specifications that users type, and symmetries."""
+"""Arrays: finite connected sets of cells, with a text notation and symmetries."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from hcsearch.basics.errors import ArrayError, NotationError, SizeError, expect_kind
-from hcsearch.designs.grid.tilings import Cell, Grid, LatticeIsometry, LatticePoint, grid_named, grid_of
+from hcsearch.designs.grid.tessellation import LatticePoint
+from hcsearch.designs.grid.tilings import Cell, Grid, LatticeIsometry, grid_named, grid_of
 from hcsearch.shape.drawing import draw_array
-from hcsearch.system.reading import read_text_file
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -27,7 +27,7 @@ class Array:
     """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
 
     rows : each row as an integer, the bottom row first; bit x (triangles: bit 2x + u) is cell x of the row. The least
-    x and the least y are 0.
+    x and the least y are 0. Where there are more kinds of cells, `Grid.row_of` gives row and bit.
     """
 
     grid: Grid
@@ -124,7 +124,7 @@ class Array:
         return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
-        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their indices in `cells`."""
+        """Pairs of neighbouring cells as (i, j, step from i to j) with i < j, by their indices in `cells`."""
         index = {point: i for i, point in enumerate(self.points)}
         edges = []
         for i, point in enumerate(self.points):
@@ -156,10 +156,26 @@ def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
         numbers = tuple(map(operator.index, cell))
     except TypeError:
         numbers = ()
-    if len(numbers) != 2 + grid.is_triangle or (grid.is_triangle and numbers[2] not in (0, 1)):
-        form = "(x, y, u), u 0 (up) or 1 (down)" if grid.is_triangle else "(q, r)" if grid.name == "hex" else "(x, y)"
-        raise ArrayError(f"{cell!r} is no cell of the {grid.name} grid: give {form} in whole numbers")
+    if not is_cell(grid, numbers):
+        names, kinds = cell_form(grid)
+        raise ArrayError(
+            f"{cell!r} is no cell of the {grid.name} grid: give ({', '.join(names)}){kinds} in whole numbers"
+        )
     return numbers
+
+
+def is_cell(grid: Grid, numbers: tuple[int, ...]) -> bool:
+    """Whether whole numbers are a cell of a grid: (x, y), and the kind where there are several."""
+    return len(numbers) == 2 + (grid.kinds > 1) and all(0 <= kind < grid.kinds for kind in numbers[2:])
+
+
+def cell_form(grid: Grid) -> tuple[tuple[str, ...], str]:
+    """The names of a cell's coordinates, and the range of the kind."""
+    if grid.kinds == 1:
+        return (("q", "r") if grid.name == "hex" else ("x", "y")), ""
+    if grid.kinds == 2:
+        return ("x", "y", "u"), ", u 0 (up) or 1 (down)"
+    return ("x", "y", "k"), f", k from 0 to {grid.kinds - 1}"
 
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
@@ -181,157 +197,20 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
     """Encode cells, moved to touch x = 0 and y = 0, as integers, one for each row."""
     listed = list(cells)
     x0, y0 = min(c[0] for c in listed), min(c[1] for c in listed)
-    rows = [0] * (max(c[1] for c in listed) - y0 + 1)
-    for cell in listed:
-        x, y = cell[0] - x0, cell[1] - y0
-        rows[y] |= 1 << (2 * x + cell[2] if grid.is_triangle else x)
+    bits = [grid.row_of((cell[0] - x0, cell[1] - y0, *cell[2:])) for cell in listed]
+    rows = [0] * (max(row for row, _ in bits) + 1)
+    for row, column in bits:
+        rows[row] |= 1 << column
     return tuple(rows)
 
 
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
     """Decode rows into cells, row by row."""
     cells: list[Cell] = []
-    for y, bits in enumerate(rows):
+    for number, bits in enumerate(rows):
         row = bits
         while row:  # visit set bits only: a row may be thousands wide, and hold one cell
             lowest = row & -row
-            bit = lowest.bit_length() - 1
-            cells.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+            cells.append(grid.cell_of_bit(number, lowest.bit_length() - 1))
             row ^= lowest
-    return cells
-
-
-def parse_array(grid: Grid | str, spec: str) -> Array:
-    """Read an array specification on a grid, which is given by itself or by its name.
-
-    `6x5` has 6 columns and 5 rows (squares, rectangles); `3-4-3` lists rows of hexagons from the top; `p5x4` is a
-    parallelogram; `t5` a triangle of side 5 and `h3` a hexagon of side 3 (triangles, hexagons); `@file` names a file
-    with one cell a line. An array's own notation is read, too.
-
-    Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
-    cells that are no array, InputFileError for a file that cannot be read.
-
-    >>> from hcsearch import parse_array
-    >>> parse_array("hex", "3-4-3").n
-    10
-    """
-    grid = grid_of(grid)
-    expect_kind("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
-    if spec.startswith("@"):
-        return Array.from_cells(grid, _read_cells(grid, spec[1:]))
-    if ":" in spec:
-        array = Array.from_notation(spec)
-        if array.grid != grid:
-            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: name the grid {array.grid.name}")
-        return array
-    for pattern, make in _SHAPES:
-        match = re.fullmatch(pattern, spec)
-        if match:
-            # nine digits suffice to show that a size is too large
-            sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
-            if min(sizes) < 1:
-                raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
-            min_cells = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
-            check_size(min_cells, f"array {spec!r}")
-            cells = make(grid, sizes)
-            if cells is None:
-                raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_HELP[grid.name]}")
-            return Array.from_cells(grid, cells)
-    raise NotationError(f"malformed array {spec!r}: {_HELP[grid.name]}")
-
-
-_COMMON = "use p5x4, @file or an array's notation"
-_HELP = {
-    "triangle": f"use t5, h3 (triangle, hexagon by its side) or {_COMMON[4:]}",
-    "square": f"use 6x5 (columns x rows) or {_COMMON[4:]}",
-    "rectangle": f"use 6x5 (columns x rows) or {_COMMON[4:]}",
-    "hex": f"use 3-4-3 (rows from the top), t5, h3 or {_COMMON[4:]}",
-}
-
-
-def _rectangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    if grid.directions != 4:
-        return None
-    return _parallelogram(grid, sizes)
-
-
-def _parallelogram(grid: Grid, sizes: list[int]) -> list[Cell]:
-    columns, rows = sizes
-    kinds: list[tuple[int, ...]] = [(0,), (1,)] if grid.is_triangle else [()]
-    return [(x, y, *u) for y in range(rows) for x in range(columns) for u in kinds]
-
-
-def _triangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    side = sizes[0]
-    if grid.directions == 4:
-        return None
-    if grid.is_triangle:
-        return [(x, y, u) for y in range(side) for x in range(side - y) for u in (0, 1) if x + y + u < side]
-    return [(x, y) for y in range(side) for x in range(side - y)]
-
-
-def _hexagon(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    side = sizes[0]
-    if grid.directions == 4:
-        return None
-    if grid.is_triangle:  # the 6 side^2 triangles around a lattice vertex: all corners within distance `side` of it
-        span = range(-side, side)
-        return [
-            (x, y, u)
-            for y in span
-            for x in span
-            for u in (0, 1)
-            if all(abs(p + q) <= side for p, q in ((x + 1, y), (x, y + 1), (x + u, y + u)))
-        ]
-    span = range(1 - side, side)
-    return [(q, r) for r in span for q in span if abs(q + r) < side]
-
-
-def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    if grid.name != "hex":
-        return None
-    cells: list[Cell] = []
-    q = 0  # going down a row keeps q half a cell to the left, q + 1 half a cell to the right
-    left_next = True
-    for y, (length, above) in enumerate(zip(sizes, [sizes[0], *sizes], strict=False)):
-        if y:
-            if abs(length - above) > 1:
-                raise NotationError(
-                    f"row {y + 1} of {'-'.join(map(str, sizes))} differs by more than one from the row above: "
-                    "give such an array by its cells, --array @file"
-                )
-            right = length < above or (length == above and not left_next)
-            if length == above:
-                left_next = not left_next
-            q += right
-        cells.extend((q + x, -y) for x in range(length))
-    return cells
-
-
-_SHAPES = (
-    ("[0-9]+x[0-9]+", _rectangle),
-    ("p[0-9]+x[0-9]+", _parallelogram),
-    ("t[0-9]+", _triangle),
-    ("h[0-9]+", _hexagon),
-    ("[0-9]+(-[0-9]+)+", _hexagon_rows),
-)
-
-
-def _read_cells(grid: Grid, path: str) -> list[Cell]:
-    """Read the cells of a text file, one in each line; empty lines and comments from # on are skipped."""
-    lines = read_text_file(path, "the cells in").splitlines()
-    coordinate_count = 3 if grid.is_triangle else 2
-    cells: list[Cell] = []
-    for number, line in enumerate(lines, 1):
-        text = line.split("#")[0].replace(",", " ").split()
-        if not text:
-            continue
-        numbers = [int(word) for word in text if re.fullmatch("[+-]?[0-9]{1,9}", word)]
-        cell = tuple(numbers) if len(numbers) == len(text) else ()
-        if len(cell) != coordinate_count or (coordinate_count == 3 and cell[2] not in (0, 1)):
-            form = (
-                "x y u with u 0 (up) or 1 (down)" if coordinate_count == 3 else ("q r" if grid.name == "hex" else "x y")
-            )
-            raise ArrayError(f"{path}, line {number}: {line.strip()!r} is no cell: write {form}")
-        cells.append(cell)
     return cells

@@ -1,9 +1,12 @@
-"""The four grids on three tilings: directions, cells and symmetries in exact integers.
+"""The nine grids on the eight edge tessellations, each defined by the corners of one panel, in exact integers.
 
-Every cell has a lattice point (X, Y): hexagons their axial coordinates, squares their column and row, triangles
-(3x + 1 + u, 3y + 1 + u), three times the centroid. Directions count counterclockwise in units of 2 pi / `directions`;
-`steps[d]` is the move from a cell to its neighbour across the edge facing d. A triangle pointing up has neighbours
-in the even directions, one pointing down in the odd ones.
+A panel of an edge tessellation is the mirror image of its neighbours in the edges that they share, all over the plane.
+Eight polygons tile the plane so (Kirby and Umble, Mathematics Magazine 84, 2011); squares are rectangles with more
+symmetries. Cells, neighbours, corners, symmetries and notations follow from the polygon by reflections.
+
+A cell has a kind, its shape up to translation, and a lattice point (X, Y), the mean of its corners. A **step** leads
+from a cell of one kind across one of its edges; steps are numbered by their directions, counterclockwise, then by kind.
+Directions count counterclockwise in units of 2 pi / `directions`.
 """
 
 from __future__ import annotations
@@ -14,107 +17,233 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from hcsearch.basics.errors import NotationError
+from hcsearch.designs.grid.tessellation import (
+    LatticePoint,
+    Matrix,
+    Polygon,
+    Tessellation,
+    angle_of,
+    axis_matrices,
+    mapped,
+    middle_of,
+    reflected,
+    square_of,
+    tessellate,
+)
 
 Cell = tuple[int, ...]
-LatticePoint = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class LatticeIsometry:
     """A symmetry of a tiling that fixes the origin and maps direction i to sign * i + offset.
 
-    matrix : (a, b, c, d), by which the point (X, Y) is mapped to (a X + b Y, c X + d Y).
+    matrix : (a, b, c, d), by which the point (X, Y) is mapped to (a X + b Y, c X + d Y). steps : images of the steps.
     """
 
     sign: int
     offset: int
-    matrix: tuple[int, int, int, int]
+    matrix: Matrix
+    steps: tuple[int, ...]
 
     def __call__(self, point: LatticePoint) -> LatticePoint:
         """The image of a lattice point."""
-        a, b, c, d = self.matrix
-        x, y = point
-        return (a * x + b * y, c * x + d * y)
+        return mapped(self.matrix, point)
 
 
 @dataclass(frozen=True, repr=False)
 class Grid:
-    """One of the four grids: `triangle`, `square`, `rectangle`, `hex`.
+    """One of the nine grids, such as `hex` or `right45`.
 
-    directions : the number of directions in a full turn, 6 or 4. steps : the lattice vector of a step in each of them.
-    turns : the turns that a circuit can make at a panel, in units of 2 pi / directions, the sharpest left turn first.
-    first_directions : one direction of each class under the grid's rotations; a canonical circuit begins with one.
+    polygon : corners of a panel in whole numbers, counterclockwise; users give the length of its first edge.
+    axes : 6 where the coordinates' axes enclose 60 degrees, 4 where they enclose 90.
+    stretched : whether panels have a length and another width, so that quarter turns are no symmetries.
     """
 
     name: str
-    directions: int
-    steps: tuple[LatticePoint, ...]
-    turns: tuple[int, ...]
-    first_directions: tuple[int, ...] = (0,)
+    polygon: Polygon
+    axes: int
+    stretched: bool = False
 
     def __repr__(self) -> str:
         return f"GRIDS[{self.name!r}]"
 
     @property
-    def is_triangle(self) -> bool:
-        """Whether cells are triangles, with a third coordinate u: 0 points up, 1 points down."""
-        return self.turns == (1, -1)
-
-    @property
     def tiling(self) -> Grid:
         """The grid with all symmetries of its lattice of cells: `square` for rectangles."""
-        return self if len(self.first_directions) == 1 else GRIDS["square"]
+        return GRIDS["square"] if self.stretched else self
+
+    @property
+    def step_classes(self) -> int:
+        """Number of classes of equal edges between which the grid's turns tell, but not its tiling's: 2 of rectangles."""
+        return 2 if self.stretched else 1
+
+    @cached_property
+    def _tessellation(self) -> Tessellation:
+        return tessellate(self.polygon, self.axes)
+
+    @property
+    def kinds(self) -> int:
+        """Number of cells to a translation: 1 for squares and hexagons, 12 for 30-60-90 triangles."""
+        return len(self._tessellation.kinds)
+
+    @cached_property
+    def steps(self) -> tuple[LatticePoint, ...]:
+        """The lattice vector of each step."""
+        return tuple(step.vector for step in self._tessellation.steps)
+
+    @cached_property
+    def step_kinds(self) -> tuple[tuple[int, int], ...]:
+        """The kinds of the cells that each step leaves and enters."""
+        return tuple((step.kind, step.target) for step in self._tessellation.steps)
+
+    @cached_property
+    def _angles(self) -> list[int]:
+        return sorted({step.angle for step in self._tessellation.steps})
+
+    @property
+    def directions(self) -> int:
+        """Number of directions in a full turn: 4, 6, 8 or 12."""
+        return len(self._angles)
+
+    @cached_property
+    def step_directions(self) -> tuple[int, ...]:
+        """The direction of each step; steps themselves on triangles, squares, rectangles and hexagons."""
+        return tuple(self._angles.index(step.angle) for step in self._tessellation.steps)
+
+    @cached_property
+    def leaving(self) -> tuple[tuple[int, ...], ...]:
+        """The steps that leave a cell of each kind, counterclockwise, the least first."""
+        return tuple(
+            tuple(step for step, (kind, _) in enumerate(self.step_kinds) if kind == wanted)
+            for wanted in range(self.kinds)
+        )
+
+    @cached_property
+    def backwards(self) -> tuple[int, ...]:
+        """The step back over the same edge, for each step."""
+        number = {(*self.step_kinds[step], vector): step for step, vector in enumerate(self.steps)}
+        return tuple(
+            number[target, kind, (-x, -y)] for (kind, target), (x, y) in zip(self.step_kinds, self.steps, strict=True)
+        )
+
+    @property
+    def edges_per_cell(self) -> int:
+        """Number of edges of a panel."""
+        return len(self.polygon)
+
+    @cached_property
+    def has_two_colours(self) -> bool:
+        """Whether cells can be coloured so that neighbours differ, and no circuit has an odd number of panels.
+
+        That is so where an even number of panels meets in every corner: where a polygon's corners are 360 degrees by even
+        numbers.
+        """
+        sides = zip(self.polygon, self.polygon[1:] + self.polygon[:1], strict=True)
+        ways = [angle_of((b[0] - a[0], b[1] - a[1]), self.axes) for a, b in sides]
+        return all(
+            180 % ((before - after + 180) % 360) == 0 for before, after in zip(ways[-1:] + ways, ways, strict=False)
+        )
 
     @cached_property
     def point_group(self) -> tuple[LatticeIsometry, ...]:
-        """The tiling's rotations and reflections (8 square, 4 rectangle, 12 hex and triangle), the identity first."""
-        offsets = range(0, self.directions, len(self.first_directions))
-        return tuple(self._isometry(sign, offset) for sign in (1, -1) for offset in offsets)
+        """The tiling's rotations and reflections, the identity first; 8 on right angles, 4 of rectangles, else 12."""
+        turns, mirrors = axis_matrices(self.axes)
+        found = []
+        for sign, matrices in ((1, turns), (-1, mirrors)):
+            for matrix in matrices:
+                steps = self._step_images(matrix)
+                offset = (self.step_directions[steps[0]] - sign * self.step_directions[0]) % self.directions
+                if not (self.stretched and offset % 2):
+                    found.append(LatticeIsometry(sign, offset, matrix, steps))
+        return tuple(sorted(found, key=lambda isometry: (-isometry.sign, isometry.offset)))
 
-    def _isometry(self, sign: int, offset: int) -> LatticeIsometry:
-        (ax, ay), (bx, by) = self.steps[:2]
-        (px, py), (qx, qy) = self.steps[offset % self.directions], self.steps[(sign + offset) % self.directions]
-        det = ax * by - bx * ay
-        matrix = (px * by - qx * ay, qx * ax - px * bx, py * by - qy * ay, qy * ax - py * bx)
-        return LatticeIsometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
+    def _step_images(self, matrix: Matrix) -> tuple[int, ...]:
+        kinds = [self._kind(mapped(matrix, place)) for place in self._tessellation.places]
+        number = {
+            (kind, vector): step
+            for step, ((kind, _), vector) in enumerate(zip(self.step_kinds, self.steps, strict=True))
+        }
+        return tuple(
+            number[kinds[kind], mapped(matrix, vector)]
+            for (kind, _), vector in zip(self.step_kinds, self.steps, strict=True)
+        )
+
+    @cached_property
+    def _residues(self) -> dict[LatticePoint, int]:
+        return {self._on_lattice(place): kind for kind, place in enumerate(self._tessellation.places)}
+
+    def _on_lattice(self, point: LatticePoint) -> LatticePoint:
+        """The lattice coordinates of a point times their common denominator, without whole translations."""
+        (a, b), (c, d) = self._tessellation.lattice
+        x, y = point
+        det = a * d - b * c
+        return ((x * d - y * c) % det, (y * a - x * b) % det)
+
+    def _kind(self, point: LatticePoint) -> int:
+        return self._residues[self._on_lattice(point)]
 
     def point(self, cell: Cell) -> LatticePoint:
         """The lattice point of a cell, in exact integers."""
-        if self.is_triangle:
-            x, y, u = cell
-            return (3 * x + 1 + u, 3 * y + 1 + u)
-        x, y = cell
-        return (x, y)
+        (a, b), (c, d) = self._tessellation.lattice
+        x, y = cell[:2]
+        px, py = self._tessellation.places[cell[2] if self.kinds > 1 else 0]
+        return (px + x * a + y * c, py + x * b + y * d)
+
+    def is_cell_point(self, point: LatticePoint) -> bool:
+        """Whether a cell lies at a lattice point."""
+        return self._on_lattice(point) in self._residues
 
     def cell(self, point: LatticePoint) -> Cell:
-        """The cell at a lattice point."""
-        x, y = point
-        if self.is_triangle:
-            u = x % 3 - 1
-            return ((x - 1 - u) // 3, (y - 1 - u) // 3, u)
-        return (x, y)
+        """The cell at a lattice point: (x, y), and its kind where there are several."""
+        kind = self._kind(point)
+        (a, b), (c, d) = self._tessellation.lattice
+        px, py = self._tessellation.places[kind]
+        x, y, det = point[0] - px, point[1] - py, a * d - b * c
+        cell = ((x * d - y * c) // det, (y * a - x * b) // det)
+        return (*cell, kind) if self.kinds > 1 else cell
 
     @property
-    def row_moves(self) -> list[list[tuple[int, int, int]]]:
-        """Increments of bit column and row by a step, for each element of the point group and each direction.
+    def columns_per_cell(self) -> int:
+        """Number of bits of a row of `Array.rows` to an x: 2 where the number of kinds is even, else 1."""
+        return 2 - self.kinds % 2
 
-        Columns are those of `Array.rows`; the third number is the column, modulo the columns of a cell, from which a
-        step in the direction starts.
+    @property
+    def rows_per_cell(self) -> int:
+        """Number of rows of `Array.rows` to a y."""
+        return self.kinds // self.columns_per_cell
+
+    def row_of(self, cell: Cell) -> tuple[int, int]:
+        """Row and column of the bit of a cell in `Array.rows`."""
+        x, y, kind = (*cell, 0)[:3]
+        row, column = divmod(kind, self.columns_per_cell)
+        return (self.rows_per_cell * y + row, self.columns_per_cell * x + column)
+
+    def cell_of_bit(self, row: int, column: int) -> Cell:
+        """The cell of a bit of `Array.rows`."""
+        (y, upper), (x, right) = divmod(row, self.rows_per_cell), divmod(column, self.columns_per_cell)
+        return (x, y, upper * self.columns_per_cell + right) if self.kinds > 1 else (x, y)
+
+    @cached_property
+    def row_moves(self) -> list[list[tuple[int, int, int, int]]]:
+        """Moves in `Array.rows` by the image of each step under each element of the point group.
+
+        The first numbers are increments of column and row, the others column and row from which the step starts, within
+        those of its lattice point.
         """
-        if self.is_triangle:
-            moves = [(1 if d % 2 == 0 else -1, {1: 1, 4: -1}.get(d, 0), d % 2) for d in range(6)]
-            moves[2], moves[5] = (-1, 0, 0), (1, 0, 1)
-        else:
-            moves = [(x, y, 0) for x, y in self.steps]
-        return [
-            [moves[(g.sign * d + g.offset) % self.directions] for d in range(self.directions)] for g in self.point_group
-        ]
+        moves = []
+        for (kind, _), (x, y) in zip(self.step_kinds, self.steps, strict=True):
+            px, py = self._tessellation.places[kind]
+            row, column = self.row_of(self.cell((px, py)))
+            to_row, to_column = self.row_of(self.cell((px + x, py + y)))
+            here = (column % self.columns_per_cell, row % self.rows_per_cell)
+            moves.append((to_column - column, to_row - row, *here))
+        return [[moves[step] for step in isometry.steps] for isometry in self.point_group]
 
     def neighbours(self, point: LatticePoint) -> Iterator[tuple[int, LatticePoint]]:
-        """The cells that share an edge with the cell at a lattice point, as directions and lattice points."""
-        parity = (point[0] % 3 - 1, 2) if self.is_triangle else (0, 1)
-        for d in range(parity[0], self.directions, parity[1]):
-            yield d, (point[0] + self.steps[d][0], point[1] + self.steps[d][1])
+        """The cells that share an edge with the cell at a lattice point, as steps and lattice points."""
+        for step in self.leaving[self._kind(point)]:
+            yield step, (point[0] + self.steps[step][0], point[1] + self.steps[step][1])
 
     @staticmethod
     def edge(a: LatticePoint, b: LatticePoint) -> LatticePoint:
@@ -122,40 +251,43 @@ class Grid:
         return (a[0] + b[0], a[1] + b[1])
 
     def position(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Cartesian coordinates of a lattice point, for panels of side 1."""
-        x, y = point
-        if self.directions == 4:
-            return (x, y)
-        scale = 1 / 3 if self.is_triangle else math.sqrt(3)
-        return (scale * (x + y / 2), scale * y * math.sqrt(3) / 2)
+        """Cartesian coordinates of a lattice point, for panels whose first edge is 1."""
+        scale = self._tessellation.scale
+        return self._corner_position((scale * point[0], scale * point[1]))
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
-        """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
+        """The corners of a panel, counterclockwise; the edge to neighbour i begins at corner i. The first edge is 1."""
         return list(map(self._corner_position, self.lattice_corners(cell)))
 
     def lattice_corners(self, cell: Cell) -> list[LatticePoint]:
         """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
 
-        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them; for
-        triangles they are in thirds already.
+        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them.
         """
-        x, y = self.point(cell)
-        faces = [d for d, _ in self.neighbours((x, y))]
-        sides = [(self.steps[before], self.steps[d]) for before, d in zip((faces[-1], *faces), faces, strict=False)]
-        fine = 1 if self.is_triangle else self.directions // 2
-        return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
+        kind = cell[2] if self.kinds > 1 else 0
+        scale, (px, py), (x, y) = self._tessellation.scale, self._tessellation.places[kind], self.point(cell)
+        shift = (scale * (x - px), scale * (y - py))
+        return [(a + shift[0], b + shift[1]) for a, b in self._tessellation.kinds[kind]]
 
-    def _corner_position(self, corner: LatticePoint) -> tuple[float, float]:
+    def _corner_position(self, corner: tuple[float, float]) -> tuple[float, float]:
         """Cartesian coordinates of a corner: a constant times whole numbers, so that mirror images are exact."""
         x, y = corner
-        if self.directions == 4:
-            return (x / 2, y / 2)
-        if self.is_triangle:
-            return ((2 * x + y) / 6, math.sqrt(3) / 6 * y)
-        return (math.sqrt(3) / 6 * (2 * x + y), y / 2)
+        square = self._first_edge_square
+        side = math.isqrt(square)
+        if self.axes == 4:
+            return (x / side, y / side) if side * side == square else (x / math.sqrt(square), y / math.sqrt(square))
+        if side * side == square:
+            return ((2 * x + y) / (2 * side), math.sqrt(3) / (2 * side) * y)
+        side = math.isqrt(square // 3)
+        return (math.sqrt(3) / (6 * side) * (2 * x + y), y / (2 * side))
+
+    @cached_property
+    def _first_edge_square(self) -> int:
+        (a, b), (c, d) = self.polygon[:2]
+        return square_of((c - a, d - b), self.axes)
 
     def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
-        """The mesh of panels of side 1: vertices, and the vertex numbers of each panel, counterclockwise.
+        """The mesh of panels whose first edge is 1: vertices, and the vertex numbers of each panel, counterclockwise.
 
         Vertices are numbered by their first occurrence in the cells.
         """
@@ -165,26 +297,50 @@ class Grid:
         ]
         return list(map(self._corner_position, numbers)), faces
 
-    def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
-        """The corners of a panel of side 1 about its centre, for a panel with neighbours in these directions."""
-        radius = {3: 1 / math.sqrt(3), 4: math.sqrt(0.5), 6: 1.0}[len(faces)]
-        turn = 2 * math.pi / self.directions
-        first = math.pi / 6 if self.is_triangle else 0.0
-        half = math.pi / len(faces)
-        return [(radius * math.cos(first + turn * d - half), radius * math.sin(first + turn * d - half)) for d in faces]
+    @cached_property
+    def labels(self) -> tuple[int, ...]:
+        """The step across each edge of the polygon, which is the cell of kind 0, in the order of its corners."""
+        middle = middle_of(self.polygon)
+        angles = []
+        for edge in range(self.edges_per_cell):
+            x, y = middle_of(reflected(self.polygon, edge, self.axes))
+            angles.append(angle_of((x - middle[0], y - middle[1]), self.axes))
+        return tuple(
+            next(step for step in self.leaving[0] if self._tessellation.steps[step].angle == angle) for angle in angles
+        )
 
+    def carried(self, step: int, edge: int) -> int:
+        """The step across the mirror image of an edge of a cell: its step `edge`, reflected in the edge of `step`."""
+        towards = 2 * self.step_directions[step] + self.directions // 2 - self.step_directions[edge]
+        return self.step_towards(self.step_kinds[step][1], towards % self.directions)
 
-_AXIAL: tuple[LatticePoint, ...] = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
-_TRIANGLE: tuple[LatticePoint, ...] = ((1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2), (2, -1))
-_SQUARE: tuple[LatticePoint, ...] = ((1, 0), (0, 1), (-1, 0), (0, -1))
+    def step_towards(self, kind: int, direction: int) -> int:
+        """The step in a direction from a cell of some kind that has an edge facing it."""
+        return next(step for step in self.leaving[kind] if self.step_directions[step] == direction)
+
+    @property
+    def corner_scale(self) -> int:
+        """Units of `lattice_corners` to a unit of lattice points: 2 for squares, 3 for hexagons, else 1."""
+        return self._tessellation.scale
+
+    def edge_corners(self, cell: Cell, step: int) -> tuple[LatticePoint, LatticePoint]:
+        """The ends of the edge that a step crosses, counterclockwise about the cell, as `lattice_corners`."""
+        corners, place = self.lattice_corners(cell), self.leaving[self.step_kinds[step][0]].index(step)
+        return corners[place], corners[(place + 1) % len(corners)]
+
 
 GRIDS: dict[str, Grid] = {
     grid.name: grid
     for grid in (
-        Grid("triangle", 6, _TRIANGLE, (1, -1)),
-        Grid("square", 4, _SQUARE, (1, 0, -1)),
-        Grid("rectangle", 4, _SQUARE, (1, 0, -1), first_directions=(0, 1)),
-        Grid("hex", 6, _AXIAL, (2, 1, 0, -1, -2)),
+        Grid("triangle", ((3, 0), (0, 3), (0, 0)), 6),
+        Grid("square", ((1, -1), (1, 1), (-1, 1), (-1, -1)), 4),
+        Grid("rectangle", ((1, -1), (1, 1), (-1, 1), (-1, -1)), 4, stretched=True),
+        Grid("hex", ((2, -1), (1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2)), 6),
+        Grid("rhombus", ((0, 0), (2, 0), (2, 2), (0, 2)), 6),
+        Grid("kite", ((0, 0), (12, 0), (8, 8), (0, 12)), 6),
+        Grid("right45", ((6, 0), (3, 3), (0, 0)), 4),
+        Grid("right30", ((6, 6), (0, 0), (9, 0)), 6),
+        Grid("obtuse", ((9, 0), (3, 3), (0, 0)), 6),
     )
 }
 

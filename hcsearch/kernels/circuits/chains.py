@@ -1,10 +1,9 @@
 """Half-chains, the halves of circuits that fold, listed by their last place and exit.
 
 A half-chain is the part of a circuit between the two flat creases of a folding: h + 1 panels, h = n / 2 - 1, walked
-outward from the first crease. In its own frame the first panel is at home and the crease faces direction 0; the
-panel on the other side of the crease begins the other half-chain, whose frame is this one rotated by 180 degrees about
-the middle of the crease. The turns of a half-chain are letters, sharpest left first, packed into one integer, its
-code.
+outward from the first crease. Its first panel is at home, and the crease is the least edge of its class there. The panel
+on the other side of the crease begins the other half-chain, which is the mirror image, in the crease, of one that starts
+at home. The turns of a half-chain are letters, sharpest left first, packed into one integer, its code.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
+from hcsearch.kernels.circuits.step_tables import StepTables
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 UNREACHED_DISTANCE = 32767
@@ -23,23 +23,26 @@ UNREACHED_DISTANCE = 32767
 class Plane(NamedTuple):
     """The region of the tiling around home that two half-chains can reach.
 
-    moves : increment of the place number for a step in each direction.
-    turns, bits : turns by letter, and bits per letter in a code.
-    distance : steps from home to each place, `UNREACHED_DISTANCE` beyond reach.
+    steps : of the tiling. moves : increment of the place number for each step.
+    bits : bits per letter in a code.
+    kinds : kind of the cell at each place. distance : steps from home to each place, `UNREACHED_DISTANCE` beyond reach.
     reach : places within h steps of home.
-    home : the first panel; home + moves[0] lies across the first crease.
+    home : the first panel. crease : the step from it across the first crease.
+    mirror : image of each place in the first crease, home where it is out of the region. mirror_steps : of each step.
     h : steps of a half-chain.
-    turned : whether the last panel of a half-chain is rotated by 180 degrees against the first (triangles, odd h).
     """
 
+    steps: StepTables
     moves: WholeNumbers
-    turns: WholeNumbers
     bits: int
+    kinds: NDArray[np.uint8]
     distance: Integers16
     reach: WholeNumbers
     home: int
+    crease: int
+    mirror: WholeNumbers
+    mirror_steps: WholeNumbers
     h: int
-    turned: bool
 
 
 class HalfChains(NamedTuple):
@@ -47,9 +50,9 @@ class HalfChains(NamedTuple):
 
     codes, reversed_codes : code of the chain, and of the chain walked from its end.
     sums : alternating sum of turns, the first with a plus.
-    steps : shape (n_chains, h), directions.
+    steps : shape (n_chains, h).
     masks : shape (words, n_chains), bit sets of the occupied cells that the other half-chain can reach.
-    flat_bit_planes : shape (3, n_chains), of h numbers below `directions`: crease k is flat in another folding if the
+    flat_bit_planes : shape (4, n_chains), of h numbers below `directions`: crease k is flat in another folding if the
               numbers of the first and the second half-chain are equal.
     """
 
@@ -74,14 +77,12 @@ def _walk(
     """Enumerate the half-chains that start at home, in ascending order of their codes; return their number.
 
     toward : steps from a place to the required end of the walk, `UNREACHED_DISTANCE` for forbidden places.
-    exit_face : face through which the walk must leave, or -1 for any; then chains are only counted, in `sizes`, shape
-                (places, directions), by last place and exit.
+    exit_face : step by which the walk must leave, or -1 for any; then chains are only counted, in `sizes`, shape
+                (places, steps), by last place and exit.
     bit : bit of each place in a mask, -1 for none.
     """
-    moves, turns, h, home = plane.moves, plane.turns, plane.h, plane.home
-    directions = len(moves)
-    flip = directions // 2
-    n_turns = len(turns)
+    steps, moves, h, home = plane.steps, plane.moves, plane.h, plane.home
+    n_turns = steps.following.shape[1]
     words = len(chains.masks)
     letters = np.zeros(h + 1, np.int64)
     heading = np.zeros(h + 1, np.int64)
@@ -93,7 +94,8 @@ def _walk(
     width = np.uint64(plane.bits)
     one = np.uint64(1)
     written = 0
-    heading[0] = flip
+    heading[0] = steps.back[plane.crease]
+    face[0] = plane.crease
     place[0] = home
     letters[0] = -1
     blocked[home] = 1
@@ -107,16 +109,12 @@ def _walk(
             blocked[place[k]] = 0
             k -= 1
             continue
-        turn = turns[letter]
-        d = heading[k] + turn
-        if d < 0:
-            d += directions
-        elif d >= directions:
-            d -= directions
+        d = steps.following[heading[k], letter]
         to = place[k] + moves[d]
         if toward[to] > h - 1 - k or blocked[to] != 0:
             continue
-        r = (2 * d + flip - face[k] + directions) % directions  # the first crease, carried across this one
+        turn = steps.turns[heading[k], letter]
+        r = steps.carried[d, face[k]]  # the first crease, carried across this one
         if k + 1 < h:
             code[k + 1] = (code[k] << width) | np.uint64(letter)
             total[k + 1] = total[k] + (turn if k % 2 == 0 else -turn)
@@ -132,7 +130,7 @@ def _walk(
                 if bit[to] >= 0:
                     mask[k, bit[to] >> 6] |= one << np.uint64(bit[to] & 63)
             continue
-        if r == (d + flip) % directions:  # back through the last crease
+        if r == steps.back[d]:  # back through the last crease
             continue
         if exit_face < 0:
             if blocked[to + moves[r]] == 0:
@@ -141,14 +139,8 @@ def _walk(
             continue
         if r != exit_face:
             continue
-        leaving = r - d
-        if leaving > flip:
-            leaving -= directions
-        elif leaving < -flip:
-            leaving += directions
-        last = 0
-        while turns[last] != leaving:
-            last += 1
+        last = steps.codes[d, r] - steps.first_codes[d]
+        leaving = steps.turns[d, last]
         reverse = np.uint64(n_turns - 1 - last)
         for t in range(h - 1, 0, -1):
             reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
@@ -174,38 +166,52 @@ def _new_chains(n_chains: int, h: int, words: int) -> HalfChains:
         np.empty(n_chains, np.int16),
         np.empty((n_chains, h), np.int8),
         np.empty((words, n_chains), np.uint64),
-        np.zeros((3, n_chains), np.uint64),
+        np.zeros((4, n_chains), np.uint64),
     )
 
 
 @compiled
 def count_chains(plane: Plane, sizes: WholeNumbers) -> int:
-    """Count half-chains by last place and exit into `sizes`, shape (places, directions); return their total."""
+    """Count half-chains by last place and exit into `sizes`, shape (places, steps); return their total."""
     toward = np.full(len(plane.distance), np.int16(0))
     blocked = np.zeros(len(plane.distance), np.uint8)
-    blocked[plane.home + plane.moves[0]] = 1
+    blocked[plane.home + plane.moves[plane.crease]] = 1
     bit = np.empty(0, np.int16)
     return _walk(plane, -1, toward, bit, blocked, sizes, _new_chains(0, plane.h, 1))
 
 
-@lean
-def _steps_between(plane: Plane, end: int, place: int) -> int:
-    """Return the steps from the last place of a half-chain to another place."""
-    offset = end - place if plane.turned else place - end
-    return int(plane.distance[plane.home + offset])
+@compiled
+def _distances_to(plane: Plane, end: int) -> Integers16:
+    """Return the steps from each place to another place, over places within h steps of home."""
+    distances = np.full(len(plane.distance), np.int16(UNREACHED_DISTANCE))
+    queue = np.empty(len(plane.reach), np.int64)
+    queue[0] = end
+    distances[end] = 0
+    first, last = 0, 1
+    while first < last:
+        place = queue[first]
+        first += 1
+        for step in plane.steps.leaving[plane.kinds[place]]:
+            to = place + plane.moves[step]
+            if plane.distance[to] <= plane.h and distances[to] == UNREACHED_DISTANCE:
+                distances[to] = distances[place] + 1
+                queue[last] = to
+                last += 1
+    return distances
 
 
 @compiled
-def _chains_of_key(plane: Plane, end: int, exit_face: int, n_chains: int, bit: Integers16, words: int) -> HalfChains:
-    """Return the half-chains of one key."""
+def _chains_of_key(
+    plane: Plane, end: int, exit_face: int, n_chains: int, bit: Integers16, words: int, distances: Integers16
+) -> HalfChains:
+    """Return the half-chains of one key; distances : from each place to its end."""
     size = len(plane.distance)
     toward = np.full(size, np.int16(UNREACHED_DISTANCE))
     blocked = np.zeros(size, np.uint8)
     for place in plane.reach:
-        remaining = _steps_between(plane, end, place)
-        if plane.distance[place] + remaining <= plane.h:
-            toward[place] = remaining
-    blocked[plane.home + plane.moves[0]] = 1
+        if plane.distance[place] + distances[place] <= plane.h:
+            toward[place] = distances[place]
+    blocked[plane.home + plane.moves[plane.crease]] = 1
     blocked[end + plane.moves[exit_face]] = 1
     chains = _new_chains(n_chains, plane.h, words)
     _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), chains)
@@ -213,7 +219,28 @@ def _chains_of_key(plane: Plane, end: int, exit_face: int, n_chains: int, bit: I
 
 
 @lean
-def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
+def _mirror_chains(plane: Plane, chains: HalfChains) -> None:
+    """Reflect half-chains in the first crease, across which they start then."""
+    flips = mirror_code(plane)
+    for i in range(len(chains.codes)):
+        chains.codes[i] = flips - chains.codes[i]
+        chains.reversed_codes[i] = flips - chains.reversed_codes[i]
+        chains.sums[i] = -chains.sums[i]
+        for k in range(plane.h):
+            chains.steps[i, k] = plane.mirror_steps[chains.steps[i, k]]
+
+
+@lean
+def mirror_code(plane: Plane) -> np.uint64:
+    """Return the code from which a code is subtracted to give that of the mirror image."""
+    flips = np.uint64(0)
+    for _ in range(plane.h):
+        flips = (flips << np.uint64(plane.bits)) | np.uint64(plane.steps.following.shape[1] - 1)
+    return flips
+
+
+@lean
+def _fill_bit_planes(plane: Plane, chains: HalfChains, mate: bool) -> None:
     """Fill `flat_bit_planes` for first half-chains, or for their mates.
 
     Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
@@ -221,14 +248,15 @@ def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
     (docs/explanation/theory.md, 23).
     """
     n_chains, h = chains.steps.shape
-    flip = directions // 2
-    goal = (h + 1) * flip % directions
+    directions, directed = plane.steps.directions, plane.steps.directed
+    goal = (h + 1) * (directions // 2) % directions
+    into = directed[plane.crease if mate else plane.steps.back[plane.crease]]
     one = np.uint64(1)
     for i in range(n_chains):
-        before = np.int64(flip)  # into the first panel
+        before = into
         total = np.int64(0)
         for k in range(1, h + 1):
-            d = np.int64(chains.steps[i, k - 1])
+            d = directed[chains.steps[i, k - 1]]
             total += d - before if k % 2 == 1 else before - d
             before = d
             u = total % directions
@@ -236,9 +264,9 @@ def _fill_bit_planes(chains: HalfChains, directions: int, mate: bool) -> None:
             if mate:
                 u = (goal - u) % directions
                 crease = np.uint64(h + 1 - k)
-            for plane in range(3):
-                if (u >> plane) & 1:
-                    chains.flat_bit_planes[plane, i] |= one << crease
+            for p in range(4):
+                if (u >> p) & 1:
+                    chains.flat_bit_planes[p, i] |= one << crease
 
 
 @compiled
@@ -267,29 +295,39 @@ def _grouped(chains: HalfChains, starts: WholeNumbers, offset: int) -> HalfChain
 def list_chains(plane: Plane, key: WholeNumbers) -> tuple[HalfChains, HalfChains, WholeNumbers]:
     """Return the half-chains of a key, their possible mates sorted by sums, and the start of each sum among these.
 
-    Mates of sum s are at starts[s + 2 n] .. starts[s + 2 n + 1] - 1.
+    Mates start across the first crease. Those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1, with
+    the offset of `sum_offset`.
 
     key : last place and exit of the first half-chains, their number, and the number of mates.
     """
-    h, home, moves = plane.h, plane.home, plane.moves
     end, face = key[0], key[1]
-    mate_home = home + moves[0]
-    mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
+    # the mates' mirror images, which start at home
+    mate_end, mate_face = plane.mirror[end + plane.moves[face]], plane.mirror_steps[plane.steps.back[face]]
+    distances, mate_distances = _distances_to(plane, end), _distances_to(plane, mate_end)
+    h = plane.h
     bits, mate_bits = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
     n_bits = 0
     for place in plane.reach:
-        mate_place = home + mate_home - place
-        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[mate_place] > h:
+        mate_place = plane.mirror[place]
+        if plane.distance[place] + distances[place] > h or plane.distance[mate_place] > h:
             continue
-        if plane.distance[mate_place] + _steps_between(plane, mate_end, mate_place) <= h:
+        if plane.distance[mate_place] + mate_distances[mate_place] <= h:
             bits[place] = n_bits
             mate_bits[mate_place] = n_bits
             n_bits += 1
     n_words = max(1, (n_bits + 63) // 64)
-    first = _chains_of_key(plane, end, face, key[2], bits, n_words)
-    _fill_bit_planes(first, len(moves), False)
-    offset = 4 * (h + 1)
+    first = _chains_of_key(plane, end, face, key[2], bits, n_words, distances)
+    _fill_bit_planes(plane, first, False)
+    offset = sum_offset(plane)
     starts = np.zeros(2 * offset + 2, np.int64)
-    second = _grouped(_chains_of_key(plane, mate_end, face, key[3], mate_bits, n_words), starts, offset)
-    _fill_bit_planes(second, len(moves), True)
+    mates = _chains_of_key(plane, mate_end, mate_face, key[3], mate_bits, n_words, mate_distances)
+    _mirror_chains(plane, mates)
+    second = _grouped(mates, starts, offset)
+    _fill_bit_planes(plane, second, True)
     return first, second, starts
+
+
+@lean
+def sum_offset(plane: Plane) -> int:
+    """Return a bound of the absolute sum of turns of a half-chain."""
+    return plane.steps.directions // 2 * (plane.h + 1)

@@ -337,31 +337,30 @@ def list_masks(
 
 
 @compiled
-def trace_masks(masks: Bitsets, edges: WholeNumbers, directions: int, words: NDArray[np.int8]) -> None:
-    """Write each cycle, given as an edge set, as the directions of its steps.
+def trace_masks(masks: Bitsets, edges: WholeNumbers, back: WholeNumbers, words: NDArray[np.int8]) -> None:
+    """Write each cycle, given as an edge set, as the numbers of its steps.
 
-    edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.
+    edges : shape (n_edges, 3), the cells (u, v) of each edge and the step from u to v. back : the step back of each step.
     """
     n = words.shape[1]
     neighbours = np.empty((n, 2), np.int64)
-    step_directions = np.empty((n, 2), np.int8)
+    steps = np.empty((n, 2), np.int8)
     degree = np.empty(n, np.int64)
-    half = directions // 2
     for i in range(len(masks)):
         degree[:] = 0
         for e in range(len(edges)):
             if (masks[i, e >> 6] >> np.uint64(63 - (e & 63))) & _ONE:
                 u, v, d = edges[e, 0], edges[e, 1], edges[e, 2]
                 neighbours[u, degree[u]] = v
-                step_directions[u, degree[u]] = d
+                steps[u, degree[u]] = d
                 degree[u] += 1
                 neighbours[v, degree[v]] = u
-                step_directions[v, degree[v]] = d - half if d >= half else d + half
+                steps[v, degree[v]] = back[d]
                 degree[v] += 1
         cell = 0
         last_cell = -1
         for k in range(n):
             side = 1 if k > 0 and neighbours[cell, 0] == last_cell else 0
-            words[i, k] = step_directions[cell, side]
+            words[i, k] = steps[cell, side]
             last_cell = cell
             cell = neighbours[cell, side]

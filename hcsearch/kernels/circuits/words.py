@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
+from hcsearch.kernels.circuits.step_tables import StepTables
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
@@ -29,26 +30,28 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
 
 
 @lean
-def _least_rotations(letters: NDArray[np.int8], reversed_letters: NDArray[np.int8], n: int) -> tuple[int, int, int]:
-    """Return start and period of the least rotation of a word, and start of that of the reversed word.
+def _least_rotations(
+    letters: NDArray[np.int8], mirror_letters: NDArray[np.int8], n: int, bits: int
+) -> tuple[int, int, int]:
+    """Return start and period of the least rotation of a word, and start of that of its mirror image.
 
-    Letters are -2 to 2. Windows of up to 21 letters, packed into integers, decide most words quickly: if the least
-    window is unique, the least rotation begins with it.
+    Letters have some bits. Windows of them, packed into integers, decide most words quickly: if the least window is
+    unique, the least rotation begins with it. The mirror image is walked backwards: letter k of one corresponds to
+    letter -1 - k of the other.
     """
-    window = min(n, 21)
-    top = np.uint64(3 * (window - 1))
-    mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
+    window = min(n, 63 // bits)
+    width = np.uint64(bits)
+    top = np.uint64(bits * (window - 1))
+    mask = (np.uint64(1) << np.uint64(bits * window)) - np.uint64(1)
     forward, backward = np.uint64(0), np.uint64(0)
     for k in range(window - 1):
-        letter = np.uint64(letters[k] + 2)
-        forward = (forward << np.uint64(3)) | letter
-        backward = (backward >> np.uint64(3)) | (letter << top)
+        forward = (forward << width) | np.uint64(letters[k])
+        backward = (backward >> width) | (np.uint64(mirror_letters[2 * n - 1 - k]) << top)
     least, least_back = ~np.uint64(0), ~np.uint64(0)
     start, start_back, ties, ties_back = 0, 0, 0, 0
     for k in range(n):
-        letter = np.uint64(letters[k + window - 1] + 2)
-        forward = ((forward << np.uint64(3)) | letter) & mask
-        backward = (backward >> np.uint64(3)) | (letter << top)
+        forward = ((forward << width) | np.uint64(letters[k + window - 1])) & mask
+        backward = (backward >> width) | (np.uint64(mirror_letters[2 * n - k - window]) << top)
         if forward < least:
             least, start, ties = forward, k, 1
         elif forward == least:
@@ -61,40 +64,39 @@ def _least_rotations(letters: NDArray[np.int8], reversed_letters: NDArray[np.int
     if ties > 1:
         start, period = _least_rotation(letters, n)
     if ties_back > 1:
-        return start, period, _least_rotation(reversed_letters, n)[0]
+        return start, period, _least_rotation(mirror_letters, n)[0]
     return start, period, n - 1 - (start_back + window - 1) % n
 
 
 @compiled
 def canonicalise(
-    words: NDArray[np.int8], directions: int, classes: int, canonical: NDArray[np.int8], symmetry: Integers16
+    words: NDArray[np.int8], steps: StepTables, classes: int, canonical: NDArray[np.int8], symmetry: Integers16
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
-    The key of a word is the least cyclic sequence of turns (left before right), walked counterclockwise, of the word or
-    its mirror image; then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
+    The key of a word is the least cyclic sequence of turns, as codes, walked counterclockwise, of the word or its mirror
+    image; then the class of the first step (see `Grid.step_classes`). The canonical word is the one with this key whose
+    first step is the least that leaves a cell of kind 0.
     """
     n = words.shape[1]
-    half = directions // 2
     letters = np.empty(2 * n, np.int8)
     mirror_letters = np.empty(2 * n, np.int8)
     for row in range(len(words)):
-        total = 0
+        total = np.int64(0)
+        step = np.int64(words[row, 0])
         for k in range(n):  # letters[k] is the turn after step k
-            turn = words[row, k + 1 if k + 1 < n else 0] - words[row, k]
-            if turn >= half:
-                turn -= directions
-            elif turn < -half:
-                turn += directions
-            letters[k] = turn
-            total += turn
-        if total > 0:  # a letter is the turn to the right, so sharp left turns come first
+            to = np.int64(words[row, k + 1 if k + 1 < n else 0])
+            code = steps.codes[step, to]
+            letters[k] = code
+            total += steps.code_turns[code]
+            step = to
+        if total < 0:
             for k in range(n):
-                letters[k] = -letters[k]
-        for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
+                letters[k] = steps.mirrored[letters[k]]
+        for k in range(n):  # the mirror image, counterclockwise, meets the turns backwards
             letters[n + k] = letters[k]
-            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = letters[k]
-        start, period, mirrored = _least_rotations(letters, mirror_letters, n)
+            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = steps.reversed[letters[k]]
+        start, period, mirrored = _least_rotations(letters, mirror_letters, n, steps.code_bits)
         order = 0
         for k in range(n):
             order = letters[start + k] - mirror_letters[mirrored + k]
@@ -114,27 +116,45 @@ def canonicalise(
                     ties = 0
                 ties += kind == first
         best, first_letter = (letters, start) if order <= 0 else (mirror_letters, mirrored)
-        d = first
+        step = steps.starts[best[first_letter]] + first
         for k in range(n):
-            canonical[row, k] = d
-            d -= best[first_letter + k]
-            if d < 0:
-                d += directions
-            elif d >= directions:
-                d -= directions
+            canonical[row, k] = step
+            step = steps.following[step, best[first_letter + k] - steps.first_codes[step]]
         symmetry[row] = ties
+
+
+@lean
+def label_words(
+    words: NDArray[np.int8], labels: WholeNumbers, after: WholeNumbers, first: int, digits: NDArray[np.uint8]
+) -> None:
+    """Write the labels of the edges that words cross, as ASCII digits, from the first frame on.
+
+    labels, after : shape (n_frames, L), the label that a step's edge has in a frame, and the frame after the step.
+    """
+    for row in range(len(words)):
+        frame = first
+        for k in range(words.shape[1]):
+            step = words[row, k]
+            digits[row, k] = 48 + labels[frame, step]
+            frame = after[frame, step]
 
 
 @compiled
 def array_rows(
-    words: NDArray[np.int8], moves: WholeNumbers, bits: int, rows: Bitsets, heights: WholeNumbers, symmetry: Integers16
+    words: NDArray[np.int8],
+    moves: WholeNumbers,
+    block: tuple[int, int],
+    rows: Bitsets,
+    heights: WholeNumbers,
+    symmetry: Integers16,
 ) -> None:
     """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
 
-    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: increments of bit column and row by a
-            step in each image of the grid, and the column modulo `bits` of the cell that the step leaves.
-    bits : bit columns per cell coordinate, 2 for triangles, else 1.
+    moves : shape (order of the point group, L, 4), `Grid.row_moves`: increments of bit column and row by a step in each
+            image of the grid, and column and row, within those of a lattice point, of the cell that the step leaves.
+    block : columns and rows to a lattice point. rows : shape (n_words, height), with room for all rows.
     """
+    columns_per_cell, rows_per_cell = block
     n_words, n = words.shape
     n_images = len(moves)
     column = np.empty(n, np.int64)
@@ -147,24 +167,27 @@ def array_rows(
     for g in range(n_images):
         for earlier in range(g + 1):
             same = (moves[g, :, 1] == moves[earlier, :, 1]).all()
-            if same or (moves[g, :, 1] == -moves[earlier, :, 1]).all():
+            same &= (moves[g, :, 3] == moves[earlier, :, 3]).all()
+            if same or (rows_per_cell == 1 and (moves[g, :, 1] == -moves[earlier, :, 1]).all()):
                 measured[g] = earlier
                 upright[g] = same
                 break
-    image = np.zeros(n, np.uint64)
+    image = np.zeros(rows.shape[1], np.uint64)
     one = np.uint64(1)
     for row in range(n_words):
-        least = n + 1
+        least = rows.shape[1] + 1
         for g in range(n_images):  # first only rows: few images have the least number
             if measured[g] != g:
                 height[g] = height[measured[g]]
                 low[g] = low[measured[g]] if upright[g] else 1 - height[g] - low[measured[g]]
                 continue
-            y, bottom, top = np.int64(0), np.int64(0), np.int64(0)
+            y = moves[g, words[row, 0], 3]
+            bottom, top = y, y
             for k in range(n):
                 y += moves[g, words[row, k], 1]
                 bottom = min(bottom, y)
                 top = max(top, y)
+            bottom -= bottom % rows_per_cell
             low[g] = bottom
             height[g] = top - bottom + 1
             least = min(least, height[g])
@@ -173,14 +196,14 @@ def array_rows(
             if height[g] != least:
                 continue
             x = moves[g, words[row, 0], 2]
-            leftmost, y = x, np.int64(0)
+            leftmost, y = x, moves[g, words[row, 0], 3]
             for k in range(n):
                 column[k] = x
                 level[k] = y - low[g]
                 leftmost = min(leftmost, x)
                 x += moves[g, words[row, k], 0]
                 y += moves[g, words[row, k], 1]
-            leftmost -= leftmost % bits
+            leftmost -= leftmost % columns_per_cell
             image[:least] = 0
             for k in range(n):
                 image[level[k]] |= one << np.uint64(column[k] - leftmost)

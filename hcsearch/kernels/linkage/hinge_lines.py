@@ -8,13 +8,33 @@ out.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Integers16, Integers32, Reals, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
-DirectionWords = NDArray[np.int8]
+StepWords = NDArray[np.int8]
+
+
+class EdgeTables(NamedTuple):
+    """The edges that the steps of a tiling cross, in whole numbers.
+
+    directions : number of directions in a full turn. directed : direction of each step. kinds : kind of cell that it
+    leaves. towards : shape (n_kinds, directions), the step in each direction from a cell of each kind, -1 for none.
+    vectors : shape (L, 2). edges : shape (L, 4), start and end of the edge, counterclockwise about the cell's centre.
+    scale : units of edges per unit of vectors.
+    """
+
+    directions: int
+    directed: WholeNumbers
+    kinds: WholeNumbers
+    towards: WholeNumbers
+    vectors: WholeNumbers
+    edges: WholeNumbers
+    scale: int
 
 
 @lean
@@ -24,17 +44,14 @@ def _put_line(line: WholeNumbers, px: int, py: int, qx: int, qy: int, z: int, si
 
 
 @lean
-def write_flat_lines(
-    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
-) -> None:
+def write_flat_lines(word: StepWords, crease: int, tables: EdgeTables, lines: WholeNumbers) -> None:
     """Write the lines about which hinges fold in the flat state, from crease + 1 on around the circuit.
 
-    edges : shape (directions, 4), start and end of the edge that faces a direction, counterclockwise about a cell's
-        centre. scale : lattice units of the lines per lattice step.
     lines : shape (n, 5); when a crease folds, the panel after it turns about its line relative to the panel before.
         The flat creases come in the middle and at the end, on the faces that continue the alternation.
     """
     n = len(word)
+    scale, edges = tables.scale, tables.edges
     x = y = 0
     for k in range(n):
         d = word[k]
@@ -45,14 +62,12 @@ def write_flat_lines(
         px, py = scale * x + edges[d, 0], scale * y + edges[d, 1]
         qx, qy = scale * x + edges[d, 2], scale * y + edges[d, 3]
         _put_line(lines[row], px, py, qx, qy, 1 if top else 0, -1 if top else 1)
-        x += steps[d, 0]
-        y += steps[d, 1]
+        x += tables.vectors[d, 0]
+        y += tables.vectors[d, 1]
 
 
 @lean
-def write_folded_lines(
-    word: DirectionWords, crease: int, steps: WholeNumbers, edges: WholeNumbers, scale: int, lines: WholeNumbers
-) -> None:
+def write_folded_lines(word: StepWords, crease: int, tables: EdgeTables, lines: WholeNumbers) -> None:
     """Write the lines about which hinges open in the folded state, in the order of `write_flat_lines`.
 
     The lowest panels are those at the crease; layer t lies between the heights t and t + 1. An opening hinge turns the
@@ -60,21 +75,22 @@ def write_folded_lines(
     edges reversed. A flat crease folds as its hinge allows, out of the package.
     """
     n = len(word)
-    m = len(steps)
+    m, scale, edges = tables.directions, tables.scale, tables.edges
     half = n // 2
     d = word[crease]
     for stack in range(2):
         # the lowest panel lies as in the flat state: of the first stack beyond the crease, of the second before it
-        cx, cy = (scale * steps[d, 0], scale * steps[d, 1]) if stack == 0 else (0, 0)
+        cx, cy = (scale * tables.vectors[d, 0], scale * tables.vectors[d, 1]) if stack == 0 else (0, 0)
+        kind = tables.kinds[word[(crease + 1) % n] if stack == 0 else d]
         turn, offset = 1, 0  # direction i of a panel now faces turn * i + offset
         for t in range(half - 1):
             if stack == 0:
                 k = (crease + 1 + t) % n
-                direction = word[k]
+                direction = tables.directed[word[k]]
             else:
                 k = (crease - 1 - t) % n
-                direction = (word[k] + m // 2) % m
-            r = (turn * direction + offset) % m
+                direction = (tables.directed[word[k]] + m // 2) % m
+            r = tables.towards[kind, (turn * direction + offset) % m]
             row = (k - crease - 1) % n
             px, py, qx, qy = edges[r, 0], edges[r, 1], edges[r, 2], edges[r, 3]
             _put_line(lines[row], cx + px, cy + py, cx + qx, cy + qy, t + 1, 1 if stack == 0 else -1)
@@ -148,42 +164,41 @@ def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float
 
 
 @lean
-def _mirror(word: DirectionWords, crease: int, steps: WholeNumbers) -> tuple[int, int]:
+def _mirror(word: StepWords, crease: int, tables: EdgeTables) -> tuple[int, int]:
     """Count pairs of panels that meet on a mirror axis, flat and folded, and adjacent pairs of such pairs."""
-    n, m = len(word), len(steps)
-    crease_direction = np.int64(word[crease])
+    n, m, directed = len(word), tables.directions, tables.directed
+    across = directed[word[crease]]
     for t in range(n // 2):
-        if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * crease_direction) % m != 0:
+        if (directed[word[(crease + 1 + t) % n]] + directed[word[(crease - t - 1) % n]] - 2 * across) % m != 0:
             return 0, 0
-    inwards = crease_direction + m // 2  # from the first stack to the second
+    inwards = across + m // 2  # from the first stack to the second
     # from the second stack's panel to the first's, in the flat state
-    x, y = steps[crease_direction, 0], steps[crease_direction, 1]
+    x, y = tables.vectors[word[crease], 0], tables.vectors[word[crease], 1]
     turn, offset = 1, np.int64(0)  # folded, direction i of the first now faces turn * i + offset
     pairs = adjacent_pairs = 0
     met_last = False
     for t in range(n // 2):
         # the walk stays on its side of the axis
-        do_meet = x == steps[crease_direction, 0] and y == steps[crease_direction, 1]
+        step = tables.towards[tables.kinds[word[(crease - t) % n]], across]
+        do_meet = step >= 0 and x == tables.vectors[step, 0] and y == tables.vectors[step, 1]
         do_meet = do_meet and (turn * inwards + offset - inwards) % m == 0
         pairs += do_meet
         adjacent_pairs += do_meet and met_last
         met_last = do_meet
-        forward, backward = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
-        x += steps[forward, 0] + steps[backward, 0]
-        y += steps[forward, 1] + steps[backward, 1]
-        offset = (turn * (2 * forward + m // 2) + offset) % m
+        forward, backward = word[(crease + 1 + t) % n], word[(crease - t - 1) % n]
+        x += tables.vectors[forward, 0] + tables.vectors[backward, 0]
+        y += tables.vectors[forward, 1] + tables.vectors[backward, 1]
+        offset = (turn * (2 * directed[forward] + m // 2) + offset) % m
         turn = -turn
     return pairs, adjacent_pairs
 
 
 @compiled
 def survey_ends(
-    words: DirectionWords,
+    words: StepWords,
     rows: Integers32,
     creases: Integers16,
-    steps: WholeNumbers,
-    edges: WholeNumbers,
-    scale: int,
+    tables: EdgeTables,
     basis: Reals,
     thickness: float,
     size: float,
@@ -195,16 +210,16 @@ def survey_ends(
     """Write lines, screws, ranks and mirror pairs at the two ends, folded and flat, of many foldings.
 
     rows, creases : circuit and crease of each folding.
-    steps, edges, scale, basis : of the grid, as in `write_flat_lines` and `true_screws`.
+    tables, basis : of the grid; basis as in `true_screws`.
     ranks : shape (n_foldings, 2), of all n hinges, folded and flat. mirrors : shape (n_foldings, 2), number of pairs of
         panels that meet on a mirror axis, and of adjacent such pairs. lines, screws : shape (n_foldings, 2, n, 5) and
         (n_foldings, 2, n, 6).
     """
     for i in range(len(rows)):
         word, crease = words[rows[i]], int(creases[i])
-        mirrors[i, 0], mirrors[i, 1] = _mirror(word, crease, steps)
-        write_folded_lines(word, crease, steps, edges, scale, lines[i, 0])
-        write_flat_lines(word, crease, steps, edges, scale, lines[i, 1])
+        mirrors[i, 0], mirrors[i, 1] = _mirror(word, crease, tables)
+        write_folded_lines(word, crease, tables, lines[i, 0])
+        write_flat_lines(word, crease, tables, lines[i, 1])
         for end in range(2):
             ranks[i, end] = whole_rank(lines[i, end])
             true_screws(lines[i, end], basis, thickness, size, screws[i, end])

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hcsearch.basics.array_values import ByValue
 from hcsearch.basics.errors import SizeError, expect_kind
 from hcsearch.designs.grid import Array, Grid, LatticePoint
+from hcsearch.designs.grid.turning import step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import frontier
 from hcsearch.kernels.circuits.words import canonicalise
@@ -98,11 +99,12 @@ class ArraySearch:
     def _between(self, first: int, last: int, batch_size: int) -> Iterator[CircuitBatch]:
         if self._dag is None:
             return
+        steps = step_tables(self.grid)
         for masks, symmetry in self._dag.masks(first, last, batch_size):
             words = np.empty((len(masks), self.n), np.int8)
-            frontier.trace_masks(masks, self._dag.edges, self.grid.directions, words)
+            frontier.trace_masks(masks, self._dag.edges, steps.back, words)
             canonical, order = np.empty_like(words), np.empty(len(words), np.int16)
-            canonicalise(words, self.grid.directions, len(self.grid.first_directions), canonical, order)
+            canonicalise(words, steps, self.grid.step_classes, canonical, order)
             yield CircuitBatch(self.grid.name, canonical, symmetry)
 
     def masks(self, batch_size: int = 1 << 16) -> Iterator[tuple[NDArray[np.uint64], NDArray[np.int16]]]:
@@ -121,7 +123,7 @@ class _Dag(ByValue):
 
     offsets : number of the first state of each layer. child, counts : as in `kernels.circuits.frontier`, with all
         layers concatenated.
-    edges : shape (n_edges, 3), cells and direction of each edge, in the sweep's order.
+    edges : shape (n_edges, 3), cells and step of each edge, in the sweep's order.
     permutations : shape (order of the group - 1, n_edges), actions of the array's symmetries on the edges.
     start, tails, tail_images : the tails of layer `layer`.
     """
@@ -173,13 +175,14 @@ def array_sweep(array: Array) -> Sweep | None:
 
 
 def sweep_ranks(grid: Grid, points: tuple[LatticePoint, ...]) -> list[list[int]]:
-    """Return ranks of points along sweeps by rows and by diagonals, for every isometry of the tiling's point group."""
+    """Return ranks of points along sweeps by rows and diagonals, for every isometry of the tiling's point group."""
     ranks = []
     for isometry in grid.tiling.point_group:
         moved = [isometry(p) for p in points]
-        rows = [(y // 3 if grid.is_triangle else y, x) for x, y in moved]
+        rows = [(grid.tiling.cell(point)[1], point[0]) for point in moved]
         diagonals = [(x + y, x) for x, y in moved]
-        for keys in (rows, diagonals):
+        levels = [(y, x) for x, y in moved]
+        for keys in (rows, diagonals, levels) if grid.kinds > 2 else (rows, diagonals):
             order = sorted(range(len(points)), key=keys.__getitem__)
             rank = [0] * len(points)
             for place, i in enumerate(order):

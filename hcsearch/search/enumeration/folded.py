@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.errors import SizeError
-from hcsearch.designs.grid import Grid
+from hcsearch.designs.grid import Grid, LatticeIsometry
+from hcsearch.designs.grid.turning import edge_classes, step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import chains, joining
 from hcsearch.search.enumeration.frontier_counts import connective_constant
@@ -129,7 +130,7 @@ class FoldedSearch:
 
     def count(self, shard: str) -> tuple[int, int]:
         """Count the classes and the fixed circuits of a shard, without listing them."""
-        if len(self.grid.first_directions) > 1:  # circuits that differ by a quarter turn are compared by words
+        if self.grid.step_classes > 1:  # circuits that differ by a quarter turn are compared by words
             classes = fixed = 0
             for batch in self.circuits(shard):
                 classes += len(batch)
@@ -158,31 +159,65 @@ class FoldedSearch:
 
     @property
     def _letter_bits(self) -> int:
-        return (len(self.grid.turns) - 1).bit_length()
+        return (self.grid.edges_per_cell - 2).bit_length()
 
     @cached_property
     def _places(self) -> LatticePlane:
-        return LatticePlane.around_home(self.grid.tiling, self.n - 1)
+        return LatticePlane.around_home(self.grid.tiling, self._h + 2)
+
+    @property
+    def _h(self) -> int:
+        """Number of steps of a half-chain."""
+        return self.n // 2 - 1
 
     @cached_property
-    def plane(self) -> chains.Plane:
-        """The lattice around home, as kernels traverse it."""
-        places, h = self._places, self.n // 2 - 1
-        return chains.Plane(
-            moves=places.moves,
-            turns=np.array(self.grid.turns),
-            bits=self._letter_bits,
-            distance=places.distance,
-            reach=np.flatnonzero(places.distance <= h),
-            home=places.home,
-            h=h,
-            turned=self.grid.is_triangle and h % 2 == 1,
+    def planes(self) -> tuple[chains.Plane, ...]:
+        """The lattice around home, as kernels traverse it, with a first crease of each class of edges."""
+        places = self._places
+        return tuple(
+            chains.Plane(
+                steps=step_tables(self.grid),
+                moves=places.moves,
+                bits=self._letter_bits,
+                kinds=places.kinds,
+                distance=places.distance,
+                reach=np.flatnonzero(places.distance <= self._h),
+                home=places.home,
+                crease=crease,
+                mirror=self._mirror_places(crease),
+                mirror_steps=np.array(self._mirror(crease).steps),
+                h=self._h,
+            )
+            for crease in edge_classes(self.grid).firsts
         )
+
+    def _mirror(self, crease: int) -> LatticeIsometry:
+        """The reflection that takes a cell to its neighbour across a crease, but for a translation."""
+        tiling = self.grid.tiling
+        back = tiling.backwards[crease]
+        return next(
+            isometry
+            for isometry in tiling.point_group
+            if isometry.sign < 0 and isometry.steps[crease] == back and isometry.steps[back] == crease
+        )
+
+    def _mirror_places(self, crease: int) -> NDArray[np.int64]:
+        """The image of each place near home in the crease between home and the cell across it; 0 for the others."""
+        places, mirror = self._places, self._mirror(crease)
+        (x, y), (dx, dy) = places.point(places.home), self.grid.tiling.steps[crease]
+        shift_x, shift_y = mirror((x, y))
+        shift = (x + dx - shift_x, y + dy - shift_y)
+        images = np.zeros(len(places.distance), np.int64)
+        for place in np.flatnonzero(places.distance <= self._h + 1).tolist():
+            image = mirror(places.point(place))
+            images[place] = places.place((image[0] + shift[0], image[1] + shift[1]))
+        return images
 
     def half_chains(self, key: int) -> HalfChainLists:
         """Return the half-chains of a key and of the matching key; the last result is cached."""
         if self._cache.get("key") != key:
-            self._cache.update(key=key, lists=chains.list_chains(self.plane, self.keys[key]))
+            plane = self.planes[self.keys[key, 5]]
+            self._cache.update(key=key, lists=chains.list_chains(plane, self.keys[key]))
         lists: HalfChainLists = self._cache["lists"]
         return lists
 
@@ -192,32 +227,50 @@ class FoldedSearch:
 
     @cached_property
     def keys(self) -> NDArray[np.int64]:
-        """Keys that are the least of their images, shape (n_keys, 5), as input of `joining.join_chains`."""
-        if self.n % 2:
-            return np.empty((0, 5), np.int64)
-        sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
-        chains.count_chains(self.plane, sizes)
-        keys = []
-        for end, face in np.argwhere(sizes).tolist():
-            images = self._images(end, face)
-            mate = images[1]
-            if min(images) == images[0] and sizes[mate]:
-                stabiliser = sum(1 << root for root, image in enumerate(images) if image == images[0])
-                keys.append((end, face, sizes[end, face], sizes[mate], stabiliser))
-        return np.array(keys, np.int64).reshape(-1, 5)
+        """Keys that are the least of their images, shape (n_keys, 6), as input of `joining.join_chains`.
 
-    def _images(self, end: int, face: int) -> list[tuple[int, int]]:
-        """Return the keys of a folding's eight roots (`kernels.circuits.chains`), given that of the first."""
-        places, m = self._places, self.grid.directions
-        turns = {g.offset: g for g in places.grid.point_group if g.sign == 1}
-        mirror = next(g for g in places.grid.point_group if (g.sign, g.offset) == (-1, 0))
-        x, y = places.point(end)
-        back = places.place(turns[-face % m]((-x, -y))), -face % m
+        The last number is the class of the flat creases.
+        """
+        keys = []
+        for edge_class, plane in enumerate(self.planes if self.n % 2 == 0 else ()):
+            sizes = np.zeros((len(plane.distance), len(plane.moves)), np.int64)
+            chains.count_chains(plane, sizes)
+            listed = [(*self._places.point(end)[::-1], face, end) for end, face in np.argwhere(sizes).tolist()]
+            order = {(end, face): k for k, (*_, face, end) in enumerate(sorted(listed))}
+            for end, face in order:
+                images = self._images(edge_class, end, face)
+                mate = images[1]
+                if min(order.get(image, len(order)) for image in images) == order[end, face] and sizes[mate]:
+                    stabiliser = sum(1 << root for root, image in enumerate(images) if image == images[0])
+                    keys.append((end, face, sizes[end, face], sizes[mate], stabiliser, edge_class))
+        return np.array(keys, np.int64).reshape(-1, 6)
+
+    def _images(self, edge_class: int, end: int, face: int) -> list[tuple[int, int]]:
+        """Return the keys of a folding's roots (`kernels.circuits.joining`), given that of the first."""
+        places, plane, tiling = self._places, self.planes[edge_class], self.grid.tiling
+        carried = next(
+            isometry
+            for isometry in tiling.point_group
+            if isometry.sign == (-1) ** self._h and isometry.steps[face] == plane.crease
+        )
+        (x, y), (end_x, end_y) = places.point(places.home), places.point(end)
+        dx, dy = carried((x - end_x, y - end_y))
         images = []
-        for key in ((end, face), back):
-            across = 2 * places.home + int(places.moves[0] - places.moves[key[1]]) - key[0]
-            images += [key, (across, key[1])]
-        return images + [(places.place(mirror(places.point(place))), -d % m) for place, d in images]
+        for place, step in ((end, face), (places.place((x + dx, y + dy)), carried.steps[plane.crease])):
+            across = int(plane.mirror[place + plane.moves[step]])
+            images += [(place, step), (across, int(plane.mirror_steps[tiling.backwards[step]]))]
+        if not edge_classes(self.grid).bisected[edge_class]:
+            return images
+        bisector = next(
+            isometry
+            for isometry in tiling.point_group
+            if isometry.sign < 0 and isometry.steps[plane.crease] == plane.crease
+        )
+        for place, step in images[:4]:
+            to_x, to_y = places.point(place)
+            dx, dy = bisector((to_x - x, to_y - y))
+            images.append((places.place((x + dx, y + dy)), bisector.steps[step]))
+        return images
 
 
 def _range(shard: str) -> range:
@@ -253,10 +306,12 @@ class _Join:
         search = self.search
         lists = search.half_chains(key)
         order = search.group_order
+        edge_class, edges = int(search.keys[key, 5]), edge_classes(search.grid)
         written = joining.join_chains(
-            search.plane,
+            search.planes[edge_class],
             search.keys[key],
             lists,
+            (8 if edges.bisected[edge_class] else 4, edge_class, edges.classes, edges.reflected),
             search.untwisted,
             self.part,
             self.parts,

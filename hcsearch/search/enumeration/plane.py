@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import ByValue
 from hcsearch.designs.grid import Grid, LatticePoint
+from hcsearch.designs.grid.turning import step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits.chains import UNREACHED_DISTANCE
 from hcsearch.kernels.circuits.words import canonicalise
@@ -16,16 +17,17 @@ from hcsearch.kernels.circuits.words import canonicalise
 
 @dataclass(frozen=True, eq=False)
 class LatticePlane(ByValue):
-    """Lattice points within reach of home.
+    """The cells of a grid within reach of home, a cell of kind 0, numbered from (x, y, kind).
 
-    moves : increment of a place's number by a step in each direction.
-    distance : steps from home to each place, UNREACHED_DISTANCE beyond reach.
-    home : the number of home, a triangle that points up where the tiling has two kinds.
-    width : places in a row.
+    moves : increment of a place's number by each step.
+    kinds : kind of the cell at each place. distance : steps from home to each place, UNREACHED_DISTANCE beyond reach.
+    home : the number of home.
+    width : lattice points in a row.
     """
 
     grid: Grid
     moves: NDArray[np.int64]
+    kinds: NDArray[np.uint8]
     distance: NDArray[np.int16]
     home: int
     width: int
@@ -33,48 +35,55 @@ class LatticePlane(ByValue):
     @staticmethod
     def around_home(grid: Grid, reach: int) -> LatticePlane:
         """Return the places within `reach` steps of home, and a margin of one step beyond."""
-        radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
-        width = 2 * radius + 1
-        distance = np.full(width * width, UNREACHED_DISTANCE, np.int16)
-        start = (1, 1) if grid.is_triangle else (0, 0)
-        home = radius * width + radius
+        width = 2 * (reach + 1) + 1
+        kinds = np.tile(np.arange(grid.kinds, dtype=np.uint8), width * width)
+        distance = np.full(len(kinds), UNREACHED_DISTANCE, np.int16)
+        home = (reach + 1) * (width + 1) * grid.kinds
+        place = LatticePlane(grid, np.empty(0, np.int64), kinds, distance, home, width).place
+        moves = []
+        for (kind, _), vector in zip(grid.step_kinds, grid.steps, strict=True):
+            x, y = grid.point((0, 0, kind))
+            moves.append(place((x + vector[0], y + vector[1])) - place((x, y)))
         distance[home] = 0
-        ring = [start]
+        ring = [home]
         for step in range(1, reach + 1):
             outer = []
-            for point in ring:
-                for _, to in grid.neighbours(point):
-                    at = home + (to[0] - start[0]) + (to[1] - start[1]) * width
-                    if distance[at] == UNREACHED_DISTANCE:
-                        distance[at] = step
+            for at in ring:
+                for leaving in grid.leaving[kinds[at]]:
+                    to = at + moves[leaving]
+                    if distance[to] == UNREACHED_DISTANCE:
+                        distance[to] = step
                         outer.append(to)
             ring = outer
-        return LatticePlane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
+        return LatticePlane(grid, np.array(moves), kinds, distance, home, width)
 
     def point(self, place: int) -> LatticePoint:
-        """Return the lattice point of a place, relative to home."""
-        y, x = divmod(place, self.width)
-        return (x - self.width // 2, y - self.width // 2)
+        """Return the lattice point of a place."""
+        cell, kind = divmod(place - self.home, self.grid.kinds)
+        radius = self.width // 2
+        y, x = divmod(cell + radius * (self.width + 1), self.width)
+        return self.grid.point((x - radius, y - radius, kind))
 
     def place(self, point: LatticePoint) -> int:
-        """Return the number of the place at a point relative to home."""
-        return self.home + point[0] + point[1] * self.width
+        """Return the number of the place at a lattice point."""
+        x, y, kind = (*self.grid.cell(point), 0)[:3]
+        return self.home + (y * self.width + x) * self.grid.kinds + kind
 
 
 def canonical_batch(grid: Grid, words: NDArray[np.int8]) -> CircuitBatch:
-    """Return the canonical circuits of words, one per class of squares, triangles or hexagons."""
+    """Return the canonical circuits of words, one for each class under the symmetries of the tiling."""
     canonical, symmetry = np.empty_like(words), np.empty(len(words), np.int16)
-    canonicalise(words, grid.directions, 1, canonical, symmetry)
+    canonicalise(words, step_tables(grid), 1, canonical, symmetry)
     return split_by_axis(grid, CircuitBatch(grid.name, canonical, symmetry))
 
 
 def split_by_axis(grid: Grid, batch: CircuitBatch) -> CircuitBatch:
     """Split classes on a grid without quarter turns: each circuit lying and standing, unless these are congruent."""
-    if len(grid.first_directions) == 1:
+    if grid.step_classes == 1:
         return batch
     both = np.concatenate([batch.words, (batch.words + 1) % grid.directions]).astype(np.int8)
     words, symmetry = np.empty_like(both), np.empty(len(both), np.int16)
-    canonicalise(both, grid.directions, len(grid.first_directions), words, symmetry)
+    canonicalise(both, step_tables(grid), grid.step_classes, words, symmetry)
     lying, standing = words[: len(batch)], words[len(batch) :]
     keep = np.concatenate([np.ones(len(batch), bool), (lying != standing).any(axis=1)])
     return CircuitBatch(grid.name, words[keep], symmetry[keep])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.errors import SizeError, expect_kind
 from hcsearch.designs.grid import Grid
+from hcsearch.designs.grid.turning import step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits.polygons import walk_polygons
 from hcsearch.search.enumeration.frontier_counts import connective_constant, expected_circuits
@@ -20,6 +21,7 @@ from hcsearch.search.enumeration.plane import LatticePlane, split_by_axis
 
 MAX_SEARCH_PANELS = 120
 
+_LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"
 _SHARD_SIZE = 10_000
 _MAX_SHARDS = 20_000
 _MAX_LISTED = 1e11
@@ -29,7 +31,7 @@ _MAX_LISTED = 1e11
 class PolygonSearch:
     """All circuits of n panels on a grid, in shards named by prefixes: the first letters of the canonical turn word.
 
-    For odd n, or where there is no circuit, the search is empty. Errors: SizeError below 3 and above 120 panels.
+    For odd n on a grid of two colours, or where there is no circuit, the search is empty. Errors: SizeError below 3 and above 120 panels.
     """
 
     grid: Grid
@@ -76,20 +78,20 @@ class PolygonSearch:
         depth = 0
         # the largest shards hold several times the mean, so the aim is lower
         while len(words) < min(4 * self.expected / _SHARD_SIZE, _MAX_SHARDS) and depth < self.n - 3:
-            words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
+            words = [longer for word in words for walk in self._walks(word) for longer in walk.extensions()]
             depth += 1
-        return ["".join(map(str, word)) for word in words]
+        return ["".join(_LETTERS[letter] for letter in word) for word in words]
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """Yield the canonical circuits whose turn word begins with a prefix lazily, in batches up to `batch_size`."""
         if self._empty:
             return
-        walk = _Walk(self._plane, self.n, tuple(map(int, prefix)))
-        while not walk.done and not walk.impossible:
-            words, symmetry = walk.more(batch_size)
-            if len(words):
-                batch = CircuitBatch(self.grid.name, words, symmetry)
-                yield split_by_axis(self.grid, batch)
+        for walk in self._walks(tuple(map(_LETTERS.index, prefix))):
+            while not walk.done and not walk.impossible:
+                words, symmetry = walk.more(batch_size)
+                if len(words):
+                    batch = CircuitBatch(self.grid.name, words, symmetry)
+                    yield split_by_axis(self.grid, batch)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """Yield all canonical circuits lazily, in batches of at most `batch_size`."""
@@ -98,7 +100,14 @@ class PolygonSearch:
     @property
     def _empty(self) -> bool:
         """Whether no circuit can have this length because the cells can be coloured in two colours."""
-        return self.n % 2 == 1 and self.grid.name != "hex"
+        return self.n % 2 == 1 and self.grid.has_two_colours
+
+    def _walks(self, prefix: tuple[int, ...]) -> Iterator[_Walk]:
+        """Yield the walks below a prefix, one for each first step of canonical words with it."""
+        starts = step_tables(self.grid).starts.tolist()
+        for start in dict.fromkeys([starts[prefix[0]]] if prefix else starts):
+            if start >= 0:
+                yield _Walk(self._plane, self.n, start, prefix)
 
     @cached_property
     def _plane(self) -> LatticePlane:
@@ -108,16 +117,17 @@ class PolygonSearch:
 class _Walk:
     """The resumable state of a depth-first search below a prefix of turn letters."""
 
-    def __init__(self, plane: LatticePlane, n: int, prefix: tuple[int, ...]) -> None:
+    def __init__(self, plane: LatticePlane, n: int, start: int, prefix: tuple[int, ...]) -> None:
         self.plane, self.n, self.prefix = plane, n, prefix
-        self.turns = np.array(plane.grid.turns)
+        self.steps = step_tables(plane.grid)
         self.letters = np.zeros(n + 1, np.int8)
         self.heading = np.zeros(n, np.int64)
         self.place = np.zeros(n + 1, np.int64)
         self.period = np.zeros(n + 1, np.int64)
         self.visited = np.zeros(len(plane.distance), np.uint8)
         self.place[0] = plane.home
-        self.place[1] = plane.home + plane.moves[0]
+        self.heading[0] = start
+        self.place[1] = plane.home + plane.moves[start]
         self.visited[self.place[:2]] = 1
         self.impossible = False
         for k, letter in enumerate(prefix, 1):
@@ -135,7 +145,10 @@ class _Walk:
         before = self.period[k - 1]
         if k > 1 and letter < self.letters[k - before]:
             return False
-        heading = (self.heading[k - 1] + self.turns[letter]) % self.plane.grid.directions
+        turn = letter - self.steps.first_codes[self.heading[k - 1]]
+        if not 0 <= turn < self.steps.following.shape[1]:
+            return False
+        heading = self.steps.following[self.heading[k - 1], turn]
         to = self.place[k] + self.plane.moves[heading]
         if self.plane.distance[to] > self.n - 1 - k or self.visited[to]:
             return False
@@ -147,7 +160,7 @@ class _Walk:
     def extensions(self) -> Iterator[tuple[int, ...]]:
         """Yield the feasible prefixes that are one letter longer."""
         k = len(self.prefix) + 1
-        for letter in range(len(self.turns)):
+        for letter in range(len(self.steps.code_turns)):
             if self._step(k, letter):
                 self.visited[self.place[k + 1]] = 0
                 yield (*self.prefix, letter)
@@ -157,8 +170,7 @@ class _Walk:
         words, symmetry = np.empty((size, self.n), np.int8), np.empty(size, np.int16)
         plane = self.plane
         written = walk_polygons(
-            plane.grid.directions,
-            self.turns,
+            self.steps,
             plane.moves,
             plane.distance,
             self.n,

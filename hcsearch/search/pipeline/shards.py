@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import ByValue
 from hcsearch.designs.grid import Grid, grid_named
+from hcsearch.designs.grid.step_names import step_digits
 from hcsearch.designs.records import CircuitBatch, DesignBatch, StagedDesigns, StageResult, VerdictBatch
 from hcsearch.kernels.circuits.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene
@@ -90,10 +91,12 @@ def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uin
 def _canonical_arrays(
     grid: Grid, circuits: CircuitBatch
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64], NDArray[np.int16]]:
-    rows = np.empty(circuits.words.shape, np.uint64)
+    # a connected array of n cells that a circuit runs through reaches less than n / 2 cells from any of them
+    height = grid.rows_per_cell * (circuits.words.shape[1] // 2 + 2)
+    rows = np.empty((len(circuits), height), np.uint64)
     heights, symmetry = np.empty(len(circuits), np.int64), np.empty(len(circuits), np.int16)
-    bits = 2 if grid.is_triangle else 1
-    array_rows(circuits.words, np.array(grid.row_moves), bits, rows, heights, symmetry)
+    block = (grid.columns_per_cell, grid.rows_per_cell)
+    array_rows(circuits.words, np.array(grid.row_moves), block, rows, heights, symmetry)
     return rows, heights, symmetry
 
 
@@ -104,8 +107,8 @@ def _array_texts(search: Search, circuits: CircuitBatch) -> tuple[list[str], NDA
         return [search.target] * len(circuits), symmetry
     rows, heights, symmetry = _canonical_arrays(grid, circuits)
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
-    # n cells in connected rows: at most n digits and a dot a row
-    text = np.zeros((len(circuits), len(prefix) + 2 * search.n), np.uint8)
+    # n cells in connected rows: at most n digits and a dot a row, and a zero and a dot for each row without cells
+    text = np.zeros((len(circuits), len(prefix) + 2 * (search.n + rows.shape[1])), np.uint8)
     write_rows(rows, heights, prefix, text)
     return _texts(text), symmetry
 
@@ -115,7 +118,7 @@ def circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
     text = np.empty((len(words), len(prefix) + words.shape[1]), np.uint8)
     text[:, : len(prefix)] = prefix
-    text[:, len(prefix) :] = words + ord("0")
+    text[:, len(prefix) :] = step_digits(grid, words)
     return _texts(text)
 
 

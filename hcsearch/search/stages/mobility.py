@@ -18,7 +18,7 @@ from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.kernels.linkage.cones import END_LOCKED, END_OPEN, END_PASSED, settle_ends
-from hcsearch.kernels.linkage.hinge_lines import survey_ends
+from hcsearch.kernels.linkage.hinge_lines import EdgeTables, survey_ends
 from hcsearch.kernels.linkage.loops import generic_states
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.numerical_rank import MAX_GENERIC_ATTEMPTS, decide_rank, generic_rank, leaving_step
@@ -33,29 +33,38 @@ _TOGETHER = 4000  # foldings per part: hinge lines and Jacobians take some 3 kB 
 
 @dataclass(frozen=True, eq=False)
 class _Lattice(ByValue):
-    """A grid for `survey_ends`: steps, edges (start and end, counterclockwise), whole units per step; lengths in m."""
+    """A grid for `survey_ends`: its edges, the matrix that maps their units to metres, and lengths in metres."""
 
-    steps: NDArray[np.int64]
-    edges: NDArray[np.int64]
-    scale: int
+    tables: EdgeTables
     basis: Reals
     thickness: float
     size: float
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _lattice(grid: Grid) -> _Lattice:
     length, width, thickness = default_panel(grid.name)
-    steps = np.array(grid.steps)
-    before, after = np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0)
-    if grid.is_triangle:  # a corner of a triangle lies opposite an edge; points are in thirds
-        scale, edges = 1, np.hstack([before, after])
-    else:
-        scale, edges = (2 if grid.directions == 4 else 3), np.hstack([before + steps, steps + after])
+    towards = np.full((grid.kinds, grid.directions), -1)
+    edges = []
+    for step, (kind, _) in enumerate(grid.step_kinds):
+        towards[kind, grid.step_directions[step]] = step
+        centre = grid.corner_scale * np.array(grid.point((0, 0, kind)))
+        edges.append((np.array(grid.edge_corners((0, 0, kind), step)) - centre).ravel())
+    kinds = np.array(grid.step_kinds)[:, 0].copy()
+    tables = EdgeTables(
+        grid.directions,
+        np.array(grid.step_directions),
+        kinds,
+        towards,
+        np.array(grid.steps),
+        np.array(edges),
+        grid.corner_scale,
+    )
     unit = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
-    basis = np.diag([length, width]) @ unit / scale
-    area = facet_area(grid.corners((0, 0, 0) if grid.is_triangle else (0, 0)))
-    return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
+    area = facet_area(grid.corners((0, 0, 0)))
+    return _Lattice(
+        tables, np.diag([length, width]) @ unit / grid.corner_scale, thickness, math.sqrt(area * length * width)
+    )
 
 
 def mobility_of_batch(
@@ -111,11 +120,10 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     words, lattice = circuits.words, _lattice(grid_named(circuits.grid))
     count, n = len(foldings), words.shape[1]
     rows, creases = foldings.row.astype(np.int32), foldings.crease.astype(np.int16)
-    steps, edges, scale = lattice.steps, lattice.edges, lattice.scale
     basis, thickness, size = lattice.basis, lattice.thickness, lattice.size
     ranks, mirrors = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
     lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
-    survey_ends(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
+    survey_ends(words, rows, creases, lattice.tables, basis, thickness, size, ranks, mirrors, lines, screws)
     merged_pairs, joints = mirrors.T
     dof, dof_merged = np.full(count, NO_NUMBER), np.full(count, NO_NUMBER)
     dof[untwisted] = _generic(screws[untwisted, 1])

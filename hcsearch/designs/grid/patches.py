@@ -1,0 +1,188 @@
+"""Specifications of arrays that users type: rectangles, parallelograms, triangles, hexagons, stars, rows and files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
+from hcsearch.designs.grid.arrays import Array, cell_form, check_size, is_cell
+from hcsearch.designs.grid.tessellation import LatticePoint
+from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
+from hcsearch.system.reading import read_text_file
+
+_SQUARES = ("square", "rectangle", "right45")
+"""Grids whose cells are squares or rectangles, or parts of squares."""
+_HEXAGONS = ("hex", "rhombus", "kite", "right30")
+"""Grids whose cells are hexagons or parts of them; of all but `hex`, the cells of one lattice point are a hexagon."""
+_TRIANGLES = ("triangle", "kite", "right30", "obtuse")
+"""Grids whose cells are equilateral triangles or parts of them, with lattice points in the triangles' corners."""
+
+
+def parse_array(grid: Grid | str, spec: str) -> Array:
+    """Read an array specification on a grid, which is given by itself or by its name.
+
+    `6x5` has 6 columns and 5 rows of squares or rectangles; `3-4-3` lists rows of hexagons from the top; `p5x4` is a
+    parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of triangles
+    or hexagons; `@file` names a file with one cell a line. On grids whose panels are parts of squares, triangles or
+    hexagons, these are cut into panels (docs/reference/grids.md has pictures). An array's own notation is read, too.
+
+    Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
+    cells that are no array, InputFileError for a file that cannot be read.
+
+    >>> from hcsearch import parse_array
+    >>> parse_array("hex", "3-4-3").n
+    10
+    """
+    grid = grid_of(grid)
+    expect_kind("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
+    if spec.startswith("@"):
+        return Array.from_cells(grid, _read_cells(grid, spec[1:]))
+    if ":" in spec:
+        array = Array.from_notation(spec)
+        if array.grid != grid:
+            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: name the grid {array.grid.name}")
+        return array
+    for pattern, make in _SHAPES:
+        match = re.fullmatch(pattern, spec)
+        if match:
+            # nine digits suffice to show that a size is too large
+            sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
+            if min(sizes) < 1:
+                raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
+            min_cells = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] in "hs" else 1) // 2
+            check_size(min_cells, f"array {spec!r}")
+            cells = make(grid, sizes)
+            if cells is None:
+                raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_help(grid)}")
+            return Array.from_cells(grid, cells)
+    raise NotationError(f"malformed array {spec!r}: {_help(grid)}")
+
+
+def _help(grid: Grid) -> str:
+    """The specifications that a grid has, as a sentence part."""
+    words = ["6x5 (columns x rows)"] if grid.name in _SQUARES else []
+    words += ["3-4-3 (rows of hexagons from the top)"] if grid.name in _HEXAGONS else []
+    if grid.name not in _SQUARES:
+        words.append("t5, h3 (triangle, hexagon by its side)")
+    if grid.name in _TRIANGLES or grid.name == "rhombus":
+        words.append("s1 (star)")
+    return f"use {', '.join([*words, 'p5x4', '@file'])} or an array's notation"
+
+
+def _blocks(grid: Grid, places: Sequence[LatticePoint]) -> list[Cell]:
+    """All cells at some lattice points."""
+    return [(*place, kind) if grid.kinds > 1 else place for place in places for kind in range(grid.kinds)]
+
+
+def _within(grid: Grid, regions: Sequence[Sequence[LatticePoint]]) -> list[Cell]:
+    """The cells in any of some convex regions, whose corners are lattice points, counterclockwise."""
+    origin, (ax, ay), (bx, by) = (grid.point((x, y, 0)) for x, y in ((0, 0), (1, 0), (0, 1)))
+    scale = grid.corner_scale
+    basis = (scale * (ax - origin[0]), scale * (ay - origin[1]), scale * (bx - origin[0]), scale * (by - origin[1]))
+    found: dict[Cell, None] = {}
+    for region in regions:
+        corners = [(basis[0] * x + basis[2] * y, basis[1] * x + basis[3] * y) for x, y in region]
+        sides = list(zip(corners, corners[1:] + corners[:1], strict=True))
+        (left, right), (low, high) = ((min(values) - 1, max(values) + 1) for values in zip(*region, strict=True))
+        for cell in _blocks(grid, [(x, y) for y in range(low, high) for x in range(left, right)]):
+            if all(
+                (qx - px) * (y - py) - (qy - py) * (x - px) >= 0
+                for x, y in grid.lattice_corners(cell)
+                for (px, py), (qx, qy) in sides
+            ):
+                found[cell] = None
+    return list(found)
+
+
+def _rectangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    return _parallelogram(grid, sizes) if grid.name in _SQUARES else None
+
+
+def _parallelogram(grid: Grid, sizes: list[int]) -> list[Cell]:
+    columns, rows = sizes
+    if grid.name in _TRIANGLES:
+        return _within(grid, [[(0, 0), (columns, 0), (columns, rows), (0, rows)]])
+    return _blocks(grid, [(x, y) for y in range(rows) for x in range(columns)])
+
+
+def _triangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    side = sizes[0]
+    if grid.name in _TRIANGLES:
+        return _within(grid, [[(0, 0), (side, 0), (0, side)]])
+    if grid.name in _HEXAGONS:
+        return _blocks(grid, [(x, y) for y in range(side) for x in range(side - y)])
+    return None
+
+
+def _hexagon(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    side = sizes[0]
+    if grid.name in _TRIANGLES:
+        return _within(grid, [[(side, 0), (0, side), (-side, side), (-side, 0), (0, -side), (side, -side)]])
+    if grid.name in _HEXAGONS:
+        span = range(1 - side, side)
+        return _blocks(grid, [(q, r) for r in span for q in span if abs(q + r) < side])
+    return None
+
+
+def _star(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    side = sizes[0]
+    if grid.name in _TRIANGLES:
+        up, down = (
+            [(-side, -side), (2 * side, -side), (-side, 2 * side)],
+            [(side, side), (-2 * side, side), (side, -2 * side)],
+        )
+        return _within(grid, [up, down])
+    if grid.name == "rhombus" and side == 1:  # the six rhombi around a corner
+        near = _blocks(grid, [(x, y) for y in (-1, 0) for x in (-1, 0)])
+        return [cell for cell in near if (0, 0) in grid.lattice_corners(cell)]
+    return None
+
+
+def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    if grid.name not in _HEXAGONS:
+        return None
+    places: list[LatticePoint] = []
+    q = 0  # going down a row keeps q half a cell to the left, q + 1 half a cell to the right
+    left_next = True
+    for y, (length, above) in enumerate(zip(sizes, [sizes[0], *sizes], strict=False)):
+        if y:
+            if abs(length - above) > 1:
+                raise NotationError(
+                    f"row {y + 1} of {'-'.join(map(str, sizes))} differs by more than one from the row above: "
+                    "give such an array by its cells, --array @file"
+                )
+            right = length < above or (length == above and not left_next)
+            if length == above:
+                left_next = not left_next
+            q += right
+        places.extend((q + x, -y) for x in range(length))
+    return _blocks(grid, places)
+
+
+_SHAPES = (
+    ("[0-9]+x[0-9]+", _rectangle),
+    ("p[0-9]+x[0-9]+", _parallelogram),
+    ("t[0-9]+", _triangle),
+    ("h[0-9]+", _hexagon),
+    ("s[0-9]+", _star),
+    ("[0-9]+(-[0-9]+)+", _hexagon_rows),
+)
+
+
+def _read_cells(grid: Grid, path: str) -> list[Cell]:
+    """Read the cells of a text file, one in each line; empty lines and comments from # on are skipped."""
+    lines = read_text_file(path, "the cells in").splitlines()
+    cells: list[Cell] = []
+    for number, line in enumerate(lines, 1):
+        text = line.split("#")[0].replace(",", " ").split()
+        if not text:
+            continue
+        numbers = [int(word) for word in text if re.fullmatch("[+-]?[0-9]{1,9}", word)]
+        cell = tuple(numbers) if len(numbers) == len(text) else ()
+        if not is_cell(grid, cell):
+            names, kinds = cell_form(grid)
+            form = " ".join(names) + kinds.replace(",", " with", 1)
+            raise ArrayError(f"{path}, line {number}: {line.strip()!r} is no cell: write {form}")
+        cells.append(cell)
+    return cells

@@ -1,0 +1,42 @@
+"""Tables of a tiling's steps, on which all kernels of circuits run; they follow from its polygon alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from hcsearch.basics.array_values import WholeNumbers
+
+
+class StepTables(NamedTuple):
+    """The steps of a tiling, numbered 0 .. L - 1, and the turns of circuits at its panels.
+
+    A turn leads from the step into a panel to the step out of it. Turns that a rotation maps onto each other have one
+    code. Codes are ordered by the edge of the panel that is entered, then from the sharpest turn left to the right.
+
+    directions : number of directions in a full turn. directed : direction of each step. back : the step back.
+    leaving : shape (kinds, sides), steps that leave a cell of each kind.
+    following : shape (L, sides - 1), steps that can follow each, the sharpest turn left first. turns : the turn to
+        each of these, in units of 2 pi / directions, left positive.
+    codes : shape (L, L), code of the turn from one step to another, -1 where there is none. first_codes : code of the
+        sharpest turn left after each step; the others follow.
+    code_turns : the turn of each code. mirrored, reversed : code of the mirror image of the turn, and of that
+        walked backwards. starts : the first step of a canonical circuit whose first turn has the code, -1 where none has.
+    carried : shape (L, L), for a step and another one across an edge of the same panel: the step across the mirror
+        image of that edge in the edge that the first one crosses; -1 for edges of other panels.
+    code_bits : bits of a code.
+    """
+
+    directions: int
+    directed: WholeNumbers
+    back: WholeNumbers
+    leaving: WholeNumbers
+    following: WholeNumbers
+    turns: WholeNumbers
+    codes: WholeNumbers
+    first_codes: WholeNumbers
+    code_turns: WholeNumbers
+    mirrored: WholeNumbers
+    reversed: WholeNumbers
+    starts: WholeNumbers
+    carried: WholeNumbers
+    code_bits: int
