@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -23,9 +24,10 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     """Read an array specification on a grid, which is given by itself or by its name.
 
     `6x5` has 6 columns and 5 rows of squares or rectangles; `3-4-3` lists rows of hexagons from the top; `p5x4` is a
-    parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of triangles
-    or hexagons; `@file` names a file with one cell a line. On grids whose panels are parts of squares, triangles or
-    hexagons, these are cut into panels (docs/reference/grids.md has pictures). An array's own notation is read, too.
+    parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of
+    triangles or hexagons; `@file` names a file with one cell a line. On grids whose panels are parts of squares,
+    triangles or hexagons, these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of `right45`
+    in two, with its legs as sides. An array's own notation is read, too.
 
     Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
     cells that are no array, InputFileError for a file that cannot be read.
@@ -75,8 +77,8 @@ def _blocks(grid: Grid, places: Sequence[LatticePoint]) -> list[Cell]:
     return [(*place, kind) if grid.kinds > 1 else place for place in places for kind in range(grid.kinds)]
 
 
-def _within(grid: Grid, regions: Sequence[Sequence[LatticePoint]]) -> list[Cell]:
-    """The cells in any of some convex regions, whose corners are lattice points, counterclockwise."""
+def _within(grid: Grid, regions: Sequence[Sequence[tuple[float, float]]]) -> list[Cell]:
+    """The cells in any of some convex regions, whose corners are lattice points or halves of these, counterclockwise."""
     origin, (ax, ay), (bx, by) = (grid.point((x, y, 0)) for x, y in ((0, 0), (1, 0), (0, 1)))
     scale = grid.corner_scale
     basis = (scale * (ax - origin[0]), scale * (ay - origin[1]), scale * (bx - origin[0]), scale * (by - origin[1]))
@@ -84,7 +86,9 @@ def _within(grid: Grid, regions: Sequence[Sequence[LatticePoint]]) -> list[Cell]
     for region in regions:
         corners = [(basis[0] * x + basis[2] * y, basis[1] * x + basis[3] * y) for x, y in region]
         sides = list(zip(corners, corners[1:] + corners[:1], strict=True))
-        (left, right), (low, high) = ((min(values) - 1, max(values) + 1) for values in zip(*region, strict=True))
+        (left, right), (low, high) = (
+            (math.floor(min(values)) - 1, math.ceil(max(values)) + 1) for values in zip(*region, strict=True)
+        )
         for cell in _blocks(grid, [(x, y) for y in range(low, high) for x in range(left, right)]):
             if all(
                 (qx - px) * (y - py) - (qy - py) * (x - px) >= 0
@@ -96,6 +100,10 @@ def _within(grid: Grid, regions: Sequence[Sequence[LatticePoint]]) -> list[Cell]
 
 
 def _rectangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
+    columns, rows = sizes
+    if grid.name == "right45":  # squares on the legs, which lie on the diagonals of the lattice
+        x, y = 0.5 * columns, 0.5 * rows
+        return _within(grid, [[(0, 0), (x, x), (x - y, x + y), (-y, y)]])
     return _parallelogram(grid, sizes) if grid.name in _SQUARES else None
 
 
