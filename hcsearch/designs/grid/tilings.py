@@ -82,7 +82,7 @@ class Grid:
     def _tessellation(self) -> Tessellation:
         return tessellate(self.polygon, self.axes)
 
-    @property
+    @cached_property
     def kinds(self) -> int:
         """Number of cells to a translation: 1 for squares and hexagons, 12 for 30-60-90 triangles."""
         return len(self._tessellation.kinds)
@@ -185,10 +185,22 @@ class Grid:
 
     def point(self, cell: Cell) -> LatticePoint:
         """The lattice point of a cell, in exact integers."""
+        if self.kinds == 1:
+            return (cell[0], cell[1])
         (a, b), (c, d) = self._tessellation.lattice
         x, y = cell[:2]
-        px, py = self._tessellation.places[cell[2] if self.kinds > 1 else 0]
+        px, py = self._tessellation.places[cell[2]]
         return (px + x * a + y * c, py + x * b + y * d)
+
+    def lattice_row(self, point: LatticePoint) -> int:
+        """The row of the lattice of translations in which a point lies: for squares and hexagons its Y."""
+        a, b, det = self._row_numbers
+        return (point[1] * a - point[0] * b) // det
+
+    @cached_property
+    def _row_numbers(self) -> tuple[int, int, int]:
+        (a, b), (c, d) = self._tessellation.lattice
+        return a, b, a * d - b * c
 
     def is_cell_point(self, point: LatticePoint) -> bool:
         """Whether a cell lies at a lattice point."""
@@ -196,12 +208,14 @@ class Grid:
 
     def cell(self, point: LatticePoint) -> Cell:
         """The cell at a lattice point: (x, y), and its kind where there are several."""
+        if self.kinds == 1:
+            return point
         kind = self._kind(point)
         (a, b), (c, d) = self._tessellation.lattice
         px, py = self._tessellation.places[kind]
         x, y, det = point[0] - px, point[1] - py, a * d - b * c
         cell = ((x * d - y * c) // det, (y * a - x * b) // det)
-        return (*cell, kind) if self.kinds > 1 else cell
+        return (*cell, kind)
 
     @property
     def columns_per_cell(self) -> int:

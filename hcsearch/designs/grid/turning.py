@@ -46,6 +46,9 @@ def step_tables(grid: Grid) -> StepTables:
         backwards[code] = codes[mirror[back[to]], mirror[back[step]]]
         if tiling.step_kinds[first_steps[step]][0] == 0:
             starts[code] = first_steps[step]
+    after = np.zeros((n_codes, count), np.uint64)
+    for step, to in np.argwhere(codes >= 0).tolist():
+        after[codes[step, to], step] = to
     carried = np.full((count, count), -1)
     for step, (kind, _) in enumerate(tiling.step_kinds):
         for edge in tiling.leaving[kind]:
@@ -64,6 +67,7 @@ def step_tables(grid: Grid) -> StepTables:
         backwards,
         starts,
         carried,
+        after,
         max(3, (n_codes - 1).bit_length()),
     )
 

@@ -28,7 +28,8 @@ class Plane(NamedTuple):
     kinds : kind of the cell at each place. distance : steps from home to each place, `UNREACHED_DISTANCE` beyond reach.
     reach : places within h steps of home.
     home : the first panel. crease : the step from it across the first crease.
-    mirror : image of each place in the first crease, home where it is out of the region. mirror_steps : of each step.
+    classes : class of the edge that each step crosses. reflected : whether a reflection alone takes a step to the least
+        one of its class. mirror : image of each place in the first crease, home where it is out of the region. mirror_steps : of each step.
     h : steps of a half-chain.
     """
 
@@ -40,6 +41,8 @@ class Plane(NamedTuple):
     reach: WholeNumbers
     home: int
     crease: int
+    classes: WholeNumbers
+    reflected: NDArray[np.bool_]
     mirror: WholeNumbers
     mirror_steps: WholeNumbers
     h: int
@@ -54,6 +57,8 @@ class HalfChains(NamedTuple):
     masks : shape (words, n_chains), bit sets of the occupied cells that the other half-chain can reach.
     flat_bit_planes : shape (4, n_chains), of h numbers below `directions`: crease k is flat in another folding if the
               numbers of the first and the second half-chain are equal.
+    crease_sets : shape (3, n_chains), of first half-chains: creases of a lower class, of the class of the first crease,
+              and those beyond which a panel must be reflected to be at home.
     """
 
     codes: Bitsets
@@ -62,6 +67,7 @@ class HalfChains(NamedTuple):
     steps: NDArray[np.int8]
     masks: Bitsets
     flat_bit_planes: Bitsets
+    crease_sets: Bitsets
 
 
 @compiled
@@ -83,6 +89,10 @@ def _walk(
     """
     steps, moves, h, home = plane.steps, plane.moves, plane.h, plane.home
     n_turns = steps.following.shape[1]
+    offsets = np.empty_like(steps.following)  # of the place, by the step before and the letter
+    for step in range(len(offsets)):
+        for turn_number in range(n_turns):
+            offsets[step, turn_number] = moves[steps.following[step, turn_number]]
     words = len(chains.masks)
     letters = np.zeros(h + 1, np.int64)
     heading = np.zeros(h + 1, np.int64)
@@ -109,12 +119,13 @@ def _walk(
             blocked[place[k]] = 0
             k -= 1
             continue
-        d = steps.following[heading[k], letter]
-        to = place[k] + moves[d]
+        before = np.uint64(heading[k])
+        to = place[k] + offsets[before, np.uint64(letter)]
         if toward[to] > h - 1 - k or blocked[to] != 0:
             continue
-        turn = steps.turns[heading[k], letter]
-        r = steps.carried[d, face[k]]  # the first crease, carried across this one
+        d = np.uint64(steps.following[before, np.uint64(letter)])
+        turn = steps.turns[before, np.uint64(letter)]
+        r = steps.carried[d, np.uint64(face[k])]  # the first crease, carried across this one
         if k + 1 < h:
             code[k + 1] = (code[k] << width) | np.uint64(letter)
             total[k + 1] = total[k] + (turn if k % 2 == 0 else -turn)
@@ -167,6 +178,7 @@ def _new_chains(n_chains: int, h: int, words: int) -> HalfChains:
         np.empty((n_chains, h), np.int8),
         np.empty((words, n_chains), np.uint64),
         np.zeros((4, n_chains), np.uint64),
+        np.zeros((3, n_chains), np.uint64),
     )
 
 
@@ -251,7 +263,7 @@ def _fill_bit_planes(plane: Plane, chains: HalfChains, mate: bool) -> None:
     directions, directed = plane.steps.directions, plane.steps.directed
     goal = (h + 1) * (directions // 2) % directions
     into = directed[plane.crease if mate else plane.steps.back[plane.crease]]
-    one = np.uint64(1)
+    count = bit_plane_count(plane)
     for i in range(n_chains):
         before = into
         total = np.int64(0)
@@ -264,9 +276,27 @@ def _fill_bit_planes(plane: Plane, chains: HalfChains, mate: bool) -> None:
             if mate:
                 u = (goal - u) % directions
                 crease = np.uint64(h + 1 - k)
-            for p in range(4):
-                if (u >> p) & 1:
-                    chains.flat_bit_planes[p, i] |= one << crease
+            for p in range(count):
+                chains.flat_bit_planes[p, i] |= np.uint64((u >> p) & 1) << crease
+
+
+@compiled
+def _fill_crease_sets(plane: Plane, chains: HalfChains) -> None:
+    """Fill `crease_sets`."""
+    one = np.uint64(1)
+    if plane.classes.max() == 0 and not plane.reflected.any():
+        chains.crease_sets[1] = (one << np.uint64(plane.h + 1)) - np.uint64(2)  # bits 1 .. h
+        return
+    for i in range(len(chains.codes)):
+        for k in range(plane.h):
+            step = chains.steps[i, k]
+            crease = one << np.uint64(k + 1)
+            if plane.classes[step] < plane.classes[plane.crease]:
+                chains.crease_sets[0, i] |= crease
+            if plane.classes[step] == plane.classes[plane.crease]:
+                chains.crease_sets[1, i] |= crease
+            if plane.reflected[plane.steps.back[step]]:
+                chains.crease_sets[2, i] |= crease
 
 
 @compiled
@@ -280,7 +310,7 @@ def _grouped(chains: HalfChains, starts: WholeNumbers, offset: int) -> HalfChain
         starts[i] += starts[i - 1]
     free = starts.copy()
     ordered = _new_chains(n_chains, chains.steps.shape[1], len(chains.masks))
-    for i in range(n_chains):
+    for i in range(n_chains - 1, -1, -1):  # mirror images of ascending codes descend
         to = free[chains.sums[i] + offset]
         free[chains.sums[i] + offset] += 1
         ordered.codes[to] = chains.codes[i]
@@ -318,6 +348,7 @@ def list_chains(plane: Plane, key: WholeNumbers) -> tuple[HalfChains, HalfChains
     n_words = max(1, (n_bits + 63) // 64)
     first = _chains_of_key(plane, end, face, key[2], bits, n_words, distances)
     _fill_bit_planes(plane, first, False)
+    _fill_crease_sets(plane, first)
     offset = sum_offset(plane)
     starts = np.zeros(2 * offset + 2, np.int64)
     mates = _chains_of_key(plane, mate_end, mate_face, key[3], mate_bits, n_words, mate_distances)
@@ -325,6 +356,12 @@ def list_chains(plane: Plane, key: WholeNumbers) -> tuple[HalfChains, HalfChains
     second = _grouped(mates, starts, offset)
     _fill_bit_planes(plane, second, True)
     return first, second, starts
+
+
+@lean
+def bit_plane_count(plane: Plane) -> int:
+    """Return the number of bits of a direction."""
+    return 2 if plane.steps.directions == 4 else 3 if plane.steps.directions <= 8 else 4
 
 
 @lean

@@ -8,67 +8,60 @@ circuit's symmetry group. Proofs are in docs/explanation/theory.md, section 8.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import WholeNumbers
-from hcsearch.kernels.circuits.chains import HalfChains, Plane, mirror_code, sum_offset
+from hcsearch.kernels.circuits.chains import HalfChains, Plane, bit_plane_count, mirror_code, sum_offset
 from hcsearch.kernels.compiling.compiled import lean
 
 
-class Roots(NamedTuple):
-    """The roots of a folding, and how their codes are read.
+_Letters = tuple[int, int, np.uint64, np.uint64, int]
+"""h, bits of a letter, the highest letter, the code of h highest letters, and the number of roots of a folding.
 
-    h : steps of a half-chain. bits, top, flips : bits of a letter, the highest one, and the code of h highest letters.
-    count : 8, or 4 on edges whose perpendicular bisector is no mirror of the panel: no symmetry maps these to themselves.
-    edge_class : class of the flat creases. classes : class of the edge that each step crosses, under all symmetries.
-    reflected : whether only a reflection maps a step to the least one of its class.
-    """
-
-    h: int
-    bits: int
-    top: np.uint64
-    flips: np.uint64
-    count: int
-    edge_class: int
-    classes: WholeNumbers
-    reflected: NDArray[np.bool_]
+Roots are 8, or 4 where no symmetry maps a flat crease onto itself and its panel onto itself but the identity.
+"""
 
 
 @lean
 def _least_root(
-    a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, roots: Roots
+    a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letters: _Letters
 ) -> tuple[np.uint64, np.uint64, int]:
     """Return the least of the roots of a folding, and the number of roots that attain it.
 
-    a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
+    a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease, and, as that is
+    carried home by h reflections, mirrored where h is odd.
     """
+    flips = letters[3]
     code, mate, equal = a, b, 0
-    for root in range(roots.count):
-        x, y = _root(root, a, b, ra, rb, roots)
-        if x < code or (x == code and y < mate):
-            code, mate, equal = x, y, 0
-        if x == code and y == mate:
-            equal += 1
+    for half in range(2):  # loops of constant length, which compilers unroll
+        for root in range(4):
+            x, y = _root(root, a, b, ra, rb, flips)
+            if half == 1:
+                x, y = flips - x, flips - y
+            if x < code or (x == code and y < mate):
+                code, mate, equal = x, y, 0
+            if x == code and y == mate:
+                equal += 1
+        if letters[4] == 4:
+            break
     return code, mate, equal
 
 
 @lean
 def _root(
-    root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, roots: Roots
+    root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64]:
-    """Return one of the roots, as read in the frame in which its first panel is at home.
+    """Return one of the roots, as read where its first panel is at home.
 
-    Bit 0 of its number swaps the half-chains, by a reflection in the flat crease; bit 1 swaps the flat creases, by the h
-    reflections that carry one to the other; bit 2 reflects in the bisector of the crease.
+    Bit 0 of its number swaps the half-chains, by a reflection in the flat crease; bit 1 swaps the flat creases; bit 2
+    reflects in the bisector of the crease.
     """
     x, y = (ra, rb) if root & 2 else (a, b)
     if root & 1:
         x, y = y, x
-    if (root ^ (root >> 2) ^ ((root >> 1) & roots.h)) & 1:
-        x, y = roots.flips - x, roots.flips - y
+    if (root ^ (root >> 2)) & 1:
+        x, y = flips - x, flips - y
     return x, y
 
 
@@ -80,50 +73,66 @@ def _order(
     rb: np.uint64,
     flat: np.uint64,
     stabiliser: int,
-    steps: NDArray[np.int8],
-    roots: Roots,
+    mirrored: np.uint64,
+    letters: _Letters,
 ) -> int:
     """Return the order of the circuit's symmetry group if this root is the least, else 0.
 
-    a, b, ra, rb : as in `_least_root`, of the folding that the root belongs to.
-    flat : bit k is set where crease k of the first half-chain is flat in another folding.
-    stabiliser : bit i is set where root i of the folding has the same key. steps : of the first half-chain.
+    a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
+    flat : bit k is set where crease k of the first half-chain is flat in another folding, and of the same class.
+    stabiliser : bit i is set where root i of the folding has the same key. mirrored : bit k is set where the panel beyond
+    crease k, to be at home, must be reflected.
     """
-    h, bits, flips = roots.h, roots.bits, roots.flips
-    for root in range(1, roots.count):
-        if (stabiliser >> root) & 1:
-            x, y = _root(root, a, b, ra, rb, roots)
-            if x < a or (x == a and y < b):
-                return 0
-    code, mate, order = _least_root(a, b, ra, rb, roots)
-    if flat == 0:
-        return order
+    h, bits, top, flips, count = letters
+    is_odd = h & 1 == 1
+    home_a, home_b = (flips - ra, flips - rb) if is_odd else (ra, rb)
+    if stabiliser > 1:
+        for root in range(1, 8):
+            if root < count and (stabiliser >> root) & 1:
+                x, y = _root(root, a, b, home_a, home_b, flips)
+                if x < a or (x == a and y < b):
+                    return 0
     # the letters of the panels, walked forward (ahead: first half-chain, then second) and backward
     width = np.uint64(bits)
     shift = np.uint64(bits * (h - 1))
-    ahead_a = (a << width) | (roots.top - (ra >> shift))
-    ahead_b = (rb << width) | (roots.top - (b >> shift))
-    behind_b = (b << width) | (roots.top - (rb >> shift))
-    behind_a = (ra << width) | (roots.top - (a >> shift))
-    k = 0
-    while flat != 0:
-        if flat & np.uint64(1):
-            step = steps[k - 1]
-            if roots.classes[step] < roots.edge_class:
-                return 0
-            if roots.classes[step] == roots.edge_class:
-                a, rb = _window(ahead_a, ahead_b, k, h, bits), _window(ahead_b, ahead_a, k, h, bits)
-                b, ra = _window(behind_a, behind_b, h + 1 - k, h, bits), _window(behind_b, behind_a, h + 1 - k, h, bits)
-                if not roots.reflected[step]:  # seen from the panel beyond, which is a mirror image
-                    a, b, ra, rb = flips - a, flips - b, flips - ra, flips - rb
-                other_code, other_mate, equal = _least_root(a, b, ra, rb, roots)
-                if other_code < code or (other_code == code and other_mate < mate):
-                    return 0
-                if other_code == code and other_mate == mate:
-                    order += equal
-        flat >>= np.uint64(1)
-        k += 1
+    ahead_a = (a << width) | (top - (ra >> shift))
+    ahead_b = (rb << width) | (top - (b >> shift))
+    behind_b = (b << width) | (top - (rb >> shift))
+    behind_a = (ra << width) | (top - (a >> shift))
+    code, mate, order = _least_code(a, b, home_a, home_b, letters), np.uint64(0), 0
+    for are_compared in range(2):  # first only codes, by which most circuits are seen to have a lesser root
+        if are_compared:
+            code, mate, order = _least_root(a, b, home_a, home_b, letters)
+        others, k = flat, 0
+        while others != 0:
+            if others & np.uint64(1):
+                x, rx = _window(ahead_a, ahead_b, k, h, bits), _window(behind_b, behind_a, h + 1 - k, h, bits)
+                y, ry = _window(behind_a, behind_b, h + 1 - k, h, bits), _window(ahead_b, ahead_a, k, h, bits)
+                if (mirrored >> np.uint64(k)) & np.uint64(1):
+                    x, y, rx, ry = flips - x, flips - y, flips - rx, flips - ry
+                if is_odd:
+                    rx, ry = flips - rx, flips - ry
+                if not are_compared:
+                    if _least_code(x, y, rx, ry, letters) < code:
+                        return 0
+                else:
+                    other_code, other_mate, equal = _least_root(x, y, rx, ry, letters)
+                    if other_code == code and other_mate < mate:
+                        return 0
+                    if other_code == code and other_mate == mate:
+                        order += equal
+            others >>= np.uint64(1)
+            k += 1
     return order
+
+
+@lean
+def _least_code(a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letters: _Letters) -> np.uint64:
+    """Return the first code of the least root, as of `_least_root`."""
+    flips = letters[3]
+    if letters[4] == 4:
+        return min(min(a, ra), flips - max(b, rb))
+    return min(min(min(a, b), min(ra, rb)), flips - max(max(a, b), max(ra, rb)))
 
 
 @lean
@@ -140,7 +149,7 @@ def join_chains(
     plane: Plane,
     key: WholeNumbers,
     lists: tuple[HalfChains, HalfChains, WholeNumbers],
-    classes: tuple[int, int, WholeNumbers, NDArray[np.bool_]],
+    root_count: int,
     untwisted: bool,
     part: int,
     parts: int,
@@ -152,7 +161,7 @@ def join_chains(
     """Join the half-chains of a key to foldable circuits, one per class, until `words` is full; return their number.
 
     key : as for `list_chains`, followed by the key's stabiliser (see `_order`); lists : result of `list_chains`.
-    classes : the last four fields of `Roots`.
+    root_count : see `_Letters`.
     part, parts : only every parts-th of the first half-chains is used, from number `part` on.
     state : (first half-chain, second half-chain) at which to resume; at the end, the first is the number of chains.
     words : shape (capacity, n); with capacity 0, circuits are only counted.
@@ -164,10 +173,9 @@ def join_chains(
     half = h + 1
     offset = sum_offset(plane)
     top = np.uint64(plane.steps.following.shape[1] - 1)
-    roots = Roots(h, plane.bits, top, mirror_code(plane), classes[0], classes[1], classes[2], classes[3])
+    letters = (h, plane.bits, top, mirror_code(plane), root_count)
     capacity = len(words)
-    planes = 2 if plane.steps.directions == 4 else 4 if plane.steps.directions > 8 else 3
-    all_creases = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
+    planes = bit_plane_count(plane)
     written = 0
     for i in range(state[0], len(first.codes)):
         if i % parts != part:
@@ -175,7 +183,11 @@ def join_chains(
         lo, hi = np.int64(0), np.int64(len(second.codes))
         if untwisted:
             lo, hi = starts[offset - first.sums[i]], starts[offset - first.sums[i] + 1]
-        mask = first.masks[0, i]
+        # loaded once, as kernels cannot know that no other array shares the memory
+        mask, a, ra = first.masks[0, i], first.codes[i], first.reversed_codes[i]
+        lower, same, mirrored = first.crease_sets[0, i], first.crease_sets[1, i], first.crease_sets[2, i]
+        plane_0, plane_1 = first.flat_bit_planes[0, i], first.flat_bit_planes[1, i]
+        plane_2, plane_3 = first.flat_bit_planes[2, i], first.flat_bit_planes[3, i]
         for j in range(max(lo, state[1]), hi):
             if mask & second.masks[0, j] != 0:
                 continue
@@ -184,11 +196,16 @@ def join_chains(
                 common |= first.masks[w, i] & second.masks[w, j]
             if common != 0:
                 continue
-            flat = all_creases
-            for p in range(planes):
-                flat &= ~(first.flat_bit_planes[p, i] ^ second.flat_bit_planes[p, j])
-            a, b, ra, rb = first.codes[i], second.codes[j], first.reversed_codes[i], second.reversed_codes[j]
-            order = _order(a, b, ra, rb, flat, stabiliser, first.steps[i], roots)
+            folded = (plane_0 ^ second.flat_bit_planes[0, j]) | (plane_1 ^ second.flat_bit_planes[1, j])
+            if planes > 2:
+                folded |= plane_2 ^ second.flat_bit_planes[2, j]
+            if planes > 3:
+                folded |= plane_3 ^ second.flat_bit_planes[3, j]
+            flat = ~folded
+            if flat & lower:
+                continue
+            b, rb = second.codes[j], second.reversed_codes[j]
+            order = _order(a, b, ra, rb, flat & same, stabiliser, mirrored, letters)
             if order == 0:
                 continue
             totals[0] += 1

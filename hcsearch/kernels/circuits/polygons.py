@@ -102,13 +102,17 @@ def walk_polygons(
     queue, queue_steps = np.empty(len(distance), np.int64), np.empty(len(distance), np.int64)
     stamp = 0
     n_turns = steps.following.shape[1]
+    offsets = np.empty_like(steps.following)  # of the place, by the step before and the number of the turn
+    for step in range(len(offsets)):
+        for turn in range(n_turns):
+            offsets[step, turn] = moves[steps.following[step, turn]]
     capacity = len(words)
     written = 0
     k = state[0]
     is_first_visit = state[1]
     while written < capacity:
         # choose the next letter of step k: on a first visit from the prenecklace bound on, else after the last letter
-        before = heading[k - 1]
+        before = np.uint64(heading[k - 1])
         base = steps.first_codes[before]
         turn = 0
         if is_first_visit == 1:
@@ -120,15 +124,15 @@ def walk_polygons(
             turn = letters[k] - base + 1
         advanced = False
         steps_left = n - 1 - k
-        d, next_place = before, place[k]
+        next_place = place[k]
         while turn < n_turns:
-            d = steps.following[before, turn]
-            next_place = place[k] + moves[d]
+            next_place = place[k] + offsets[before, np.uint64(turn)]
             if distance[next_place] <= steps_left and (visited[next_place] == 0 or steps_left == 0):
                 advanced = True
                 if steps_left >= trap:
                     visited[next_place] = 1
                     stamp += 1
+                    d = steps.following[before, np.uint64(turn)]
                     advanced = _can_reach_home(
                         next_place, d, steps_left, steps, moves, distance, visited, stamps, stamp, queue, queue_steps
                     )
@@ -144,6 +148,7 @@ def walk_polygons(
                 break
             continue
         letter = base + turn
+        d = steps.following[before, np.uint64(turn)]
         letters[k] = letter
         heading[k] = d
         p = period[k - 1]

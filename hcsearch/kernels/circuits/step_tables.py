@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hcsearch.basics.array_values import WholeNumbers
 
 
@@ -23,6 +26,7 @@ class StepTables(NamedTuple):
         walked backwards. starts : the first step of a canonical circuit whose first turn has the code, -1 where none has.
     carried : shape (L, L), for a step and another one across an edge of the same panel: the step across the mirror
         image of that edge in the edge that the first one crosses; -1 for edges of other panels.
+    after : shape (C, L), the step to which a turn of each code leads from each step, 0 where there is no such turn.
     code_bits : bits of a code.
     """
 
@@ -39,4 +43,5 @@ class StepTables(NamedTuple):
     reversed: WholeNumbers
     starts: WholeNumbers
     carried: WholeNumbers
+    after: NDArray[np.uint64]
     code_bits: int

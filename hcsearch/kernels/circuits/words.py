@@ -83,19 +83,21 @@ def canonicalise(
     mirror_letters = np.empty(2 * n, np.int8)
     for row in range(len(words)):
         total = np.int64(0)
-        step = np.int64(words[row, 0])
+        at = np.uint64(words[row, n - 1])
+        before = n - 1
         for k in range(n):  # letters[k] is the turn after step k
-            to = np.int64(words[row, k + 1 if k + 1 < n else 0])
-            code = steps.codes[step, to]
-            letters[k] = code
+            to = np.uint64(words[row, k])
+            code = np.uint64(steps.codes[at, to])
+            letters[before] = code
             total += steps.code_turns[code]
-            step = to
+            at = to
+            before = k
         if total < 0:
             for k in range(n):
-                letters[k] = steps.mirrored[letters[k]]
+                letters[k] = steps.mirrored[np.uint64(letters[k])]
         for k in range(n):  # the mirror image, counterclockwise, meets the turns backwards
             letters[n + k] = letters[k]
-            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = steps.reversed[letters[k]]
+            mirror_letters[n - 1 - k] = mirror_letters[2 * n - 1 - k] = steps.reversed[np.uint64(letters[k])]
         start, period, mirrored = _least_rotations(letters, mirror_letters, n, steps.code_bits)
         order = 0
         for k in range(n):
@@ -116,10 +118,10 @@ def canonicalise(
                     ties = 0
                 ties += kind == first
         best, first_letter = (letters, start) if order <= 0 else (mirror_letters, mirrored)
-        step = steps.starts[best[first_letter]] + first
+        at = np.uint64(steps.starts[best[first_letter]] + first)
         for k in range(n):
-            canonical[row, k] = step
-            step = steps.following[step, best[first_letter + k] - steps.first_codes[step]]
+            canonical[row, k] = at
+            at = steps.after[np.uint64(best[first_letter + k]), at]
         symmetry[row] = ties
 
 

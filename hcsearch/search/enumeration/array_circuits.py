@@ -179,7 +179,7 @@ def sweep_ranks(grid: Grid, points: tuple[LatticePoint, ...]) -> list[list[int]]
     ranks = []
     for isometry in grid.tiling.point_group:
         moved = [isometry(p) for p in points]
-        rows = [(grid.tiling.cell(point)[1], point[0]) for point in moved]
+        rows = [(grid.lattice_row(point), point[0]) for point in moved]
         diagonals = [(x + y, x) for x, y in moved]
         levels = [(y, x) for x, y in moved]
         for keys in (rows, diagonals, levels) if grid.kinds > 2 else (rows, diagonals):
