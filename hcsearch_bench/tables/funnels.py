@@ -18,9 +18,29 @@ from hcsearch_bench.run.bench import Say
 T = TypeVar("T")
 Progress = Callable[[int, int, str], None]
 
-# first n, last n with the whole funnel, last n of all; squares and triangles have no circuits of odd length
-SIZES = {"triangle": (6, 44, 50), "square": (4, 28, 34), "rectangle": (4, 26, 30), "hex": (3, 20, 24)}
-QUICK = {"triangle": (6, 18, 20), "square": (4, 12, 14), "rectangle": (4, 10, 10), "hex": (3, 11, 12)}
+# first n, last n with the whole funnel, last n of all
+SIZES = {
+    "triangle": (6, 44, 50),
+    "square": (4, 28, 34),
+    "rectangle": (4, 26, 30),
+    "hex": (3, 20, 24),
+    "rhombus": (3, 26, 32),
+    "kite": (3, 26, 32),
+    "right45": (4, 42, 52),
+    "right30": (4, 42, 52),
+    "obtuse": (3, 50, 58),
+}
+QUICK = {
+    "triangle": (6, 18, 20),
+    "square": (4, 12, 14),
+    "rectangle": (4, 10, 10),
+    "hex": (3, 11, 12),
+    "rhombus": (3, 9, 10),
+    "kite": (3, 9, 10),
+    "right45": (4, 14, 16),
+    "right30": (4, 14, 16),
+    "obtuse": (11, 14, 15),
+}
 
 
 @dataclass(frozen=True)
@@ -83,8 +103,8 @@ def measure_funnels(sizes: Mapping[str, tuple[int, int, int]], *, limit: float, 
 
 def _grid(name: str, first: int, full: int, last: int, limit: float, say: Say) -> Iterator[FunnelRow]:
     patience = Patience(limit)
-    for n in range(first, last + 1, 1 if name == "hex" else 2):
-        grid = grid_named(name)
+    grid = grid_named(name)
+    for n in range(first, last + 1, 2 if grid.has_two_colours else 1):
         say(f"{name} n={n}: {'funnel' if n <= full else 'two-stack and untwisted designs'}")
         row = _funnel(grid, n, patience) if n <= full else None
         yield row or _counted(grid, n, patience)

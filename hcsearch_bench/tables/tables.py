@@ -41,14 +41,17 @@ def tables(results: TablesResults) -> list[Table]:
             "`fixed` is the number of circuits up to translation; all other numbers are up to congruence: "
             "`free` circuits, `arrays` that have a circuit, `two_stack` and `untwisted` designs, and arrays of "
             "untwisted designs. `divisible` and `share` give the circuits whose T, the sum of turns with "
-            "alternating signs, is a multiple of the number of directions, 4 or 6, which all circuits that "
+            "alternating signs, is a multiple of the number of directions, 4, 6, 8 or 12, which all circuits that "
             "fold satisfy ([theory.md](../explanation/theory.md), 4); on grids other than hexagons it always "
-            "is (12), and for odd n it is not defined. The fixed circuits are published as self-avoiding "
-            "polygons, OEIS A036418 (hexagons), A002931 (squares, rectangles) and A006774 (triangles), and so "
-            "are the first free ones, A284869, A266549 and A258206. The other numbers have not been published, "
+            "is (12, 36), and for odd n it is not defined. The fixed circuits are published as self-avoiding "
+            "polygons, OEIS A036418 (hexagons), A002931 (squares, rectangles), A006774 (triangles) and, as "
+            "polygons from one cell, A005397 (rhombus, of which 2n / 3 times the number is the nth term); those of "
+            "`obtuse` follow from the triangles' (39). So are the first free ones of three grids, A284869, A266549 "
+            "and A258206. The other numbers have not been published, "
             "as far as we know; the program checks the order of the columns and three laws: nothing folds when "
-            "n is odd (only hexagons have such circuits), T is always divisible on grids other than hexagons, "
-            "and on triangles no design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), "
+            "n is odd (squares, rectangles and three triangles have no such circuits), T is always divisible on "
+            "grids other than hexagons, "
+            "and on equilateral triangles no design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), "
             f"14). Where only designs that fold are given, they were counted from half-chains. {limit}",
             results.all_arrays,
         ),
