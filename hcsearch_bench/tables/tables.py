@@ -51,8 +51,8 @@ def tables(results: TablesResults) -> list[Table]:
             "as far as we know; the program checks the order of the columns and three laws: nothing folds when "
             "n is odd (squares, rectangles and three triangles have no such circuits), T is always divisible on "
             "grids other than hexagons, "
-            "and on equilateral triangles no design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), "
-            f"14). Where only designs that fold are given, they were counted from half-chains. {limit}",
+            "and on equilateral triangles no design is untwisted when 4 divides n "
+            f"([theory.md](../explanation/theory.md), 14). Where only designs that fold are given, they were counted from half-chains. {limit}",
             results.all_arrays,
         ),
         Table(

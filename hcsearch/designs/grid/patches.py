@@ -78,7 +78,7 @@ def _blocks(grid: Grid, places: Sequence[LatticePoint]) -> list[Cell]:
 
 
 def _within(grid: Grid, regions: Sequence[Sequence[tuple[float, float]]]) -> list[Cell]:
-    """The cells in any of some convex regions, whose corners are lattice points or halves of these, counterclockwise."""
+    """The cells in any of some convex regions with corners at lattice points or halves of these, counterclockwise."""
     origin, (ax, ay), (bx, by) = (grid.point((x, y, 0)) for x, y in ((0, 0), (1, 0), (0, 1)))
     scale = grid.corner_scale
     basis = (scale * (ax - origin[0]), scale * (ay - origin[1]), scale * (bx - origin[0]), scale * (by - origin[1]))

@@ -1,9 +1,9 @@
 """Names of steps in the notations of circuits: a text of digits, one for each step.
 
-On triangles, squares, rectangles and hexagons a step is written as its direction. On the other grids it is written as the
-label of the edge that it crosses. Labels stand on the panel of kind 0, in the order of its corners, and each further
-panel of a circuit has the mirror image of the labels of the panel before it. A letter before the digits names the kind
-of the first panel, `b` for kind 1 and so on, if that is not 0.
+On triangles, squares, rectangles and hexagons a step is written as its direction. On the other grids it is written as
+the label of the edge that it crosses. Labels stand on the panel of kind 0, in the order of its corners, and each
+further panel of a circuit has the mirror image of the labels of the panel before it. A letter before the digits names
+the kind of the first panel, `b` for kind 1 and so on, if that is not 0.
 """
 
 from __future__ import annotations

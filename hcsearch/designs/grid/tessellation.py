@@ -1,7 +1,7 @@
 """Edge tessellations: the kinds of cells, the lattice and the steps that follow from one polygon by reflections.
 
-Coordinates are whole numbers on two axes that enclose 60 or 90 degrees. All symmetries of the axes fix the origin; those
-of a tiling are all of them, so that the origin is a centre of its greatest symmetry.
+Coordinates are whole numbers on two axes that enclose 60 or 90 degrees. All symmetries of the axes fix the origin;
+those of a tiling are all of them, so that the origin is a centre of its greatest symmetry.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Polygon = tuple[LatticePoint, ...]
 
 
 class Step(NamedTuple):
-    """A step from a cell of one kind across an edge: the kinds, the vector, and the angle of its direction (degrees)."""
+    """A step across an edge: the angle of its direction in degrees, the kinds of cells, and the vector between them."""
 
     angle: int
     kind: int

@@ -12,7 +12,7 @@ Directions count counterclockwise in units of 2 pi / `directions`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -75,7 +75,7 @@ class Grid:
 
     @property
     def step_classes(self) -> int:
-        """Number of classes of equal edges between which the grid's turns tell, but not its tiling's: 2 of rectangles."""
+        """Number of classes of steps under rotations that are one class on the tiling: 2 on rectangles, else 1."""
         return 2 if self.stretched else 1
 
     @cached_property
@@ -136,8 +136,7 @@ class Grid:
     def has_two_colours(self) -> bool:
         """Whether cells can be coloured so that neighbours differ, and no circuit has an odd number of panels.
 
-        That is so where an even number of panels meets in every corner: where a polygon's corners are 360 degrees by even
-        numbers.
+        That is so where an even number of panels meets in every corner.
         """
         sides = zip(self.polygon, self.polygon[1:] + self.polygon[:1], strict=True)
         ways = [angle_of((b[0] - a[0], b[1] - a[1]), self.axes) for a, b in sides]

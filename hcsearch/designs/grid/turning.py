@@ -75,8 +75,9 @@ def step_tables(grid: Grid) -> StepTables:
 class EdgeClasses(NamedTuple):
     """Edges of a tiling up to all its symmetries, by the steps that cross them.
 
-    firsts : the least step of each class from a cell of kind 0. bisected : whether the perpendicular bisector of such an
-    edge is a mirror of its panel. classes : class of each step; reflected : whether only a reflection maps it to the first.
+    firsts : the least step of each class from a cell of kind 0. bisected : whether the perpendicular bisector of such
+    an edge is a mirror of its panel. classes : class of each step; reflected : whether only a reflection maps it to the
+    first.
     """
 
     firsts: tuple[int, ...]

@@ -1,9 +1,9 @@
 """Half-chains, the halves of circuits that fold, listed by their last place and exit.
 
 A half-chain is the part of a circuit between the two flat creases of a folding: h + 1 panels, h = n / 2 - 1, walked
-outward from the first crease. Its first panel is at home, and the crease is the least edge of its class there. The panel
-on the other side of the crease begins the other half-chain, which is the mirror image, in the crease, of one that starts
-at home. The turns of a half-chain are letters, sharpest left first, packed into one integer, its code.
+outward from the first crease. Its first panel is at home, and the crease is the least edge of its class there. The
+panel on the other side of the crease begins the other half-chain, which is the mirror image, in the crease, of one that
+starts at home. The turns of a half-chain are letters, sharpest left first, packed into one integer, its code.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class Plane(NamedTuple):
     reach : places within h steps of home.
     home : the first panel. crease : the step from it across the first crease.
     classes : class of the edge that each step crosses. reflected : whether a reflection alone takes a step to the least
-        one of its class. mirror : image of each place in the first crease, home where it is out of the region. mirror_steps : of each step.
+        one of its class. mirror : image of each place in the first crease, home where it is out of the region.
+        mirror_steps : of each step.
     h : steps of a half-chain.
     """
 

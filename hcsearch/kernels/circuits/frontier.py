@@ -340,7 +340,8 @@ def list_masks(
 def trace_masks(masks: Bitsets, edges: WholeNumbers, back: WholeNumbers, words: NDArray[np.int8]) -> None:
     """Write each cycle, given as an edge set, as the numbers of its steps.
 
-    edges : shape (n_edges, 3), the cells (u, v) of each edge and the step from u to v. back : the step back of each step.
+    edges : shape (n_edges, 3), the cells (u, v) of each edge and the step from u to v. back : the step back of each
+    step.
     """
     n = words.shape[1]
     neighbours = np.empty((n, 2), np.int64)

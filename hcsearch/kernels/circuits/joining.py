@@ -1,9 +1,9 @@
 """Foldable circuits joined from pairs of half-chains; each class is written once, from its least root.
 
 A circuit can be rooted at either end of any of its foldings, at either half-chain, and where the bisector of the flat
-crease is a mirror of the panel, in two orientations. Only its least root is written: of those at the least class of edges,
-the least pair of codes (first half-chain, second half-chain). The number of roots that attain it is the order of the
-circuit's symmetry group. Proofs are in docs/explanation/theory.md, section 8.
+crease is a mirror of the panel, in two orientations. Only its least root is written: of those at the least class of
+edges, the least pair of codes (first half-chain, second half-chain). The number of roots that attain it is the order of
+the circuit's symmetry group. Proofs are in docs/explanation/theory.md, section 8.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from hcsearch.basics.array_values import WholeNumbers
 from hcsearch.kernels.circuits.chains import HalfChains, Plane, bit_plane_count, mirror_code, sum_offset
 from hcsearch.kernels.compiling.compiled import lean
-
 
 _Letters = tuple[int, int, np.uint64, np.uint64, int]
 """h, bits of a letter, the highest letter, the code of h highest letters, and the number of roots of a folding.
@@ -80,8 +79,8 @@ def _order(
 
     a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
     flat : bit k is set where crease k of the first half-chain is flat in another folding, and of the same class.
-    stabiliser : bit i is set where root i of the folding has the same key. mirrored : bit k is set where the panel beyond
-    crease k, to be at home, must be reflected.
+    stabiliser : bit i is set where root i of the folding has the same key. mirrored : bit k is set where the panel
+    beyond crease k, to be at home, must be reflected.
     """
     h, bits, top, flips, count = letters
     is_odd = h & 1 == 1
@@ -131,8 +130,8 @@ def _least_code(a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letter
     """Return the first code of the least root, as of `_least_root`."""
     flips = letters[3]
     if letters[4] == 4:
-        return min(min(a, ra), flips - max(b, rb))
-    return min(min(min(a, b), min(ra, rb)), flips - max(max(a, b), max(ra, rb)))
+        return min(a, ra, flips - max(b, rb))
+    return min(a, b, ra, rb, flips - max(a, b, ra, rb))
 
 
 @lean

@@ -1,9 +1,9 @@
 """Self-avoiding polygons of n steps, one per congruence class, by a resumable depth-first walk.
 
-A polygon is represented by its cyclic word of turns, as codes, walked counterclockwise. The walk visits only words that can still
-become the least of their rotations (prenecklaces, tracked with one integer per step as by Fredricksen, Kessler and
-Maiorana) and can still return home around the visited places; a complete word is accepted if it is also not greater
-than any rotation of its mirror image, whose turns are met backwards.
+A polygon is represented by its cyclic word of turns, as codes, walked counterclockwise. The walk visits only words that
+can still become the least of their rotations (prenecklaces, tracked with one integer per step as by Fredricksen,
+Kessler and Maiorana) and can still return home around the visited places; a complete word is accepted if it is also not
+greater than any rotation of its mirror image, whose turns are met backwards.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def walk_polygons(
     """Resume a walk until it ends or `words` is full; return the number of words written.
 
     letters[k] is the code of the turn before step k (k >= 1); letters[0] is unused and the closing turn is letters[n].
-    With `trap` or more steps left the walk checks for a way home, which is cheaper than exploring a walk that has enclosed
-    itself. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
+    With `trap` or more steps left the walk checks for a way home, which is cheaper than exploring a walk that has
+    enclosed itself. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
     `enumeration.polygon_search` owns the arrays and initialises them for a prefix.
     """
     stamps = np.zeros(len(distance), np.int64)

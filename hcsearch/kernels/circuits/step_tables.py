@@ -23,7 +23,8 @@ class StepTables(NamedTuple):
     codes : shape (L, L), code of the turn from one step to another, -1 where there is none. first_codes : code of the
         sharpest turn left after each step; the others follow.
     code_turns : the turn of each code. mirrored, reversed : code of the mirror image of the turn, and of that
-        walked backwards. starts : the first step of a canonical circuit whose first turn has the code, -1 where none has.
+        walked backwards. starts : the first step of a canonical circuit whose first turn has the code, -1 where none
+        has.
     carried : shape (L, L), for a step and another one across an edge of the same panel: the step across the mirror
         image of that edge in the edge that the first one crosses; -1 for edges of other panels.
     after : shape (C, L), the step to which a turn of each code leads from each step, 0 where there is no such turn.

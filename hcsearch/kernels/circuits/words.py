@@ -74,9 +74,9 @@ def canonicalise(
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
-    The key of a word is the least cyclic sequence of turns, as codes, walked counterclockwise, of the word or its mirror
-    image; then the class of the first step (see `Grid.step_classes`). The canonical word is the one with this key whose
-    first step is the least that leaves a cell of kind 0.
+    The key of a word is the least cyclic sequence of turns, as codes, walked counterclockwise, of the word or its
+    mirror image; then the class of the first step (see `Grid.step_classes`). The canonical word is the one with this
+    key whose first step is the least that leaves a cell of kind 0.
     """
     n = words.shape[1]
     letters = np.empty(2 * n, np.int8)

@@ -239,10 +239,10 @@ class FoldedSearch:
             chains.count_chains(plane, sizes)
             listed = [(*self._places.point(end)[::-1], face, end) for end, face in np.argwhere(sizes).tolist()]
             order = {(end, face): k for k, (*_, face, end) in enumerate(sorted(listed))}
-            for end, face in order:
+            for (end, face), place in order.items():
                 images = self._images(edge_class, end, face)
                 mate = images[1]
-                if min(order.get(image, len(order)) for image in images) == order[end, face] and sizes[mate]:
+                if min(order.get(image, len(order)) for image in images) == place and sizes[mate]:
                     stabiliser = sum(1 << root for root, image in enumerate(images) if image == images[0])
                     keys.append((end, face, sizes[end, face], sizes[mate], stabiliser, edge_class))
         return np.array(keys, np.int64).reshape(-1, 6)
