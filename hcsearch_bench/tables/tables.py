@@ -52,7 +52,8 @@ def tables(results: TablesResults) -> list[Table]:
             "n is odd (squares, rectangles and three triangles have no such circuits), T is always divisible on "
             "grids other than hexagons, "
             "and on equilateral triangles no design is untwisted when 4 divides n "
-            f"([theory.md](../explanation/theory.md), 14). Where only designs that fold are given, they were counted from half-chains. {limit}",
+            f"([theory.md](../explanation/theory.md), 14). "
+            f"Where only designs that fold are given, they were counted from half-chains. {limit}",
             results.all_arrays,
         ),
         Table(
