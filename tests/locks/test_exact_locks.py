@@ -25,7 +25,8 @@ from hcsearch.shape.linkage import Linkage
 from tests.locks.test_layers import clamp, contact_rows
 
 SIZE = (0.05, 0.05, 0.006)
-TILINGS = [f for grid, n in (("hex", 10), ("square", 12), ("triangle", 14)) for f in untwisted_foldings_of(grid, n)]
+SIZES = {"hex": 10, "square": 12, "triangle": 14, "rhombus": 12, "kite": 10, "right45": 12, "right30": 12, "obtuse": 14}
+TILINGS = [folding for grid, n in SIZES.items() for folding in untwisted_foldings_of(grid, n)]
 TEN = [folding for folding in TILINGS if folding.circuit.grid.name == "hex"]
 
 
@@ -46,9 +47,9 @@ def agree(linkage, angles, rng):
     columns, senses = screws(linkage, angles)
     wrench, x = rng.normal(size=linkage.n_rows), rng.random(linkage.n_hinges)
     exact = end.wrench(wrench)
-    length, q = end.frame.length, end.frame.q
-    assert (end.columns @ exact).astype(float) / length == pytest.approx(wrench @ columns, abs=1e-11)
-    bend = float(0.5 * x @ end.bends(exact) @ x) / (length**2 * math.sqrt(q))
+    assert (end.columns @ exact).astype(float) / end.lengths == pytest.approx(wrench @ columns, abs=1e-11)
+    turns = x / end.lengths
+    bend = float(0.5 * turns @ end.bends(exact) @ turns) / math.sqrt(end.frame.q)
     assert bend == pytest.approx(wrench @ linkage.bend(linkage.closure(angles)[1], senses * x), abs=1e-10)
 
 

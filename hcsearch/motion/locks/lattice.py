@@ -1,11 +1,11 @@
 """Exact screws of hinges, in whole numbers, at the ends of the motion of linkages on a tiling.
 
 Flat and folded, every hinge lies along an edge of the tiling at a whole multiple of the thickness
-(docs/explanation/theory.md, 25). On squares and rectangles points are rational. On triangles and hexagons one
-coordinate is a multiple of sqrt(3): with x = sqrt(q) X, y = Y, z = Z all points are rational, and so are screws, their
-brackets and heights at contacts, but for one positive factor each. So signs are computed with whole numbers, without
-arithmetic in Q(sqrt 3). Side, width and thickness of panels are the decimal numbers of 12 digits nearest to those
-given.
+(docs/explanation/theory.md, 25). On tilings with right angles and half right angles points are rational. On those with
+angles of 30 degrees one coordinate is a multiple of sqrt(3): with x = sqrt(q) X, y = Y, z = Z all points are rational,
+and so are screws, their brackets and heights at contacts, but for one positive factor each. So signs are computed with
+whole numbers, without arithmetic in Q(sqrt 3). Factors of screws differ between hinges, which scales their turns.
+The first edge of panels, their width and thickness are the decimal numbers of 12 digits nearest to those given.
 """
 
 from __future__ import annotations
@@ -14,12 +14,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.designs.grid import GRIDS, Grid, LatticePoint
+from hcsearch.designs.grid.tessellation import square_of
 from hcsearch.shape.linkage import Linkage, Walk
+from hcsearch.shape.mesh import Facet
 
 ExactArray = NDArray[np.object_]
 """Arrays of Python integers, which do not overflow."""
@@ -37,12 +41,11 @@ LATTICE_TOLERANCE = 1e-7
 class LatticeFrame(ByValue):
     """Whole coordinates (X, Y, Z) of a lattice: the point origin + unit (sqrt(q) X e_x + Y e_y + Z e_z), in metres.
 
-    q : 1 on squares and rectangles, 3 on triangles and hexagons. steps : lengths of the lattice's steps in X, Y and Z,
-    the last one a thickness. axes : e_x and e_y in the pattern's drawing, as columns. length : of whole directions.
+    q : 1 on tilings with right angles and half right angles, 3 on those with angles of 30 degrees. steps : lengths of the
+    lattice's steps in X, Y and Z, the last one a thickness. axes : e_x and e_y in the pattern's drawing, as columns.
     """
 
     q: int
-    length: int
     steps: tuple[int, int, int]
     unit: float
     origin: Reals
@@ -54,12 +57,21 @@ class LatticeFrame(ByValue):
         return self._on_lattice((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
 
     def directions(self, directions: Reals) -> ExactArray | None:
-        """Whole directions along unit vectors of the plane, shape (k, 2); None if some are no lattice directions."""
-        scaled = self.length * directions @ self.axes / np.array([math.sqrt(self.q), 1.0])
-        return self._on_lattice(scaled, np.array([1, 1], object))
+        """Whole directions along unit vectors of the plane, shape (k, 2); None if some are no lattice directions.
+
+        Their squared lengths are 1, or 2 between the axes, where q is 1, and 4 or 12 where it is 3.
+        """
+        scaled = directions @ self.axes / np.array([math.sqrt(self.q), 1.0])
+        short, long = (1.0, 2.0) if self.q == 1 else (4.0, 12.0)
+        fits = np.abs(math.sqrt(short) * scaled - np.rint(math.sqrt(short) * scaled)).max(axis=1) < LATTICE_TOLERANCE
+        return self._on_lattice(np.sqrt(np.where(fits, short, long))[:, None] * scaled, np.array([1, 1], object))
+
+    def square(self, x: int, y: int) -> int:
+        """The squared length of a whole vector of the plane."""
+        return self.q * x * x + y * y
 
     def _on_lattice(self, counts: Reals, steps: ExactArray) -> ExactArray | None:
-        """Whole coordinates from counts of steps in X and Y, whose sum is even on triangles and hexagons; else None.
+        """Whole coordinates from counts of steps in X and Y, whose sum is even where q is 3; else None.
 
         Half turns map the lattice to itself only with even sums.
         """
@@ -90,25 +102,52 @@ class LatticeFrame(ByValue):
 
 
 def lattice_frame_of(linkage: Linkage) -> LatticeFrame | None:
-    """The lattice of a pattern's first facet, if that is a rectangle or a regular triangle or hexagon; else None."""
-    facet = np.array(linkage.pattern.facets[0])
-    sides = np.roll(facet, -1, axis=0) - facet
-    lengths = np.hypot(*sides.T)
-    turns = np.einsum("ij,ij->i", sides, np.roll(sides, -1, axis=0)) / lengths / np.roll(lengths, -1)
-    corners = {3: -0.5, 4: 0.0, 6: 0.5}  # cosines of the angles between sides
-    even = np.abs(lengths - lengths[0]).max() < LATTICE_TOLERANCE * lengths[0]
-    if len(facet) not in corners or not (even or len(facet) == 4):
+    """The lattice of a pattern's first facet, if that is a panel of one of the grids; else None."""
+    return _frame_of(linkage.pattern.facets[0], linkage.pattern.thickness)
+
+
+@lru_cache(maxsize=256)
+def _frame_of(facet: Facet, thickness: float) -> LatticeFrame | None:
+    for grid in (grid for grid in GRIDS.values() if grid.edges_per_cell == len(facet)):
+        mirrored = tuple((y, x) for x, y in (*grid.polygon[1::-1], *grid.polygon[:1:-1]))
+        for first in range(len(facet)):
+            for polygon in (grid.polygon, mirrored):
+                frame = _frame(grid, polygon, np.roll(facet, -first, axis=0), thickness)
+                if frame is not None:
+                    return frame
+    return None
+
+
+def _frame(grid: Grid, polygon: Sequence[LatticePoint], facet: Reals, thickness: float) -> LatticeFrame | None:
+    """The lattice of a facet that is similar to a polygon, or to its stretched image, corner by corner; else None."""
+    q, (along, across) = 3 if grid.axes == 6 else 1, facet[1:3] - facet[:2]
+    length, width = math.hypot(*along), math.hypot(*(across if grid.stretched else along))
+    axes = np.array([[along[1], along[0]], [-along[0], along[1]]]) / length  # Y along the first edge
+    first, square = _between(*polygon[:2]), square_of(_between(*polygon[:2]), grid.axes)
+    corners = np.array([_parts(_between(polygon[0], corner), first, grid.axes) for corner in polygon])
+    scale = np.array([math.sqrt(q) * width, length]) / (2 * square)
+    if np.abs(corners * scale - (facet - facet[0]) @ axes).max() > LATTICE_TOLERANCE * length:
         return None
-    if np.abs(turns - corners[len(facet)]).max() > LATTICE_TOLERANCE:
-        return None
-    across = sides[0] / lengths[0]
-    axes = np.array([[across[1], across[0]], [-across[0], across[1]]])  # Y along the first side
-    side_steps = (lengths[1], lengths[0]) if len(facet) == 4 else (0.5 * lengths[0], 0.5 * lengths[0])
-    exact = [_decimal(length) for length in (*side_steps, linkage.pattern.thickness)]
-    denominator = math.lcm(*(length.denominator for length in exact))
-    steps = (int(exact[0] * denominator), int(exact[1] * denominator), int(exact[2] * denominator))
-    q, length = (1, 1) if len(facet) == 4 else (3, 2)
-    return LatticeFrame(q, length, steps, 1.0 / denominator, facet[0], axes)
+    cells = [grid.lattice_corners((0, 0, kind)) for kind in range(grid.kinds)]
+    parts = [_parts(_between(cell[0], corner), first, grid.axes) for cell in cells for corner in cell]
+    exact = [
+        _decimal(size) * Fraction(math.gcd(*counts), 2 * square)
+        for size, counts in zip((width, length), zip(*parts, strict=True), strict=True)
+    ] + [_decimal(thickness)]
+    denominator = math.lcm(*(size.denominator for size in exact))
+    x, y, z = (int(size * denominator) for size in exact)
+    return LatticeFrame(q, (x, y, z), 1.0 / denominator, facet[0], axes)
+
+
+def _between(p: LatticePoint, q: LatticePoint) -> LatticePoint:
+    return (q[0] - p[0], q[1] - p[1])
+
+
+def _parts(vector: LatticePoint, first: LatticePoint, axes: int) -> tuple[int, int]:
+    """The parts of a vector across and along an edge, X to its right and Y, in edges over twice its squared length."""
+    (x, y), (a, b) = vector, first
+    right = (x * b - y * a) * (1 if axes == 6 else 2)
+    return right, square_of((x + a, y + b), axes) - square_of(vector, axes) - square_of(first, axes)
 
 
 def _decimal(length: float) -> Fraction:
@@ -128,11 +167,13 @@ def _rounded(values: Reals, steps: ExactArray) -> ExactArray | None:
 class WholeEnd(ByValue):
     """An end of the motion in whole numbers.
 
+    directions : whole directions of the hinges in the flat state, shape (n_hinges, 2).
     columns : screws (U, M) of the hinges in the sense in which they leave their stops, for each loop, shape
         (n_hinges, n_rows); where a hinge is in no loop, zeros. order : hinges of each loop, as it is walked.
     """
 
     frame: LatticeFrame
+    directions: ExactArray
     columns: ExactArray
     order: tuple[tuple[int, ...], ...]
     size: float
@@ -163,9 +204,9 @@ class WholeEnd(ByValue):
         They are heights of lattice points over lines of the lattice; None if some are not.
         """
         frame = self.frame
-        steps = [math.gcd(*u) for u in (abs(self._directions) * np.array([frame.steps[1], frame.steps[0]], object))]
-        height = frame.unit * math.sqrt(frame.q) / frame.length / self.size
-        return _rounded(rows / (height * np.array(steps, float)), np.array(steps, object))
+        steps = [math.gcd(*u) for u in (abs(self.directions) * np.array([frame.steps[1], frame.steps[0]], object))]
+        heights = frame.unit * math.sqrt(frame.q) / self.lengths / self.size
+        return _rounded(rows / (heights * np.array(steps, float)), np.array(steps, object))
 
     def force(self, forces: Reals) -> ExactArray:
         """Forces at contacts as fractions, on the scale of `wrench`."""
@@ -173,14 +214,9 @@ class WholeEnd(ByValue):
         return np.array([Fraction(value) for value in scaled.tolist()], object)
 
     @property
-    def _directions(self) -> ExactArray:
-        """The direction of each hinge in the first loop that holds it, shape (n_hinges, 2); 1 where none does."""
-        directions: ExactArray = np.zeros((len(self.columns), 2), object)
-        for row in range(0, self.columns.shape[1], 6):
-            unknown = ~directions.any(axis=1).astype(bool)
-            directions[unknown] = self.columns[unknown, row : row + 2]
-        directions[~directions.any(axis=1).astype(bool)] = 1  # in no loop: any row is 0 there
-        return directions
+    def lengths(self) -> Reals:
+        """The lengths of the hinges' whole directions, by which their whole screws exceed unit screws."""
+        return np.sqrt([float(self.frame.square(*u)) for u in self.directions.tolist()])
 
     def bends(self, wrench: ExactArray) -> ExactArray:
         """The symmetric form of y . b on velocities: entries y . [A_i, A_j], shape (n_hinges, n_hinges).
@@ -220,7 +256,7 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
             return None
         columns[[hinge for hinge, _ in walk], 6 * loop : 6 * loop + 6] = screws
     order = tuple(tuple(hinge for hinge, _ in walk) for walk in linkage.loops)
-    return WholeEnd(frame, columns, order, linkage.pattern.size)
+    return WholeEnd(frame, directions, columns, order, linkage.pattern.size)
 
 
 def _spans(linkage: Linkage) -> Reals:
@@ -237,7 +273,6 @@ def _walked(
     None where the loop is not closed. Panels are placed by half turns about level lines, which multiply directions
     (X, Y) by `turn` / 2, a matrix that is whole on all tilings, shift them, and reverse heights.
     """
-    q, double = frame.q, 4 // frame.length**2
     (a, b, c, d), (x, y, z), up = (2, 0, 0, 2), (0, 0, 0), 1
     screws = []
     for hinge, sign in walk:
@@ -249,7 +284,9 @@ def _walked(
         moment = (-pz * uy, pz * ux, px * uy - py * ux)
         screws.append([sense * ux, sense * uy, 0, *(sense * value for value in moment)])
         if closed[hinge]:
-            h, i, j, k = q * double * ux * ux - 2, double * ux * uy, q * double * ux * uy, double * uy * uy - 2
+            square = frame.square(ux, uy)
+            h, i = 4 * frame.q * ux * ux // square - 2, 4 * ux * uy // square
+            j, k = frame.q * i, 4 * uy * uy // square - 2
             a, b, c, d = (h * a + i * c) // 2, (h * b + i * d) // 2, (j * a + k * c) // 2, (j * b + k * d) // 2
             x, y, z = px + (h * (x - px) + i * (y - py)) // 2, py + (j * (x - px) + k * (y - py)) // 2, 2 * pz - z
             up = -up
