@@ -41,7 +41,7 @@ LATTICE_TOLERANCE = 1e-7
 class LatticeFrame(ByValue):
     """Whole coordinates (X, Y, Z) of a lattice: the point origin + unit (sqrt(q) X e_x + Y e_y + Z e_z), in metres.
 
-    q : 1 on tilings with right angles and half right angles, 3 on those with angles of 30 degrees. steps : lengths of the
+    q : 1 on tilings with right angles and their halves, 3 on those with angles of 30 degrees. steps : lengths of the
     lattice's steps in X, Y and Z, the last one a thickness. axes : e_x and e_y in the pattern's drawing, as columns.
     """
 

@@ -67,8 +67,7 @@ def check_scene_of_run(scene: Scene, grid: str, n: int) -> None:
     """Refuse a scene in which foldings of n panels of a grid cannot be judged."""
     check_verdicts(scene, grid, n)
     length, width, thickness = panel_of(scene, grid)
-    tiling = grid_named(grid)
-    facet = tuple((length * x, width * y) for x, y in tiling.corners(tiling.cell((1, 1))))
+    facet = tuple((length * x, width * y) for x, y in grid_named(grid).corners((0, 0, 0)))
     panel = Linkage(Pattern.from_polygons((facet,), {}, thickness))
     check_margin(panel, margin_of(panel) if scene.margin is None else scene.margin)
 
