@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +10,94 @@ from numpy.typing import NDArray
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import Array, Grid, LatticePoint
 
-Vector = tuple[Fraction, Fraction]
+Corners = tuple[LatticePoint, ...]
+"""A cell as its corners, the least first, in order around it: counterclockwise in coordinates."""
+Drawn = frozenset[frozenset[Corners]]
+"""A circuit as its pairs of neighbouring cells."""
+
+
+def product(grid: Grid, a: LatticePoint, b: LatticePoint) -> int:
+    """Twice the scalar product of two vectors on axes that meet at 60 or 90 degrees."""
+    return 2 * (a[0] * b[0] + a[1] * b[1]) + (a[0] * b[1] + a[1] * b[0] if grid.axes == 6 else 0)
+
+
+def area(corners: Sequence[LatticePoint]) -> int:
+    """Twice the area of a polygon in units of the parallelogram of the axes, positive counterclockwise."""
+    return sum(p[0] * q[1] - p[1] * q[0] for p, q in zip(corners, [*corners[1:], corners[0]], strict=True))
+
+
+def mirrored(grid: Grid, point: LatticePoint, line: Sequence[LatticePoint]) -> LatticePoint:
+    """Mirror image of a point in the line through two others; of a tiling's corners, one of its corners."""
+    p, q = line
+    side, away = (q[0] - p[0], q[1] - p[1]), (point[0] - p[0], point[1] - p[1])
+    twice, square = 2 * product(grid, away, side), product(grid, side, side)
+    assert twice * side[0] % square == twice * side[1] % square == 0
+    return (p[0] + twice * side[0] // square - away[0], p[1] + twice * side[1] // square - away[1])
+
+
+def drawn_cell(corners: Sequence[LatticePoint]) -> Corners:
+    """A cell whose corners are given from anywhere in either order."""
+    ring = list(corners) if area(corners) > 0 else list(reversed(corners))
+    first = ring.index(min(ring))
+    return tuple(ring[first:] + ring[:first])
+
+
+@cache
+def around(grid: Grid, cell: Corners) -> tuple[Corners, ...]:
+    """The mirror images of a cell in its edges: edge i begins at corner i."""
+    edges = zip(cell, cell[1:] + cell[:1], strict=True)
+    return tuple(drawn_cell([mirrored(grid, corner, edge) for corner in cell]) for edge in edges)
+
+
+def moved(cell: Corners, dx: int, dy: int) -> Corners:
+    return tuple((x + dx, y + dy) for x, y in cell)
+
+
+def distances(grid: Grid, start: Corners, reach: int) -> dict[Corners, int]:
+    """The cells within some steps of one, and the steps to each."""
+    steps, ring = {start: 0}, [start]
+    for step in range(1, reach + 1):
+        ring = list(dict.fromkeys(to for cell in ring for to in around(grid, cell) if to not in steps))
+        steps |= dict.fromkeys(ring, step)
+    return steps
+
+
+@cache
+def shapes(grid: Grid) -> tuple[Corners, ...]:
+    """A cell of every shape that is no translate of another, the polygon first."""
+    known: dict[Corners, Corners] = {}
+    for cell in distances(grid, drawn_cell(grid.polygon), 12):
+        known.setdefault(moved(cell, -cell[0][0], -cell[0][1]), cell)
+    return tuple(known.values())
+
+
+@cache
+def isometries(grid: Grid) -> list[tuple[int, int, int, int]]:
+    """The rotations and reflections (a, b, c, d) of the axes, but for quarter turns where panels are oblong."""
+    turn, mirror = ((0, -1, 1, 1), (1, 1, 0, -1)) if grid.axes == 6 else ((0, -1, 1, 0), (1, 0, 0, -1))
+    known, pending = set(), [(1, 0, 0, 1)]
+    while pending:
+        matrix = pending.pop()
+        if matrix not in known:
+            known.add(matrix)
+            a, b, c, d = matrix
+            pending += [(a * i + b * k, a * j + b * m, c * i + d * k, c * j + d * m) for i, j, k, m in (turn, mirror)]
+    return [matrix for matrix in known if not grid.stretched or matrix[0]]
+
+
+def mapped(matrix: tuple[int, int, int, int], cell: Corners) -> Corners:
+    a, b, c, d = matrix
+    return drawn_cell([(a * x + b * y, c * x + d * y) for x, y in cell])
 
 
 def hamiltonian_circuits(array: Array) -> set[frozenset[frozenset[int]]]:
     """All Hamiltonian circuits of an array as edge sets, by backtracking from the first cell."""
+    corners = [set(array.grid.lattice_corners(cell)) for cell in array.cells]
     neighbours: dict[int, set[int]] = {i: set() for i in range(array.n)}
-    for u, v, _ in array.edges():
-        neighbours[u].add(v)
-        neighbours[v].add(u)
+    for u, v in itertools.combinations(range(array.n), 2):
+        if len(corners[u] & corners[v]) == 2:
+            neighbours[u].add(v)
+            neighbours[v].add(u)
     circuits: set[frozenset[frozenset[int]]] = set()
 
     def walk(path: list[int]) -> None:
@@ -34,107 +113,78 @@ def hamiltonian_circuits(array: Array) -> set[frozenset[frozenset[int]]]:
     return circuits
 
 
-def polygons(grid: Grid, n: int) -> set[frozenset[frozenset[LatticePoint]]]:
-    """All self-avoiding polygons of n steps up to translation, as sets of pairs of lattice points."""
-    starts = [grid.point((0, 0, 0)), grid.point((0, 0, 1))] if grid.is_triangle else [(0, 0)]
-    circuits: set[frozenset[frozenset[LatticePoint]]] = set()
+def polygons(grid: Grid, n: int) -> set[Drawn]:
+    """All circuits of n panels up to translation, by walks on cells that are reflected one from another."""
+    circuits: set[Drawn] = set()
 
-    def walk(path: list[LatticePoint]) -> None:
-        for _, to in grid.neighbours(path[-1]):
+    def walk(path: list[Corners]) -> None:
+        for to in around(grid, path[-1]):
             if len(path) == n and to == path[0] and n > 2:
-                circuits.add(_to_origin(grid, [*path, to]))
-            elif len(path) < n and to not in path and _distance(grid, to, path[0]) <= n - len(path):
+                circuits.add(_to_origin([frozenset(pair) for pair in itertools.pairwise([*path, to])]))
+            elif len(path) < n and to not in path and near.get(to, n) <= n - len(path):
                 walk([*path, to])
 
-    for start in starts:
+    for start in shapes(grid):
+        near = distances(grid, start, n // 2)
         walk([start])
     return circuits
 
 
-def _distance(grid: Grid, a: LatticePoint, b: LatticePoint) -> float:
-    """A lower bound of the number of steps between two points."""
-    x, y = a[0] - b[0], a[1] - b[1]
-    if grid.directions == 4:
-        return abs(x) + abs(y)
-    return max(abs(x), abs(y), abs(x + y)) / (2 if grid.is_triangle else 1)
+def _to_origin(pairs: Sequence[frozenset[Corners]]) -> Drawn:
+    x, y = min(cell[0] for pair in pairs for cell in pair)
+    return frozenset(frozenset(moved(cell, -x, -y) for cell in pair) for pair in pairs)
 
 
-def _to_origin(grid: Grid, path: list[LatticePoint]) -> frozenset[frozenset[LatticePoint]]:
-    unit = 3 if grid.is_triangle else 1
-    x0, y0 = min(p[0] // unit for p in path) * unit, min(p[1] // unit for p in path) * unit
-    moved = [(x - x0, y - y0) for x, y in path]
-    return frozenset(frozenset(pair) for pair in itertools.pairwise(moved))
+def cells(circuit: Circuit) -> list[Corners]:
+    """The cells of a circuit, drawn."""
+    return [drawn_cell(circuit.grid.lattice_corners(cell)) for cell in circuit.cells]
 
 
-def pairs(circuit: Circuit) -> frozenset[frozenset[LatticePoint]]:
-    """A circuit as a set of pairs of lattice points, moved to the origin."""
-    return _to_origin(circuit.grid, [*circuit.points, circuit.points[0]])
+def pairs(circuit: Circuit) -> Drawn:
+    """A circuit as its pairs of neighbouring cells, moved to the origin."""
+    drawn = cells(circuit)
+    return _to_origin([frozenset(pair) for pair in zip(drawn, drawn[1:] + drawn[:1], strict=True)])
 
 
-def congruent(grid: Grid, polygon: frozenset[frozenset[LatticePoint]]) -> set[frozenset[frozenset[LatticePoint]]]:
-    """All images of a polygon under the point group, moved to the origin."""
-    unit = 3 if grid.is_triangle else 1
-    images = set()
-    for isometry in grid.point_group:
-        moved = [tuple(map(isometry, pair)) for pair in polygon]
-        x0 = min(p[0] // unit for pair in moved for p in pair) * unit
-        y0 = min(p[1] // unit for pair in moved for p in pair) * unit
-        images.add(frozenset(frozenset((x - x0, y - y0) for x, y in pair) for pair in moved))
-    return images
+def congruent(grid: Grid, polygon: Drawn) -> set[Drawn]:
+    """All images of a circuit under the symmetries of the tiling, moved to the origin."""
+    return {
+        _to_origin([frozenset(mapped(matrix, cell) for cell in pair) for pair in polygon])
+        for matrix in isometries(grid)
+    }
 
 
-def _dot(grid: Grid, a: Vector, b: Vector) -> Fraction:
-    """Scalar product in lattice coordinates: the axes meet at 60 degrees unless cells are squares."""
-    skew = 0 if grid.directions == 4 else Fraction(1, 2)
-    return a[0] * b[0] + a[1] * b[1] + skew * (a[0] * b[1] + a[1] * b[0])
+def creases(circuit: Circuit) -> list[tuple[LatticePoint, LatticePoint]]:
+    """The ends of each crease: the corners that its panels share."""
+    drawn = cells(circuit)
+    shared = [tuple(sorted(set(a) & set(b))) for a, b in zip(drawn, drawn[1:] + drawn[:1], strict=True)]
+    return [(p, q) for p, q in shared]
 
 
-def _reflect(grid: Grid, point: Vector, crease: tuple[LatticePoint, LatticePoint]) -> Vector:
-    """Mirror image in the edge between two neighbouring cells."""
-    p, q = crease
-    normal = (Fraction(q[0] - p[0]), Fraction(q[1] - p[1]))
-    middle = (Fraction(p[0] + q[0], 2), Fraction(p[1] + q[1], 2))
-    away = (point[0] - middle[0], point[1] - middle[1])
-    factor = 2 * _dot(grid, away, normal) / _dot(grid, normal, normal)
-    return (point[0] - factor * normal[0], point[1] - factor * normal[1])
-
-
-def _edge_vector(grid: Grid, crease: tuple[LatticePoint, LatticePoint]) -> tuple[Vector, Vector]:
-    """The edge between two cells as two different points of it, in a fixed order."""
-    p, q = crease
-    x, y = Fraction(q[0] - p[0]), Fraction(q[1] - p[1])
-    # perpendicular to (x, y): for axes at 60 degrees (-x - 2y, 2x + y), for squares (-y, x); any scale will do
-    across = (-y, x) if grid.directions == 4 else (-(x + 2 * y), 2 * x + y)
-    middle = (Fraction(p[0] + q[0], 2), Fraction(p[1] + q[1], 2))
-    return middle, (middle[0] + across[0] / 10, middle[1] + across[1] / 10)
+def _carried(circuit: Circuit, crease: int, way: int) -> tuple[LatticePoint, ...]:
+    """The ends of a crease after reflections in the creases ahead of it (way 1) or behind it (-1), less than half."""
+    edges, n = creases(circuit), circuit.n
+    ends: tuple[LatticePoint, ...] = edges[crease]
+    for t in range(1, n // 2):
+        ends = tuple(mirrored(circuit.grid, end, edges[(crease + way * t) % n]) for end in ends)
+    return ends
 
 
 def folding_creases(circuit: Circuit) -> list[int]:
     """Creases in the first half whose two images coincide after the reflections of thesis section 3.2.1."""
-    n, points = circuit.n, circuit.points
-    creases = [(points[k], points[(k + 1) % n]) for k in range(n)]
     folding = []
-    for j in range(n // 2 if n % 2 == 0 else 0):
-        ahead = behind = _edge_vector(circuit.grid, creases[j])
-        for t in range(1, n // 2):
-            ahead = tuple(_reflect(circuit.grid, point, creases[(j + t) % n]) for point in ahead)  # type: ignore[assignment]
-            behind = tuple(_reflect(circuit.grid, point, creases[(j - t) % n]) for point in behind)  # type: ignore[assignment]
+    for j in range(circuit.n // 2 if circuit.n % 2 == 0 else 0):
+        ahead, behind = _carried(circuit, j, 1), _carried(circuit, j, -1)
         assert set(ahead) != set(behind) or ahead == behind, "a half twist"
-        if ahead[0] == behind[0]:
-            assert ahead == behind, "a half twist"
+        if ahead == behind:
             folding.append(j)
     return folding
 
 
 def creases_with_opposite_image(circuit: Circuit) -> Iterator[int]:
     """Creases j for which the forward image of crease j lies on crease j + n/2, as the theory says it must."""
-    n, points = circuit.n, circuit.points
     for j in folding_creases(circuit):
-        image = _edge_vector(circuit.grid, (points[j], points[(j + 1) % n]))[0]
-        for t in range(1, n // 2):
-            image = _reflect(circuit.grid, image, (points[(j + t) % n], points[(j + t + 1) % n]))
-        p, q = points[(j + n // 2) % n], points[(j + n // 2 + 1) % n]
-        if image == (Fraction(p[0] + q[0], 2), Fraction(p[1] + q[1], 2)):
+        if set(_carried(circuit, j, 1)) == set(creases(circuit)[j + circuit.n // 2]):
             yield j
 
 

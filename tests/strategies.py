@@ -10,8 +10,17 @@ from hcsearch.designs.grid import GRIDS, Array, Grid
 from hcsearch.designs.grid.tilings import LatticeIsometry
 from hcsearch.search.enumeration import PolygonSearch
 
-SIZES = {"triangle": (6, 10, 12, 14, 18, 22), "square": (4, 8, 10, 12, 14), "hex": (3, 5, 6, 7, 9, 10)}
-SIZES["rectangle"] = SIZES["square"]
+SIZES = {
+    "triangle": (6, 10, 12, 14, 18, 22),
+    "square": (4, 8, 10, 12, 14),
+    "rectangle": (4, 8, 10, 12, 14),
+    "hex": (3, 5, 6, 7, 9, 10),
+    "rhombus": (3, 6, 7, 8, 11, 12),
+    "kite": (3, 4, 7, 8, 9, 10, 12),
+    "right45": (4, 8, 10, 12, 14, 16, 18),
+    "right30": (4, 6, 8, 12, 14, 16),
+    "obtuse": (3, 12, 13, 14, 15, 16, 22),
+}
 
 
 @cache
@@ -29,11 +38,10 @@ def circuits(draw: st.DrawFn, grids: tuple[str, ...] = tuple(GRIDS), even: bool 
 
 def rewritten(circuit: Circuit, isometry: LatticeIsometry, start: int, backwards: bool) -> Circuit:
     """The same circuit, moved by an isometry of its grid, from another panel, perhaps in the other direction."""
-    m = circuit.grid.directions
-    word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
+    word = [isometry.steps[step] for step in circuit.word]
     word = word[start:] + word[:start]
     if backwards:
-        word = [(d + m // 2) % m for d in reversed(word)]
+        word = [circuit.grid.backwards[step] for step in reversed(word)]
     return Circuit(circuit.grid, tuple(word))
 
 
@@ -56,7 +64,7 @@ def congruences(draw: st.DrawFn, circuit: Circuit) -> Circuit:
 def arrays(draw: st.DrawFn, grids: tuple[str, ...] = tuple(GRIDS), max_cells: int = 14) -> Array:
     """A connected array grown cell by cell."""
     grid: Grid = GRIDS[draw(st.sampled_from(grids))]
-    points = [grid.point((0, 0, 0) if grid.is_triangle else (0, 0))]
+    points = [grid.point((0, 0, draw(st.integers(0, grid.kinds - 1))))]
     for _ in range(draw(st.integers(0, max_cells - 1))):
         free = sorted({to for p in points for _, to in grid.neighbours(p)} - set(points))
         points.append(draw(st.sampled_from(free)))

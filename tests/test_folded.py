@@ -12,9 +12,20 @@ from hcsearch.designs.folding import fold, foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.twisting import twist_batch
 from hcsearch.search.enumeration import FoldedSearch, PolygonSearch
+from tests import golden
 from tests.strategies import circuits
 
-NEAR = {"hex": range(3, 15), "square": range(4, 21, 2), "rectangle": range(4, 19, 2), "triangle": range(6, 31, 2)}
+NEAR = {
+    "hex": range(3, 15),
+    "square": range(4, 21, 2),
+    "rectangle": range(4, 19, 2),
+    "triangle": range(6, 31, 2),
+    "rhombus": range(4, 17, 2),
+    "kite": range(3, 15),
+    "right45": range(4, 23, 2),
+    "right30": range(4, 23, 2),
+    "obtuse": range(4, 25, 2),
+}
 FAR = {"hex": (16, 18), "square": (22, 24), "rectangle": (20,), "triangle": (34, 38)}
 
 # counted by this search, and once each by listing and filtering
@@ -76,6 +87,14 @@ def test_untwisted_counts_out_of_reach_of_listing(grid, n):
     assert counted(FoldedSearch(GRIDS[grid], n, untwisted=True))[0] == UNTWISTED[grid][n]
 
 
+@pytest.mark.parametrize("untwisted", [False, True])
+@pytest.mark.parametrize(("grid", "n"), [(grid, n) for grid, n in golden.TILINGS if n % 2 == 0])
+def test_joining_finds_the_known_numbers(grid, n, untwisted):
+    search = FoldedSearch(GRIDS[grid], n, untwisted)
+    known = golden.TILINGS[grid, n][3 if untwisted else 2]
+    assert len(joined(search)) == counted(search)[0] == known
+
+
 @pytest.mark.parametrize("batch_size", [1, 7, 1 << 16])
 def test_batches_do_not_depend_on_their_size(batch_size):
     search = FoldedSearch(GRIDS["hex"], 12, untwisted=False)
@@ -106,7 +125,7 @@ def image(circuit, crease, steps):
 @given(st.data())
 def test_each_half_chain_carries_one_flat_crease_to_the_other(data):
     circuit = data.draw(circuits(even=True))
-    m, n, word = circuit.grid.directions, circuit.n, circuit.word
+    m, n, word = circuit.grid.directions, circuit.n, circuit.directions
     for folding in foldings(circuit):
         for start in (folding.crease, folding.opposite):
             inner = [word[(start + i) % n] for i in range(1, n // 2)]
@@ -118,7 +137,7 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
     circuit = data.draw(circuits(even=True))
     m, half, folded = circuit.grid.directions, circuit.n // 2, foldings(circuit)
     for folding in folded:
-        turns = np.roll(np.diff(circuit.word, prepend=circuit.word[-1]), -folding.crease - 1)  # from panel j + 1 on
+        turns = np.roll(circuit.turns, -folding.crease - 1)  # from panel j + 1 on
         mine, mate = alternating(turns[:half]), alternating(-turns[: half - 1 : -1])
         flat = {
             (k + folding.crease) % half

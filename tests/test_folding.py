@@ -10,12 +10,12 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.designs.twisting import gauss_linking, twist, twist_batch
 from hcsearch.search.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
 from tests import golden, naive
-from tests.strategies import circuits, congruences
+from tests.strategies import circuits, congruences, rewritten
 
 
 def counts(search):
-    """(fixed or on the array, classes, two-stack, untwisted)."""
-    total = free = two_stack = untwisted = 0
+    """(fixed or on the array, classes, two-stack, untwisted, foldings, untwisted foldings)."""
+    total = free = two_stack = untwisted = n_foldings = n_untwisted = 0
     for batch in search.batches():
         folded = fold(batch)
         twists = twist_batch(batch, folded)
@@ -23,17 +23,24 @@ def counts(search):
         free += len(batch)
         two_stack += len(np.unique(folded.row))
         untwisted += len(np.unique(folded.row[twists == 0]))
-    return total, free, two_stack, untwisted
+        n_foldings += len(folded)
+        n_untwisted += int((twists == 0).sum())
+    return total, free, two_stack, untwisted, n_foldings, n_untwisted
 
 
 @pytest.mark.parametrize(("grid", "n"), golden.FOLDABLE)
 def test_known_two_stack_and_untwisted_counts(grid, n):
-    assert counts(PolygonSearch(GRIDS[grid], n)) == golden.FOLDABLE[grid, n]
+    assert counts(PolygonSearch(GRIDS[grid], n))[:4] == golden.FOLDABLE[grid, n]
+
+
+@pytest.mark.parametrize(("grid", "n"), golden.TILINGS)
+def test_known_counts_on_further_tilings(grid, n):
+    assert counts(PolygonSearch(GRIDS[grid], n)) == golden.TILINGS[grid, n]
 
 
 @pytest.mark.parametrize("spec", golden.FOLDABLE_ARRAYS)
 def test_known_counts_on_square_arrays(spec):
-    assert counts(ArraySearch(parse_array(GRIDS["square"], spec))) == golden.FOLDABLE_ARRAYS[spec]
+    assert counts(ArraySearch(parse_array(GRIDS["square"], spec)))[:4] == golden.FOLDABLE_ARRAYS[spec]
 
 
 def test_brick_wall_of_twelve_hexagons_has_two_foldings_both_twisted():
@@ -42,7 +49,7 @@ def test_brick_wall_of_twelve_hexagons_has_two_foldings_both_twisted():
     (batch,) = search.batches()
     pair = fold(batch)
     assert twist_batch(batch, pair).tolist() == [1, 1]
-    assert counts(search) == (12, 6, 2, 0)
+    assert counts(search)[:4] == (12, 6, 2, 0)
 
 
 def test_ten_hexagons_have_a_circuit_with_two_adjacent_untwisted_foldings():
@@ -77,7 +84,8 @@ def test_number_of_foldings_and_twists_do_not_depend_on_the_way_a_circuit_is_giv
 
 @given(circuits(even=True))
 def test_twist_changes_sign_under_reflection(circuit):
-    mirrored = Circuit(circuit.grid, tuple(-d % circuit.grid.directions for d in circuit.word))
+    mirror = next(isometry for isometry in circuit.grid.point_group if isometry.sign < 0)
+    mirrored = rewritten(circuit, mirror, 0, backwards=False)
     signed = [gauss_linking(folding) for folding in foldings(circuit)]
     assert [gauss_linking(folding) for folding in foldings(mirrored)] == [-lk for lk in signed]
 
@@ -116,7 +124,7 @@ def test_all_foldings_of_a_circuit_have_the_same_twist(circuit):
 @pytest.mark.parametrize("n", [12, 16, 20, 24, 28])
 def test_triangles_never_fold_untwisted_where_four_divides_n(n):
     # docs/explanation/theory.md, statement 14
-    total, _, two_stack, untwisted = counts(PolygonSearch(GRIDS["triangle"], n))
+    total, _, two_stack, untwisted, *_ = counts(PolygonSearch(GRIDS["triangle"], n))
     assert untwisted == 0
     assert two_stack > 0 or total < 10
 
@@ -124,9 +132,9 @@ def test_triangles_never_fold_untwisted_where_four_divides_n(n):
 def test_full_rectangles_are_untwisted_and_one_of_them_has_circuits_that_do_not_fold():
     # docs/explanation/theory.md, statements 12 and 13, and the counter-example on 8 x 7
     for spec in ("4x3", "4x4", "5x4", "6x4", "6x6", "8x4", "8x5"):
-        _, free, two_stack, untwisted = counts(ArraySearch(parse_array(GRIDS["square"], spec)))
+        _, free, two_stack, untwisted, *_ = counts(ArraySearch(parse_array(GRIDS["square"], spec)))
         assert free == two_stack == untwisted
-    _, free, two_stack, untwisted = counts(ArraySearch(parse_array(GRIDS["square"], "8x7")))
+    _, free, two_stack, untwisted, *_ = counts(ArraySearch(parse_array(GRIDS["square"], "8x7")))
     assert (free, two_stack, untwisted) == (75547, 75545, 75545)
 
 

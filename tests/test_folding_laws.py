@@ -16,8 +16,28 @@ from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from tests import naive
 from tests.strategies import circuits, congruences, words
 
-LISTED = {"hex": range(4, 13, 2), "square": range(4, 17, 2), "triangle": range(6, 27, 2), "rectangle": range(4, 15, 2)}
-DRAWN = {"hex": range(4, 11, 2), "square": range(4, 13, 2), "triangle": range(6, 21, 2), "rectangle": range(4, 11, 2)}
+LISTED = {
+    "hex": range(4, 13, 2),
+    "square": range(4, 17, 2),
+    "triangle": range(6, 27, 2),
+    "rectangle": range(4, 15, 2),
+    "rhombus": range(4, 17, 2),
+    "kite": range(4, 15, 2),
+    "right45": range(4, 23, 2),
+    "right30": range(4, 21, 2),
+    "obtuse": range(4, 25, 2),
+}
+DRAWN = {
+    "hex": range(4, 11, 2),
+    "square": range(4, 13, 2),
+    "triangle": range(6, 21, 2),
+    "rectangle": range(4, 11, 2),
+    "rhombus": range(4, 15, 2),
+    "kite": range(4, 13, 2),
+    "right45": range(4, 19, 2),
+    "right30": range(4, 17, 2),
+    "obtuse": range(4, 23, 2),
+}
 
 
 def sums(circuit):
@@ -33,9 +53,9 @@ def flat_creases(circuit):
     return [j for j in range(half) if total % m == 0 and (parts[j] - half * (m // 2)) % m == 0]
 
 
-def images(words, m):
+def images(words, grid):
     """Whether the reflections ahead and behind carry crease j to its opposite, shape (n_words, n / 2) each."""
-    words = words.astype(int)
+    m, words = grid.directions, np.array(grid.step_directions)[words]
     n = words.shape[1]
     agreements = []
     for way in (1, -1):
@@ -65,7 +85,7 @@ def test_sums_of_turns_tell_what_folds_as_repeated_reflections_do(grid):
     m = GRIDS[grid].directions
     for n in LISTED[grid]:
         words = listed(grid, n)
-        for word, ahead, behind in zip(words.tolist(), *images(words, m), strict=True):
+        for word, ahead, behind in zip(words.tolist(), *images(words, GRIDS[grid]), strict=True):
             circuit = Circuit(GRIDS[grid], tuple(word))
             assert flat_creases(circuit) == np.flatnonzero(ahead & behind).tolist()
             if grid != "hex":
@@ -73,9 +93,22 @@ def test_sums_of_turns_tell_what_folds_as_repeated_reflections_do(grid):
                 assert (ahead == behind).all()
 
 
+@pytest.mark.parametrize("grid", ["rhombus", "kite", "right45", "right30", "obtuse"])
+def test_equal_digits_half_a_circuit_apart_tell_what_folds(grid):
+    met = 0
+    for n in LISTED[grid]:
+        for word in words(grid, n):
+            circuit = Circuit(GRIDS[grid], word)
+            digits = circuit.notation.partition(":")[2]
+            same = [j for j in range(n // 2) if digits[j] == digits[j + n // 2]]
+            assert same == [folding.crease for folding in foldings(circuit)]
+            met += len(same)
+    assert met > 50
+
+
 def test_on_hexagons_one_congruence_holds_without_the_other_where_6_does_not_divide_t():
     words = listed("hex", 10)
-    ahead, behind = images(words, 6)
+    ahead, behind = images(words, GRIDS["hex"])
     divisible = np.array([sums(Circuit(GRIDS["hex"], tuple(word)))[0] % 6 == 0 for word in words.tolist()])
     assert (np.count_nonzero(ahead != behind), np.count_nonzero(ahead & behind)) == (109, 48)
     assert not (ahead != behind)[divisible].any()

@@ -1,4 +1,5 @@
-import math
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,31 +9,6 @@ from hcsearch.basics.errors import ArrayError, HcsearchError, InputFileError, No
 from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
 from hcsearch.designs.grid.arrays import MAX_CELLS
 from tests.strategies import arrays
-
-
-@pytest.mark.parametrize(("grid", "order"), [("triangle", 12), ("square", 8), ("rectangle", 4), ("hex", 12)])
-def test_point_group_maps_steps_to_steps(grid, order):
-    g = GRIDS[grid]
-    assert len({isometry.matrix for isometry in g.point_group}) == order
-    for isometry in g.point_group:
-        for d, step in enumerate(g.steps):
-            assert isometry(step) == g.steps[(isometry.sign * d + isometry.offset) % g.directions]
-
-
-@pytest.mark.parametrize("grid", GRIDS.values(), ids=str)
-def test_steps_lie_at_equal_angles_and_corners_surround_the_cell(grid):
-    first = math.atan2(*reversed(grid.position(grid.steps[0])))
-    for d, step in enumerate(grid.steps):
-        x, y = grid.position(step)
-        assert math.remainder(
-            math.atan2(y, x) - first - 2 * math.pi * d / grid.directions, 2 * math.pi
-        ) == pytest.approx(0)
-    cell = grid.cell(grid.point((2, 1, 1) if grid.is_triangle else (2, 1)))
-    corners = grid.corners(cell)
-    for (d, to), a, b in zip(grid.neighbours(grid.point(cell)), corners, corners[1:] + corners[:1], strict=True):
-        assert math.dist(a, b) == pytest.approx(1)
-        middle = grid.position(tuple(v / 2 for v in grid.edge(grid.point(cell), to)))
-        assert ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) == pytest.approx(middle), d
 
 
 @given(arrays())
@@ -81,6 +57,17 @@ def test_edges_are_the_neighbouring_pairs(array):
         assert array.points[j] == (x + sx, y + sy)
 
 
+NEW_SPECS = {
+    "hex": {"t2": (3, 6), "h1": (1, 12), "h2": (7, 12), "2-3-2": (7, 12)},
+    "triangle": {"t2": (4, 6), "h1": (6, 12), "s1": (12, 12), "s2": (48, 12)},
+    "rhombus": {"t2": (9, 6), "h1": (3, 6), "h2": (21, 6), "s1": (6, 12), "p3x2": (18, 1), "2-3-2": (21, 6)},
+    "kite": {"t2": (12, 6), "h1": (18, 12), "h2": (72, 12), "s1": (36, 12), "p3x2": (36, 2), "2-3-2": (42, 12)},
+    "right45": {"6x4": (48, 4), "4x4": (32, 8), "3x2": (12, 2), "2x2": (8, 8), "p3x2": (24, 4), "p1x1": (4, 8)},
+    "right30": {"t2": (24, 6), "h1": (36, 12), "h2": (144, 12), "s1": (72, 12), "p3x2": (72, 2), "2-3-2": (84, 12)},
+    "obtuse": {"t2": (12, 6), "h1": (18, 12), "h2": (72, 12), "s1": (36, 12), "p3x2": (36, 2)},
+}
+
+
 @pytest.mark.parametrize(
     ("grid", "spec", "cells", "symmetry"),
     [
@@ -97,6 +84,7 @@ def test_edges_are_the_neighbouring_pairs(array):
         ("triangle", "h2", 24, 12),
         ("triangle", "p3x2", 12, 2),
         ("square", "2x1000", 2000, 4),
+        *((grid, spec, *numbers) for grid, specs in NEW_SPECS.items() for spec, numbers in specs.items()),
     ],
 )
 def test_array_specs(grid, spec, cells, symmetry):
@@ -136,6 +124,12 @@ def test_hexagon_rows_begin_where_the_contract_says():
         ("square", "square:0", ArrayError),
         ("square", "3000x3000", SizeError),
         ("square", "@no/such/file", InputFileError),
+        *(("right45", spec, NotationError) for spec in ("t2", "h1", "s1", "2-3-2", "0x3", "right30:3")),
+        *(("rhombus", spec, NotationError) for spec in ("6x4", "s2", "3-5")),
+        *((grid, "6x4", NotationError) for grid in ("kite", "right30", "obtuse")),
+        ("obtuse", "2-3-2", NotationError),
+        ("right30", "right30:3.0.0.0.0.0.3", ArrayError),
+        ("kite", "h200", SizeError),
     ],
 )
 def test_wrong_specs_are_one_clear_line(grid, spec, error):
@@ -143,6 +137,50 @@ def test_wrong_specs_are_one_clear_line(grid, spec, error):
         parse_array(grid_named(grid), spec)
     assert isinstance(caught.value, HcsearchError)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("grid", "spec", "has"),
+    [
+        ("right45", "t2", "6x5 (columns x rows), p5x4, @file"),
+        (
+            "rhombus",
+            "6x4",
+            "3-4-3 (rows of hexagons from the top), t5, h3 (triangle, hexagon by its side), s1 (star), p5x4",
+        ),
+        (
+            "kite",
+            "6x4",
+            "3-4-3 (rows of hexagons from the top), t5, h3 (triangle, hexagon by its side), s1 (star), p5x4",
+        ),
+        ("obtuse", "2-3-2", "t5, h3 (triangle, hexagon by its side), s1 (star), p5x4"),
+        ("hex", "s1", "3-4-3 (rows of hexagons from the top), t5, h3 (triangle, hexagon by its side), p5x4"),
+    ],
+)
+def test_a_refused_specification_is_answered_with_those_of_the_grid(grid, spec, has):
+    with pytest.raises(NotationError) as caught:
+        parse_array(grid, spec)
+    assert str(caught.value).startswith(f"the {grid} grid has no array '{spec}': use {has}")
+
+
+@pytest.mark.parametrize(
+    ("grid", "cells", "message"),
+    [
+        (
+            "rhombus",
+            [(0, 0)],
+            r"\(0, 0\) is no cell of the rhombus grid: give \(x, y, k\), k from 0 to 2 in whole numbers",
+        ),
+        ("right30", [(0, 0, 12)], "k from 0 to 11"),
+        ("kite", [(0, 0, -1)], "k from 0 to 5"),
+        ("obtuse", [(0, 0, 0.5)], "no cell of the obtuse grid"),
+        ("right45", [(0, 0, 0), (0, 0, 0)], "cell 0 0 0 is given twice"),
+        ("right45", [(0, 0, 0), (0, 0, 2)], r"not connected \(2 pieces\)"),
+    ],
+)
+def test_cells_that_are_no_array_of_a_grid(grid, cells, message):
+    with pytest.raises(ArrayError, match=message):
+        Array.from_cells(grid, cells)
 
 
 @pytest.mark.parametrize(
@@ -166,6 +204,21 @@ def test_file_of_cells(tmp_path):
     file = tmp_path / "cells.txt"
     file.write_text("# up and down\n0 0 0\n0, 0, 1\n-1 0 1  # left\n")
     assert parse_array(GRIDS["triangle"], f"@{file}").n == 3
+
+
+@given(arrays())
+def test_files_of_cells_give_the_array_of_the_cells(array):
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "cells.txt"
+        file.write_text("".join(" ".join(map(str, cell)) + "\n" for cell in array.cells))
+        assert parse_array(array.grid, f"@{file}") == array
+
+
+def test_a_file_with_a_cell_of_a_kind_that_the_grid_has_not(tmp_path):
+    file = tmp_path / "cells.txt"
+    file.write_text("0 0 0\n0 0 3\n")
+    with pytest.raises(ArrayError, match="line 2: '0 0 3' is no cell: write x y k with k from 0 to 2"):
+        parse_array("rhombus", f"@{file}")
 
 
 def test_arrays_have_a_largest_size(tmp_path):
@@ -201,5 +254,7 @@ def test_strange_texts_are_one_printable_line(text):
 
 
 def test_unknown_grid():
-    with pytest.raises(NotationError, match="triangle, square, rectangle, hex"):
+    with pytest.raises(
+        NotationError, match="triangle, square, rectangle, hex, rhombus, kite, right45, right30, obtuse"
+    ):
         grid_named("octagon")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -344,7 +345,8 @@ def split_crease(text: str) -> tuple[str, int | None]:
     """Split DESIGN[:CREASE] into a design, given by its notation or id, and a crease or None; NotationError else."""
     parts = text.split(":")
     notation = not parts[0].isdigit()
-    if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
+    form = "[^:]*(:[a-l]?[0-9]+(:[0-9]+)?)?" if notation else "[0-9]+(:[0-9]+)?"
+    if not re.fullmatch(form, text, re.ASCII):
         raise NotationError(f"malformed design {text!r}: write an id or a circuit notation, then :CREASE if wanted")
     # nine digits suffice: longer numbers exceed every crease, and Python reads no more than 4300 digits
     crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None

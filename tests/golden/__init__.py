@@ -1,5 +1,6 @@
 """Published numbers, by the beginning of a table's name."""
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,12 @@ FOLDABLE = {
     ("triangle", 14): (12, 3, 2, 2),
     ("triangle", 16): (18, 2, 2, 0),
     ("triangle", 18): (65, 12, 10, 10),
+}
+# (grid, n): (fixed, free, two-stack, untwisted, foldings, untwisted foldings), as the header of the table says.
+_LINES = Path(__file__).with_name("tilings.csv").read_text(encoding="utf-8").splitlines()
+TILINGS = {
+    (tiling, int(n)): tuple(map(int, numbers))
+    for tiling, n, *numbers in list(csv.reader(line for line in _LINES if not line.startswith("#")))[1:]
 }
 # square array: (circuits, classes, two-stack, untwisted)
 FOLDABLE_ARRAYS = {"4x4": (6, 2, 2, 2), "6x4": (37, 15, 15, 15), "6x5": (154, 44, 43, 43)}
