@@ -187,7 +187,10 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
         (json.dumps(drawn(HEX, "VMVMVM") | {"edges_vertices": [[0, 1]] * 200_001}), "more than 200000 values"),
         (json.dumps(UNASSIGNED | {"edges_foldAngle": ["up"] * 30}), "fold angle 'up', which is no number"),
         ('{"vertices_coords": [[0, 0], [1, 0], [1, 1]], "edges_vertices": [[0, 1], [1, 2]]}', "bound no panel"),
-        (json.dumps(BENT), r"panel 0 at \(.*\) is no equilateral triangle: draw equal equilateral triangles"),
+        (
+            json.dumps(BENT),
+            r"panel 0 at \(.*\) has the shape of no grid's panels: draw equal equilateral triangles, rec",
+        ),
         (json.dumps(drawn(HEX, "VMVMXM")), "assignment 'X'"),
         (json.dumps(drawn(DRAWN, "VMVMVMVMVM")), "of no two-stack folding"),
         (json.dumps(drawn(SQUARES, "VVCVVVVV")), "has one crease: a circuit has two"),

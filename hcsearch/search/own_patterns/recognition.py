@@ -9,30 +9,37 @@ from __future__ import annotations
 import cmath
 import math
 from collections import Counter, defaultdict, deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
-from hcsearch.designs.grid import GRIDS, Grid
+from hcsearch.designs.grid import GRIDS, Grid, LatticePoint
 from hcsearch.designs.grid.arrays import check_size
-from hcsearch.designs.grid.tilings import LatticePoint
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.search.own_patterns.drawn_lines import place_text
 from hcsearch.search.own_patterns.fold_reading import POINT_ERROR_SHARE, FacetJoin, PatternDrawing
-from hcsearch.shape.mesh import Facet
 from hcsearch.shape.pattern import FacetPair
 
 CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
 """Tolerance of corners of a panel from those of a cell with the same centre, over the length of a side."""
 CELL_STEP_TOLERANCE = 0.1
 """Tolerance of the vector between the centres of neighbours from a step of the grid, over the length of a side."""
-_GRID_OF = {3: "triangle", 4: "square", 6: "hex"}
-_SHAPES = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}
+_SHAPES = {
+    "triangle": "equilateral triangle",
+    "square": "rectangle",
+    "hex": "regular hexagon",
+    "rhombus": "60-120 rhombus",
+    "kite": "60-90-120-90 kite",
+    "right45": "isosceles right triangle",
+    "right30": "30-60-90 triangle",
+    "obtuse": "30-30-120 triangle",
+}
+"""The shapes of panels, by tilings."""
 
 
 @dataclass(frozen=True)
@@ -52,23 +59,35 @@ class DrawingGrid:
 
 def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
     """Fit a grid whose cells are the facets of a drawing; PatternError names a panel that does not fit."""
-    corners = _corners_of(drawing)
+    _check_corners(drawing)
     try:
-        return _fitted(drawing, corners, len(drawing.facets))
+        return _fitted(drawing, len(drawing.facets))
     except PatternError:
-        return _fitted(drawing, corners, 1)  # the message names what differs from the first panel
+        return _fitted(drawing, 1)  # the message names what differs from the first panel
 
 
-def _fitted(drawing: PatternDrawing, corners: int, count: int) -> DrawingGrid:
-    """Fit a grid to a drawing, with size and orientation from its first `count` panels."""
-    turn, sizes = _laid(drawing.facets[:count], corners)
-    grid = GRIDS[_GRID_OF[corners]]
-    if corners == 4 and (_differ(sizes) or drawing.notation.startswith("rectangle:")):
-        grid = GRIDS["rectangle"]
-    else:
-        mean = float(np.concatenate(sizes).mean())
-        sizes = (np.array([mean]), np.array([mean]))
-    return _Laying(drawing, grid, turn, float(sizes[0].mean()), float(sizes[1].mean())).tiling()
+def _fitted(drawing: PatternDrawing, count: int) -> DrawingGrid:
+    """Fit a grid to a drawing, with shape, size and orientation from its first `count` panels."""
+    rings = np.array(drawing.facets[:count])
+    table = rings[..., 0] + 1j * rings[..., 1]
+    sides = np.roll(table, -1, axis=1) - table
+    grid, models = max(
+        ((GRIDS[name], _models(GRIDS[name], sides)) for name in _SHAPES if len(GRIDS[name].polygon) == sides.shape[1]),
+        key=lambda fit: float(np.median(np.abs((_units(sides) * _units(fit[1]).conj()).sum(axis=1)))),
+    )
+    ratios = sides / models
+    turn = complex(_units(ratios[0, 0]))
+    turn *= cmath.exp(1j * float(np.median(np.angle(_units(ratios / turn) ** grid.axes))) / grid.axes)
+    # the least rotation that fits: the side of a rectangle nearest to the x axis is its length
+    turn = cmath.rect(1.0, math.remainder(cmath.phase(turn), 2.0 * math.pi / grid.axes))
+    sizes = np.abs(ratios)
+    length = width = float(sizes.mean())
+    stretched = GRIDS["rectangle"]
+    if grid is stretched.tiling:
+        along = np.abs((sides / turn).real) > np.abs((sides / turn).imag)
+        if _differ((sizes[along], sizes[~along])) or drawing.notation.startswith("rectangle:"):
+            grid, length, width = stretched, float(sizes[along].mean()), float(sizes[~along].mean())
+    return _Laying(drawing, grid, turn, length, width).tiling()
 
 
 def panel_named(drawing: PatternDrawing, panel: int) -> str:
@@ -77,44 +96,45 @@ def panel_named(drawing: PatternDrawing, panel: int) -> str:
     return f"panel {panel} at {place_text(np.mean(facet, axis=0).tolist(), math.dist(facet[0], facet[1]))}"
 
 
-def _corners_of(drawing: PatternDrawing) -> int:
-    """Return the number of corners of all panels; PatternError where it differs or belongs to no grid."""
+def _several(shape: str) -> str:
+    return f"{shape}es" if shape.endswith("s") else f"{shape}s"
+
+
+def _all_shapes() -> str:
+    *shapes, last = map(_several, _SHAPES.values())
+    return f"draw equal {', '.join(shapes)} or {last} edge to edge"
+
+
+def _check_corners(drawing: PatternDrawing) -> None:
+    """Refuse panels whose numbers of corners differ or belong to no grid; PatternError."""
     numbers = Counter(map(len, drawing.facets))
     corners, _ = numbers.most_common(1)[0]
-    if corners in _GRID_OF and len(numbers) == 1:
-        return corners
+    known = corners in {grid.edges_per_cell for grid in GRIDS.values()}
+    if known and len(numbers) == 1:
+        return
     which = ""
-    if corners in _GRID_OF:
+    if known:
         other = next(k for k, facet in enumerate(drawing.facets) if len(facet) != corners)
         which = f", as {panel_named(drawing, other)} with {len(drawing.facets[other])}"
     raise PatternError(
-        f"panels with {', '.join(map(str, sorted(numbers)))} corners are no tiling{which}: draw equal triangles, "
-        "rectangles or regular hexagons edge to edge, with flat edges (F) where two are one panel"
+        f"panels with {', '.join(map(str, sorted(numbers)))} corners are no tiling{which}: {_all_shapes()}, with flat "
+        "edges (F) where two are one panel"
     )
 
 
-def _laid(facets: Sequence[Facet], corners: int) -> tuple[complex, tuple[Reals, Reals]]:
-    """Return the rotation of the grid, and the lengths of sides along its first direction and of the others."""
-    rings = np.array(facets)
-    table = rings[..., 0] + 1j * rings[..., 1]
-    sides = np.roll(table, -1, axis=1) - table
-    first = 0
-    if corners == 4:
-        # the side of the first panel that is nearest to the x axis is its length
-        first = max(range(2), key=lambda k: abs(sides[0, k].real) / abs(sides[0, k]))
-        first += 2 * (sides[0, first].real < 0.0)
-    model = GRIDS[_GRID_OF[corners]].corners((0, 0, 0) if corners == 3 else (0, 0))
-    start = 3 if corners == 4 else 0  # the lower side of a rectangle, in the order of its corners
-    side_vector = complex(*model[(start + 1) % corners]) - complex(*model[start])
-    turn = sides[0, first] / abs(sides[0, first]) * abs(side_vector) / side_vector
-    relative = sides / turn
-    symmetry = {3: 6, 4: 4, 6: 6}[corners]  # directions of sides, those of triangles pointing down among them
-    deviations = np.angle((relative / np.abs(relative) * abs(side_vector) / side_vector) ** symmetry) / symmetry
-    turn *= cmath.exp(1j * float(np.median(deviations)))
-    relative = sides / turn
-    along = np.abs(relative.real) > np.abs(relative.imag) if corners == 4 else np.ones_like(relative, bool)
-    lengths = np.abs(relative)
-    return complex(turn), (lengths[along], lengths[~along])
+def _models(grid: Grid, sides: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """The sides of a grid's panel, or of its mirror image, that correspond by their directions to those of facets."""
+    corners = np.array([complex(*corner) for corner in grid.corners((0, 0, 0))])
+    rings = [np.roll(ring, -k) for ring in (corners, corners.conj()[::-1]) for k in range(len(corners))]
+    ways = np.roll(rings, -1, axis=1) - rings
+    best = np.abs(_units(sides) @ _units(ways).conj().T).argmax(axis=1)
+    models: NDArray[np.complex128] = ways[best]
+    return models
+
+
+def _units(vectors: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    units: NDArray[np.complex128] = vectors / np.abs(vectors)
+    return units
 
 
 def _differ(sizes: tuple[Reals, Reals]) -> bool:
@@ -144,7 +164,7 @@ class _Laying:
             if start in places:
                 continue
             # panels that no crease connects to located ones are located relative to the first panel
-            origin = self._cell_like(start) if not places else self._beyond(start, places[0])
+            origin = self._beyond(start, places.get(0, (0, 0)))
             self._check(start, origin)
             places[start] = origin
             waiting = deque([start])
@@ -162,22 +182,16 @@ class _Laying:
     def _scaled(self, x: float, y: float) -> complex:
         return complex(self.length * x, self.width * y)
 
-    def _cell_like(self, panel: int) -> LatticePoint:
-        """Return a lattice point at the origin whose cell is oriented like a panel: a triangle points up or down."""
-        if not self.grid.is_triangle:
-            return (0, 0)
-        up, down = self.grid.point((0, 0, 0)), self.grid.point((0, 0, 1))
-        return min((up, down), key=lambda place: self._off(panel, place))
-
     def _beyond(self, panel: int, first: LatticePoint) -> LatticePoint:
-        """Return the lattice point nearest to a panel, relative to that of the first one."""
+        """Return the place of a cell oriented like a panel, nearest to it where the first panel is placed."""
+        origins = [self.grid.point((0, 0, kind)) for kind in range(self.grid.kinds)]
+        kind, origin = min(enumerate(origins), key=lambda of: self._off(panel, of[1]))
         offset = self.middles[panel] - self.middles[0]
-        basis = np.array([self.grid.position((1, 0)), self.grid.position((0, 1))]).T
-        x, y = (
-            np.linalg.solve(basis, [offset.real / self.length, offset.imag / self.width]).round().astype(int).tolist()
-        )
-        place = (first[0] + x, first[1] + y)
-        return place if self.grid.point(self.grid.cell(place)) == place else first
+        if panel:
+            offset += self._vector(first, origin)
+        basis = [self._vector(self.grid.point((*cell, kind)), origin) for cell in ((1, 0), (0, 1))]
+        x, y = np.linalg.solve([[v.real for v in basis], [v.imag for v in basis]], [offset.real, offset.imag]).round()
+        return self.grid.point((int(x), int(y), kind))
 
     def _stepped(self, neighbour: int, panel: int, place: LatticePoint) -> LatticePoint:
         """Return the lattice point of a panel from that of a neighbour; PatternError where no step fits."""
@@ -203,12 +217,12 @@ class _Laying:
             raise self._wrong(panel)
 
     def _wrong(self, panel: int) -> PatternError:
-        shape = _SHAPES[len(self.facets[panel])]
-        what = f"cell of the {self.grid.name} grid that {panel_named(self.drawing, 0)} begins" if panel else shape
-        within = ", and edges within a panel as J" if len(self.facets[panel]) == 3 and not panel else ""
-        return PatternError(
-            f"{panel_named(self.drawing, panel)} is no {what}: draw equal {shape}s edge to edge{within}"
-        )
+        shape, named = _SHAPES[self.grid.tiling.name], panel_named(self.drawing, panel)
+        if panel:
+            what = f"cell of the {self.grid.name} grid that {panel_named(self.drawing, 0)} begins"
+            return PatternError(f"{named} is no {what}: draw equal {_several(shape)} edge to edge")
+        within = ", and edges within a panel as J" if len(self.facets[0]) == 3 else ""
+        return PatternError(f"{named} is no {shape}: {_all_shapes()}{within}")
 
     def _check_places(self, places: dict[int, LatticePoint]) -> None:
         """Refuse two panels on one cell, and joined panels on cells that are no neighbours; PatternError."""
@@ -220,8 +234,7 @@ class _Laying:
                     f"the {self.grid.name} grid: draw panels edge to edge"
                 )
         for i, j in self.drawing.joins:
-            (x, y), (to_x, to_y) = places[i], places[j]
-            if (to_x - x, to_y - y) not in self.grid.steps:
+            if places[j] not in dict(self.grid.neighbours(places[i])).values():
                 raise self._wrong(j)
 
     def _fitted(self, places: list[LatticePoint]) -> tuple[float, float]:
@@ -232,7 +245,7 @@ class _Laying:
         drawn = np.array([(middle.real, middle.imag) for middle in self.middles])
         cells, drawn = cells - cells.mean(axis=0), drawn - drawn.mean(axis=0)
         squares, products = (cells * cells).sum(axis=0), (cells * drawn).sum(axis=0)
-        if self.grid.name != "rectangle":
+        if not self.grid.stretched:
             size = float(products.sum() / squares.sum())
             return size, size
         sizes = [
@@ -269,7 +282,7 @@ def recognise_design(drawing: PatternDrawing) -> RecognisedDesign:
     places = tiling.places
     walk = _circuit(drawing, len(places))
     n = len(walk)
-    steps = [_direction(tiling.grid, places[walk[k]], places[walk[(k + 1) % n]]) for k in range(n)]
+    steps = [_step(tiling.grid, places[walk[k]], places[walk[(k + 1) % n]]) for k in range(n)]
     circuit = Circuit(tiling.grid, tuple(steps))
     joins = [drawing.joins[_pair(walk[k], walk[(k + 1) % n])] for k in range(n)]
     letters = _in_order(circuit, "".join(join.assignment for join in joins))
@@ -335,15 +348,14 @@ def _beside(joins: dict[FacetPair, FacetJoin], n: int) -> list[set[int]]:
 
 def _in_order(circuit: Circuit, letters: str) -> str:
     """Return the creases' letters in the canonical order of the circuit; mirror images do not exchange M and V."""
-    word, m, n = circuit.canonical().word, circuit.grid.directions, circuit.n
-    target = bytes(word)
-    senses = [(circuit.word, letters), ([(d + m // 2) % m for d in reversed(circuit.word)], letters[::-1])]
+    target = bytes(circuit.canonical().word)
+    senses = [(circuit.word, letters), ([circuit.grid.backwards[d] for d in reversed(circuit.word)], letters[::-1])]
     for steps, marks in senses:
         for isometry in circuit.grid.point_group:
-            image = bytes((isometry.sign * d + isometry.offset) % m for d in steps)
+            image = bytes(isometry.steps[d] for d in steps)
             at = (image + image).find(target)
             if at >= 0:
-                return (marks + marks)[at : at + n]
+                return (marks + marks)[at : at + circuit.n]
     raise AssertionError("a circuit is congruent to its canonical form")  # pragma: no cover
 
 
@@ -354,8 +366,8 @@ def _fits(folding: Folding, letters: str) -> bool:
     return any(all(b in ("U", a) for a, b in zip(side, letters, strict=True)) for side in (letters_up, letters_down))
 
 
-def _direction(grid: Grid, here: LatticePoint, there: LatticePoint) -> int:
-    return grid.steps.index((there[0] - here[0], there[1] - here[1]))
+def _step(grid: Grid, here: LatticePoint, there: LatticePoint) -> int:
+    return next(step for step, to in grid.neighbours(here) if to == there)
 
 
 def _pair(i: int, j: int) -> FacetPair:
