@@ -27,6 +27,7 @@ NEAR = {
     "obtuse": range(4, 25, 2),
 }
 FAR = {"hex": (16, 18), "square": (22, 24), "rectangle": (20,), "triangle": (34, 38)}
+FAR |= {"rhombus": (18, 20), "kite": (16, 18), "right45": (26, 28), "right30": (26, 28), "obtuse": (30, 36)}
 
 # counted by this search, and once each by listing and filtering
 UNTWISTED = {"hex": {18: 218_086, 20: 2_328_698}, "square": {26: 642_693}, "triangle": {38: 116_979}}

@@ -75,6 +75,17 @@ def test_twist_is_the_gauss_linking_number(circuit):
         assert abs(gauss_linking(folding)) == twist(folding)
 
 
+@pytest.mark.parametrize(
+    ("grid", "n"), [("rhombus", 12), ("kite", 12), ("right45", 18), ("right30", 16), ("obtuse", 22)]
+)
+def test_twists_on_further_tilings_are_gauss_linking_numbers(grid, n):
+    found = [folding for circuit in enumerate_circuits(grid, n=n) for folding in foldings(circuit)]
+    assert len(found) == golden.TILINGS[grid, n][4]
+    twists = [abs(gauss_linking(folding)) for folding in found]
+    assert twists == list(map(twist, found))
+    assert twists.count(0) == golden.TILINGS[grid, n][5] < len(found)
+
+
 @given(st.data())
 def test_number_of_foldings_and_twists_do_not_depend_on_the_way_a_circuit_is_given(data):
     circuit = data.draw(circuits(even=True))
@@ -151,7 +162,11 @@ def test_folding_by_either_crease_and_a_crease_that_does_not_fold():
         folding_of(Circuit.from_notation("hex:024"), 0)
 
 
-@pytest.mark.parametrize("search", [PolygonSearch(GRIDS["hex"], 8), PolygonSearch(GRIDS["square"], 12)], ids=str)
+@pytest.mark.parametrize(
+    "search",
+    [PolygonSearch(GRIDS[grid], n) for grid, n in (("hex", 8), ("square", 12), ("rhombus", 12), ("right45", 14))],
+    ids=str,
+)
 def test_foldings_exist_at_their_creases_alone(search):
     for batch in search.batches():
         for word in batch.words.tolist():

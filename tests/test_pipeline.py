@@ -155,7 +155,13 @@ def test_a_job_travels_without_its_tables():
 
 
 @pytest.mark.parametrize("keep", ["all", "two-stack", "untwisted"])
-@pytest.mark.parametrize(("grid", "n"), [("hex", 12), ("hex", 16), ("square", 18), ("triangle", 26), ("rectangle", 14)])
+@pytest.mark.parametrize(
+    ("grid", "n"),
+    [
+        *(("hex", 12), ("hex", 16), ("square", 18), ("triangle", 26), ("rectangle", 14)),
+        *(("rhombus", 20), ("kite", 18), ("right45", 28), ("right30", 30), ("obtuse", 36)),
+    ],
+)
 def test_counting_agrees_with_the_funnel(grid, n, keep):
     search = search_all(GRIDS[grid], n, keep)
     funnel = run_dry(Plan(PolygonSearch(GRIDS[grid], n), "twist", "all")).funnel
@@ -195,6 +201,22 @@ def test_expected_numbers_of_circuits_are_good_to_five_per_cent(grid):
     far = [n for n, count in published.items() if n >= 16 and count]
     errors = [abs(expected_circuits(GRIDS[grid], n) / published[n] - 1) for n in far[-5:]]
     assert max(errors) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("grid", "sizes", "error"),
+    [
+        ("rhombus", (20, 21, 22), 0.05),
+        ("kite", (18, 20, 21), 0.05),
+        ("right45", (30, 32, 34), 0.05),
+        ("right30", (32, 34, 36), 0.2),
+        ("obtuse", (36, 38, 40), 0.2),
+    ],
+)
+def test_expected_numbers_of_circuits_on_further_grids(grid, sizes, error):
+    for n in sizes:
+        listed = sum(map(len, PolygonSearch(GRIDS[grid], n).batches()))
+        assert expected_circuits(GRIDS[grid], n) == pytest.approx(listed, rel=error)
 
 
 def test_small_runs_are_not_estimated():

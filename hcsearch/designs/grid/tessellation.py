@@ -72,7 +72,7 @@ def square_of(vector: LatticePoint, axes: int) -> int:
     return x * x + y * y + (x * y if axes == 6 else 0)
 
 
-def tessellate(polygon: Polygon, axes: int) -> Tessellation:
+def tessellation_of(polygon: Polygon, axes: int) -> Tessellation:
     """Tessellate the plane by reflections of a polygon, given by its corners, counterclockwise.
 
     The lattice cell of a kind is the one nearest to the origin; of several, the one between the two translations.

@@ -28,7 +28,7 @@ from hcsearch.designs.grid.tessellation import (
     middle_of,
     reflected,
     square_of,
-    tessellate,
+    tessellation_of,
 )
 
 Cell = tuple[int, ...]
@@ -80,7 +80,7 @@ class Grid:
 
     @cached_property
     def _tessellation(self) -> Tessellation:
-        return tessellate(self.polygon, self.axes)
+        return tessellation_of(self.polygon, self.axes)
 
     @cached_property
     def kinds(self) -> int:
@@ -260,7 +260,7 @@ class Grid:
 
     @staticmethod
     def edge(a: LatticePoint, b: LatticePoint) -> LatticePoint:
-        """Exact coordinates of the edge between two neighbouring cells: twice its midpoint."""
+        """Exact coordinates of the edge between two neighbouring cells: twice its point midway between them."""
         return (a[0] + b[0], a[1] + b[1])
 
     def position(self, point: tuple[float, float]) -> tuple[float, float]:
