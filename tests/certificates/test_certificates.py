@@ -37,6 +37,8 @@ SAMPLES = {
     "square:012233230011:4": ["path"],
     "square:01222300:0": ["path"],  # of simple moves
     "triangle:012343454505012321:3": ["path"],
+    "kite:1320302313:4": ["path"],
+    "right45:0101:0": ["path"],  # of one hinge, in no loop
     "hex:0233534001:3": ["lock"],
     "hex:0232335050:2": ["lock"],
     "hex:0232435051:3": ["collision"],

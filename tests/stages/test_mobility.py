@@ -17,6 +17,7 @@ from hcsearch.designs.records import NO_NUMBER, CircuitBatch, FoldingBatch, Mobi
 from hcsearch.designs.twisting import twist_batch
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import lock_at
+from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.search.enumeration import ArraySearch, FoldedSearch, PolygonSearch
 from hcsearch.search.stages import mobility
 from hcsearch.search.stages.statuses import best_foldings
@@ -38,7 +39,11 @@ def stages(batch):
     return batch, folded, twists, mobility.mobility_of_batch(batch, folded, twists)
 
 
-@pytest.mark.parametrize(("grid", "n"), [("hex", 8), ("hex", 10), ("square", 12), ("triangle", 14), ("rectangle", 10)])
+PANELS = {"hex": 10, "square": 12, "triangle": 14, "rectangle": 10, "kite": 10, "right30": 12, "obtuse": 14}
+PANELS |= {"rhombus": 12, "right45": 16}
+
+
+@pytest.mark.parametrize(("grid", "n"), [("hex", 8), *PANELS.items()])
 def test_batches_agree_with_one_linkage_at_a_time(grid, n):
     batch, folded, twists, freedoms = run(PolygonSearch(GRIDS[grid], n))
     panel = default_panel(grid)
@@ -46,8 +51,8 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
         folding = Folding(Circuit(GRIDS[grid], tuple(batch.words[row].tolist())), int(crease))
         hinged = Linkage(folding.pattern(panel, flat_pairs="hinged"))
         assert freedoms.kutzbach == hinged.pattern.kutzbach
-        assert freedoms.dof_folded[i] == rank_at(hinged, hinged.folded).nullity
-        assert freedoms.dof_flat[i] == rank_at(hinged, hinged.flat).nullity
+        for angles, dof in ((hinged.folded, freedoms.dof_folded[i]), (hinged.flat, freedoms.dof_flat[i])):
+            assert dof == rank_at(hinged, angles).nullity == n - whole_end(hinged, angles).rank
         assert freedoms.merged_panels[i] == len(folding.mirror_pairs)
         merged = Linkage(folding.pattern(panel, flat_pairs="merged"))
         if folding.mirror_pairs:
@@ -119,6 +124,8 @@ def test_the_cut_hinge_of_the_thesis_4x4():
         ("square", 12, 42, 2, 0),
         ("triangle", 10, 2, 0, 0),
         ("triangle", 14, 5, 1, 0),
+        ("kite", 12, 54, 5, 0),
+        ("rhombus", 14, 46, 0, 0),
     ],
 )
 def test_how_many_foldings_are_locked(grid, n, untwisted, locked, hinged):

@@ -107,9 +107,9 @@ def write_folded_lines(word: StepWords, crease: int, tables: EdgeTables, lines: 
 def whole_rank(lines: WholeNumbers) -> int:
     """Return the exact rank of the integer lines of a loop, shape (n, 5): the greater of two ranks modulo primes.
 
-    The primes lie near 2^31. A nonzero determinant is a multiple of both primes only from 4.6e18 on, and the
-    determinants of lines of n panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000
-    (docs/explanation/theory.md, 25).
+    The primes lie near 2^31. A nonzero determinant is a multiple of both only from 4.6e18 on. Over common factors of
+    their entries, which neither prime divides, the determinants of lines of n panels are below
+    5! 2^2 (n + 2)^2 (9 n / 2 + 15), which is less for n up to 120,000 (docs/explanation/theory.md, 25).
     """
     rank = _rank_modulo(lines, 2147483647)
     if rank == min(lines.shape):

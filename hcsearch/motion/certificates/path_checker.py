@@ -243,7 +243,7 @@ class Array:
         start, step = np.abs(twist).sum(1) + rest, around[:, moving] + np.abs(twist @ v).sum(1)
         product = scaling[:, None] @ divided(slopes.mid[:, :, rows][..., moving] @ gains[:, None])
         product[:, 0] -= np.eye(len(rows))
-        far, floor = np.abs(product).sum(1), 0.1 * start.max(1, keepdims=True)
+        far, floor = np.abs(product).sum(1), 0.1 * start.max(1, keepdims=True, initial=0.0)
         wide = np.abs(np.linalg.solve(np.eye(len(rows)) - far, (3.0 * start + floor)[..., None]))  # any box will do
         turned = (size @ wide)[..., 0]
         around[:, moving] += turned
