@@ -65,7 +65,7 @@ def enumerate_into(
     Returns the number of designs that pass each stage. Finished work is not repeated: an interrupted search continues.
 
     db : a path, a URL or an open database; a file that does not exist is made.
-    grid : `triangle`, `square`, `rectangle` or `hex`, or a Grid. n : the number of cells, to search all arrays.
+    grid : its name, such as `hex` (`GRIDS` has all), or a Grid. n : the number of cells, to search all arrays.
     array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
     until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
     keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel : as in `deploy`.
@@ -88,7 +88,7 @@ def chosen_search(grid: str | Grid | None, n: int | None, array: str | Array | N
     if (n is None) == (array is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
     if grid is None and not isinstance(array, Array):
-        raise HcsearchError("name a grid: triangle, square, rectangle or hex")
+        raise HcsearchError(f"name a grid: {', '.join(GRIDS)}")
     own = array.grid if isinstance(array, Array) and grid is None else grid_of(grid or "")
     if isinstance(array, Array) and array.grid != own:
         raise HcsearchError(f"the array is on the grid {array.grid.name}, not {own.name}: leave the grid out")

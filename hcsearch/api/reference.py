@@ -25,7 +25,7 @@ to use them. Lengths are in metres and angles in radians, but sizes in texts are
 `make docs` generates this page from the docstrings.
 """
 VALUE_DESCRIPTIONS = {
-    "GRIDS": "The grids by their names: `triangle`, `square`, `rectangle`, `hex`.",
+    "GRIDS": "The nine grids by their names, such as `hex` and `right45`.",
     "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
     "__version__": "The release that is installed.",
 }

@@ -33,12 +33,12 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or circuit of your own through all stages.
 
     The command prints how many foldings pass each stage, and the results for each of them. FILE.fold is a crease
-    pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position, drawn to a thousandth of
-    a side. Lines may cross and end on each other. Its mountains, valleys,
-    flat and unassigned edges are the creases of one circuit; all other shared edges are slits. If mountains and valleys
-    are assigned, only the folding with this assignment is checked. Panels have the size that the file gives in a
-    physical unit, unless --panel or --across sets another. The notation of a circuit may be in any position, order or
-    direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit that is printed.
+    pattern of equal panels of one of the eight shapes of --grid, edge to edge, in any position, drawn to a thousandth
+    of a side. Lines may cross and end on each other. Its mountains, valleys, flat and unassigned edges are the creases
+    of one circuit; all other shared edges are slits. If mountains and valleys are assigned, only the folding with this
+    assignment is checked. Panels have the size that the file gives in a physical unit, unless --panel or --across sets
+    another. The notation of a circuit may be in any position, order or direction; CIRCUIT:CREASE checks one folding,
+    its crease numbered as in the circuit that is printed.
 
     Exit code: 0 if springs open a folding, certified free of collisions; 1 if they do not or if this is undecided; 2
     for wrong input.

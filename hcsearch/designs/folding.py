@@ -240,7 +240,7 @@ class Folding:
         """
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size
-        if length != width and circuit.grid.tiling.name != "square":
+        if length != width and not circuit.grid.is_rectangular:
             raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
         corners, faces = circuit.grid.mesh(circuit.cells)
         vertices = tuple((length * x, width * y) for x, y in corners)

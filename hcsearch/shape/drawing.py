@@ -1,8 +1,8 @@
 """Pictures of arrays, circuits and foldings as small inline SVG texts.
 
 Functions take plain data: cells, their tiling, and the fold of each crease. The module imports nothing of the package,
-so that values of all higher layers can draw themselves. All coordinates are integers, `DRAWING_SIDE_UNITS` to the side
-of a panel, y downwards.
+so that values of all higher layers can draw themselves. All coordinates are integers, about
+`DRAWING_SIDE_UNITS` to the side of a panel, y downwards.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ from typing import Protocol
 DRAWING_SIDE_UNITS = 100
 """Units to the (shorter) side of a panel: rounding to integers is then half a percent of it."""
 
+DRAWING_SIDES = {"rhombus": 100, "kite": 120, "right45": 130, "right30": 200, "obtuse": 140}
+"""Units to the first side of panels of other shapes, which are smaller: areas of about 0.8 of a square's."""
+
 DRAWING_SIDE_PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
-"""Screen pixels to the side of a panel in a standalone picture: panels of about equal area."""
+"""Screen pixels to `DRAWING_SIDE_UNITS` in a standalone picture: panels of about equal area."""
 
 DRAWING_STYLES: dict[str, dict[str, str]] = {
     "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
@@ -56,6 +59,10 @@ class DrawnGrid(Protocol):
     def name(self) -> str:
         """Name of the grid."""
 
+    @property
+    def is_rectangular(self) -> bool:
+        """Whether panels may have a length and another width."""
+
     def point(self, cell: DrawnCell) -> DrawingPoint:
         """Lattice point of a cell."""
 
@@ -79,7 +86,7 @@ def draw_array(
 ) -> str:
     """Draw the panels of an array.
 
-    size : length and width of a panel on the square grids; only their ratio matters. Default: 1, rectangles 50 x 40.
+    size : length and width of a panel on rectangular grids; only their ratio matters. Default: 1, rectangles 50 x 40.
     standalone : with the style of each line and a size in pixels; else the page styles the classes (`stylesheet`).
     """
     sheet = _Sheet(tiling, cells, size)
@@ -138,9 +145,9 @@ class _Sheet:
 
     def __init__(self, tiling: DrawnGrid, cells: Sequence[DrawnCell], size: tuple[float, float] | None) -> None:
         length, width = size or ((50, 40) if tiling.name == "rectangle" else (1, 1))
-        if len(tiling.corners(cells[0])) != 4:
-            length = width = 1  # hexagons and triangles are regular
-        scale = DRAWING_SIDE_UNITS / min(length, width)
+        if not tiling.is_rectangular:
+            length = width = 1
+        scale = DRAWING_SIDES.get(tiling.name, DRAWING_SIDE_UNITS) / min(length, width)
         corners = [[(scale * length * x, -scale * width * y) for x, y in tiling.corners(cell)] for cell in cells]
         left = min(x for panel in corners for x, _ in panel) - DRAWING_MARGIN
         top = min(y for panel in corners for _, y in panel) - DRAWING_MARGIN
@@ -148,7 +155,7 @@ class _Sheet:
         def pixel(x: float, y: float) -> DrawingPoint:
             return round(x - left), round(y - top)
 
-        self.pixels = DRAWING_SIDE_PIXELS.get(tiling.name, 40)
+        self.pixels = DRAWING_SIDE_PIXELS.get(tiling.name, 46)
         self.panels = [[pixel(x, y) for x, y in panel] for panel in corners]
         points = [tiling.point(cell) for cell in cells]
         places = [tiling.position(point) for point in points]

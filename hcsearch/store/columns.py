@@ -126,7 +126,7 @@ _VERDICT = (
 
 DESIGN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the design in this database"),
-    Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex", _GRIDS),
+    Quantity("grid", "text", "", "tiling: " + ", ".join(_GRIDS), _GRIDS),
     Quantity("n", "integer", "", "number of panels", label="panels"),
     Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
     Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),

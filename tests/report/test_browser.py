@@ -171,6 +171,7 @@ def run_modules(folder, modules: tuple[str, ...], setup: object, code: str) -> o
 
 def test_pictures_are_those_that_python_draws(tmp_path):
     sizes = {"hex": (6, 9, 10, 12), "square": (8, 12), "rectangle": (8, 12), "triangle": (10, 18)}
+    sizes |= {"rhombus": (7, 12), "kite": (8, 9), "right45": (12, 16), "right30": (12, 14), "obtuse": (13, 14)}
     circuits = [c for grid, ns in sizes.items() for n in ns for c in enumerate_circuits(grid, n=n, limit=40)]
     asked = [(circuit, None, None) for circuit in circuits]
     asked += [(circuit, folding, None) for circuit in circuits for folding in foldings(circuit)]

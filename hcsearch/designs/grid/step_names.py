@@ -42,6 +42,21 @@ def are_directions(grid: Grid) -> bool:
     return len(grid.steps) == grid.directions
 
 
+def digit_steps(grid: Grid) -> tuple[list[list[tuple[int, int]]], list[int]]:
+    """The step of each digit and the frame after it, for each frame, and the first frame of each kind.
+
+    Where steps are written as directions there is one frame.
+    """
+    if are_directions(grid):
+        return [[(step, 0) for step in range(len(grid.steps))]], [0] * grid.kinds
+    labels, after, first = _frames(grid)
+    rows = []
+    for frame_labels, frames in zip(labels.tolist(), after.tolist(), strict=True):
+        order = [frame_labels.index(label) for label in range(grid.edges_per_cell)]
+        rows.append([(step, frames[step]) for step in order])
+    return rows, first
+
+
 def name_steps(grid: Grid, word: tuple[int, ...]) -> str:
     """The text of a closed word of steps, which `read_steps` reads."""
     if are_directions(grid) or not word or not all(0 <= step < len(grid.steps) for step in word):

@@ -74,6 +74,11 @@ class Grid:
         return GRIDS["square"] if self.stretched else self
 
     @property
+    def is_rectangular(self) -> bool:
+        """Whether panels may have a length and another width: on squares and rectangles."""
+        return self.tiling.name == "square"
+
+    @property
     def step_classes(self) -> int:
         """Number of classes of steps under rotations that are one class on the tiling: 2 on rectangles, else 1."""
         return 2 if self.stretched else 1

@@ -10,6 +10,8 @@ from hcsearch.basics.vocabulary import DESIGN_STATUSES
 from hcsearch.cases.names import deployment_scene_name
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
+from hcsearch.designs.grid.step_names import digit_steps
+from hcsearch.shape.drawing import DRAWING_SIDE_UNITS, DRAWING_SIDES
 from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import best_deployment, status_reason, verdict_of_row
@@ -113,17 +115,29 @@ def design_id_of(design: ViewRow) -> int:
 
 
 def _grid(grid: Grid) -> dict[str, Any]:
-    """Return the drawing data of a grid; corners relative to the centre, for each parity of triangles."""
-    starts: Sequence[range] = (
-        [range(d, grid.directions, 2) for d in (0, 1)] if grid.is_triangle else [range(grid.directions)]
-    )
+    """Return the drawing data of a grid.
+
+    unit : Cartesian coordinates of the lattice points (1, 0) and (0, 1). places, corners, leaving : of the cell of each
+    kind at home, corners relative to its place. side : units of pictures to the first side. digits : for each frame,
+    the step and the next frame of each digit of a notation; frames : the first frame of each kind.
+    """
+    homes = [(0, 0, kind) for kind in range(grid.kinds)]
+    centres = [grid.position(grid.point(home)) for home in homes]
+    digits, frames = digit_steps(grid)
     return {
-        "directions": grid.directions,
         "steps": grid.steps,
-        "triangle": grid.is_triangle,
-        "faces": [list(faces) for faces in starts],
-        "corners": [grid.corners_from_centre(list(faces)) for faces in starts],
-        "regular": grid.directions != 4,
+        "kinds": [kind for kind, _ in grid.step_kinds],
+        "unit": [grid.position((1, 0)), grid.position((0, 1))],
+        "places": [grid.point(home) for home in homes],
+        "corners": [
+            [(x - cx, y - cy) for x, y in grid.corners(home)] for home, (cx, cy) in zip(homes, centres, strict=True)
+        ],
+        "leaving": grid.leaving,
+        "digits": digits,
+        "frames": frames,
+        "rectangular": grid.is_rectangular,
+        "small": grid.name == "triangle",
+        "side": DRAWING_SIDES.get(grid.name, DRAWING_SIDE_UNITS),
     }
 
 

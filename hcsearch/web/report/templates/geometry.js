@@ -1,6 +1,6 @@
 // Pictures of circuits and foldings: the same integers as `drawing.py` writes, from a notation and a flat crease.
 const Geometry = (() => {
-  const SIDE = 100, MARGIN = 8;
+  const MARGIN = 8;
   const KINDS = ["flat", "hinge", "mountain", "valley"];
 
   // Python rounds halves to even.
@@ -9,21 +9,28 @@ const Geometry = (() => {
     return near - value === 0.5 && near % 2 ? near - 1 : near;
   };
 
+  // The steps of a notation: a letter before the digits names the kind of the first panel.
+  function steps(grid, text) {
+    const kind = /^[a-z]/.test(text) ? text.charCodeAt(0) - 97 : 0;
+    let frame = grid.frames[kind];
+    return [...text.slice(kind ? 1 : 0)].map((digit) => {
+      const [step, next] = grid.digits[frame][Number(digit)];
+      frame = next;
+      return step;
+    });
+  }
+
   function points(grid, word) {
-    let x = grid.triangle ? 1 + word[0] % 2 : 0, y = x;
-    return word.map((d) => {
+    let [x, y] = grid.places[grid.kinds[word[0]]];
+    return word.map((step) => {
       const here = [x, y];
-      x += grid.steps[d][0];
-      y += grid.steps[d][1];
+      x += grid.steps[step][0];
+      y += grid.steps[step][1];
       return here;
     });
   }
 
-  function position(grid, [x, y]) {
-    if (!grid.regular) return [x, y];
-    const scale = grid.triangle ? 1 / 3 : Math.sqrt(3);
-    return [scale * (x + y / 2), scale * y * Math.sqrt(3) / 2];
-  }
+  const position = ({ unit: [a, b] }, [x, y]) => [a[0] * x + b[0] * y, a[1] * x + b[1] * y];
 
   // The fold of each crease, as `Folding.assignment` has it; hinges of no known fold without a crease.
   function assignment(n, crease) {
@@ -46,15 +53,15 @@ const Geometry = (() => {
 
   // Width, height, [class, path data] of each path in the order they are drawn, and the creases as segments.
   function picture(grids, notation, crease, size) {
-    const [name, steps] = notation.split(":");
-    const grid = grids[name], word = [...steps].map(Number), n = word.length;
+    const [name, text] = notation.split(":");
+    const grid = grids[name], word = steps(grid, text), n = word.length, kinds = word.map((step) => grid.kinds[step]);
     let [length, width] = size || (name === "rectangle" ? [50, 40] : [1, 1]);
-    if (grid.regular) length = width = 1;
-    const scale = SIDE / Math.min(length, width);
-    const places = points(grid, word), parity = (p) => (grid.triangle ? ((p[0] % 3) + 3) % 3 - 1 : 0);
-    const corners = places.map((p) => {
+    if (!grid.rectangular) length = width = 1;
+    const scale = grid.side / Math.min(length, width);
+    const places = points(grid, word);
+    const corners = places.map((p, k) => {
       const [cx, cy] = position(grid, p);
-      return grid.corners[parity(p)].map(([x, y]) => [scale * length * (cx + x), -scale * width * (cy + y)]);
+      return grid.corners[kinds[k]].map(([x, y]) => [scale * length * (cx + x), -scale * width * (cy + y)]);
     });
     const all = corners.flat();
     const left = Math.min(...all.map((p) => p[0])) - MARGIN, top = Math.min(...all.map((p) => p[1])) - MARGIN;
@@ -63,8 +70,8 @@ const Geometry = (() => {
     const centres = places.map((p) => position(grid, p)).map(([x, y]) => pixel([scale * length * x, -scale * width * y]));
     const key = (i, j) => Math.min(i, j) * n + Math.max(i, j);
     const at = new Map(places.map((p, k) => [p.join(), k])), edges = new Map();
-    places.forEach((p, k) => grid.faces[parity(p)].forEach((d, side) => {
-      const to = at.get([p[0] + grid.steps[d][0], p[1] + grid.steps[d][1]].join());
+    places.forEach((p, k) => grid.leaving[kinds[k]].forEach((step, side) => {
+      const to = at.get([p[0] + grid.steps[step][0], p[1] + grid.steps[step][1]].join());
       if (to > k) edges.set(key(k, to), [panels[k][side], panels[k][(side + 1) % panels[k].length]]);
     }));
     const creases = places.map((_, k) => {

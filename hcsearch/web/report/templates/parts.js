@@ -20,7 +20,7 @@ const Parts = (() => {
   function picture(table, i, crease, numbers = false) {
     if (!table.readable[i]) return element("p", { class: "nothing" }, "no picture");
     const drawn = Geometry.picture(table.grids, table.designs.circuit[i], crease, table.size);
-    const triangles = table.grids[table.designs.circuit[i].split(":")[0]].triangle;
+    const triangles = table.grids[table.designs.circuit[i].split(":")[0]].small;
     const svg = shape("svg", { role: "img", ...(triangles && { class: "triangles" }), viewBox: `0 0 ${drawn.width} ${drawn.height}` });
     svg.append(shape("title", {}, table.designs.circuit[i]));
     svg.append(...drawn.paths.map(([kind, d]) => shape("path", { class: kind, d })));
