@@ -9,7 +9,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.cases.databases import Place, database_location, database_snapshot, writing_database
 from hcsearch.cases.stored_scenes import read_scene
-from hcsearch.designs.grid import Array, Grid, grid_of, parse_array
+from hcsearch.designs.grid import GRIDS, Array, Grid, grid_of, parse_array
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import with_size
 from hcsearch.search.enumeration import ArraySearch, Search, search_all
