@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import warnings
 from pathlib import Path
 
@@ -12,8 +13,10 @@ from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.cases.names import LENGTH_PARAMETERS, parameters_of
 from hcsearch.designs.grid import GRIDS
-from hcsearch.designs.panel_sizes import panel_size_doubt, read_panel
+from hcsearch.designs.panel_sizes import GIVEN_EDGES, default_panel, panel_size_doubt, read_panel
 from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.scenes import SCENES
+from hcsearch.scenes.scene import with_size
 from tests import forking
 
 MOVING = "hex:0234550132:4"
@@ -70,15 +73,49 @@ def test_no_size_is_named_that_would_be_in_doubt_itself(text, end):
     assert panel_size_doubt(read_panel(text)).endswith(end)
 
 
-@pytest.mark.parametrize(("grid", "side"), [("hex", 1 / 3**0.5), ("triangle", 2 / 3**0.5), ("square", 1.0)])
+@pytest.mark.parametrize(
+    ("grid", "side"), [("hex", 1 / 3**0.5), ("triangle", 2 / 3**0.5), ("square", 1.0), ("rhombus", 2 / 3**0.5)]
+)
 def test_widths_across_flats_are_named_as_such(grid, side):
     for text, likely in (("1x0.02", "1000x20"), ("20x1000", "1000x20"), ("0.02x1", "1000x20")):
         size = read_panel(f"across {text}", grid)
         assert size[0] == pytest.approx(1e-3 * float(text.partition("x")[0]) * side)
-        doubt = panel_size_doubt(size, grid)
+        doubt = panel_size_doubt(size, grid, across=True)
         assert doubt.startswith(f"panels of {text} mm across flats have ")
         assert doubt.endswith(f"did you mean {likely}?")
-        assert panel_size_doubt(read_panel(f"across {likely}", grid), grid) is None
+        assert panel_size_doubt(read_panel(f"across {likely}", grid), grid, across=True) is None
+
+
+@pytest.mark.parametrize(
+    ("grid", "shortest"), [("kite", 1 / 3**0.5), ("right30", 0.5), ("right45", 1.0), ("obtuse", 1.0), ("rhombus", 1.0)]
+)
+def test_the_shortest_side_of_a_panel_is_compared_with_its_thickness(grid, shortest):
+    thick, thin = (f"100x{100 * share * shortest:.3f}" for share in (0.51, 0.49))
+    side = "side" if shortest == 1.0 else "shortest side"
+    assert f"a thickness of more than half their {side}: " in panel_size_doubt(read_panel(thick, grid), grid)
+    assert panel_size_doubt(read_panel(thin, grid), grid) is None
+    with pytest.warns(HcsearchWarning, match=f"half their {side}"):
+        with_size(SCENES["default"], thick, grid)
+    assert panel_size_doubt(default_panel(grid), grid) is None
+
+
+@pytest.mark.parametrize(
+    ("grid", "edge"), [("kite", "longer side"), ("right30", "hypotenuse"), ("right45", "leg"), ("obtuse", "leg")]
+)
+def test_panels_with_sides_of_several_lengths_have_no_width_across_flats(grid, edge):
+    with pytest.raises(SceneError, match=f"the {grid} grid have no width .* --panel 50x6, where 50 is the {edge}$"):
+        read_panel("across 1000x20", grid)
+    with pytest.raises(SceneError, match=f"panels of the {grid} grid have one side: .* where SIDE is the {edge}$"):
+        with_size(SCENES["default"], "50x40x6", grid)
+    assert with_size(SCENES["default"], "80x6", grid).panel == pytest.approx((0.08, 0.08, 0.006))
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_panels_with_sides_of_several_lengths_have_a_given_edge(grid):
+    corners = GRIDS[grid].corners((0, 0, GRIDS[grid].kinds - 1))
+    lengths = [math.dist(corners[k - 1], corners[k]) for k in range(len(corners))]
+    assert min(abs(length - 1.0) for length in lengths) < 1e-12
+    assert (max(lengths) - min(lengths) > 0.1) == (grid in GIVEN_EDGES)
 
 
 def only_warning(done):

@@ -234,7 +234,7 @@ class Folding:
     def pattern(self, size: PanelSize, *, flat_pairs: Way = "rigid") -> Pattern:
         """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
-        size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
+        size : length, width and thickness of a panel in metres; the side, twice, where cells are no rectangles.
         flat_pairs : the joint of the panels at the two flat creases: `rigid`, `hinged` on the faces that continue the
             alternation, or `merged`, where all panels that meet on a mirror axis through the flat creases are one.
         """
@@ -268,7 +268,7 @@ class Folding:
             raise HcsearchError(wrong_kind_message("flat_pairs", flat_pairs, "'rigid', 'hinged' or 'merged'"))
         if isinstance(panel, str):
             panel = read_panel(panel, self.circuit.grid.name)
-            if (doubt := panel_size_doubt(panel)) is not None:
+            if (doubt := panel_size_doubt(panel, self.circuit.grid.name)) is not None:
                 warnings.warn(doubt, HcsearchWarning, stacklevel=2)
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 
 from hcsearch.basics.errors import SceneError
+from hcsearch.designs.grid import GRIDS
 
 PanelSize = tuple[float, float, float]
 """Length, width and thickness of a panel, m."""
@@ -19,8 +19,22 @@ ACROSS_FLATS_PREFIX = "across "
 """Prefix of a text that gives the width across flats and the thickness, as in `across 1000x20`."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
-_ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0)}
-"""Distance across flats (of a triangle its height) over the side."""
+GIVEN_EDGES = {"kite": "longer side", "right45": "leg", "right30": "hypotenuse", "obtuse": "leg"}
+"""The edge whose length is given, of panels with several."""
+
+
+def _side_lengths(grid: str) -> list[float]:
+    """The lengths of a panel's sides over the given one."""
+    corners = [complex(*corner) for corner in GRIDS[grid].corners((0, 0, 0))]
+    return [abs(corner - before) for before, corner in zip(corners[-1:] + corners, corners, strict=False)]
+
+
+def _across(grid: str) -> float | None:
+    """The distance across flats (of a triangle its height) over the side; None where lengths of sides differ."""
+    if grid in GIVEN_EDGES or GRIDS[grid].stretched:
+        return None
+    first, second, *others = (complex(*corner) for corner in GRIDS[grid].corners((0, 0, 0)))
+    return max(((corner - first) * (second - first).conjugate()).imag for corner in others)
 
 
 def default_panel(grid: str) -> PanelSize:
@@ -31,9 +45,9 @@ def default_panel(grid: str) -> PanelSize:
 def read_panel(text: str, grid: str | None = None) -> PanelSize:
     """Read the size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
 
-    For hexagons and triangles length and width are the side. grid : of the panel, if known; panels of `rectangle` have
-    three sizes. For a known grid, `across 1000x20` gives the width across flats (of a triangle its height) and the
-    thickness.
+    Length and width are the same except for rectangles: the side, or the edge of `GIVEN_EDGES`. grid : of the panel, if
+    known; panels of `rectangle` have three sizes. For a known grid with equal sides, `across 1000x20` gives the width
+    across flats (of a triangle its height) and the thickness.
     """
     if text.startswith(ACROSS_FLATS_PREFIX) and grid is not None:
         return _read_across(text.removeprefix(ACROSS_FLATS_PREFIX).strip(), grid)
@@ -63,28 +77,31 @@ def _read_across(text: str, grid: str) -> PanelSize:
     match = _PANEL.fullmatch(text)
     if match is None or match[3] is not None:
         raise SceneError(f"{text!r} is no width across flats: write width x thickness in mm, such as 1000x20")
-    if grid not in _ACROSS:
-        raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel 50x40x6")
-    return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
+    factor = _across(grid)
+    if factor is None:
+        sizes = "50x40x6" if GRIDS[grid].stretched else f"50x6, where 50 is the {GIVEN_EDGES[grid]}"
+        raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel {sizes}")
+    return read_panel(f"{float(match[1]) / factor:.10g}x{match[2]}")
 
 
-def panel_size_doubt(panel: PanelSize, across: str | None = None) -> str | None:
+def panel_size_doubt(panel: PanelSize, grid: str | None = None, *, across: bool = False) -> str | None:
     """A sentence on sizes that are probably a mistake, with the likely ones; None where there is no doubt.
 
     Doubtful are sides of less than 5 mm, as from a size in metres, or of more than 20 m, and panels thicker than half
-    their shortest side, as from sizes in another order. across : grid of the panels, if the width across flats was
-    given.
+    their shortest side, as from sizes in another order. grid : of the panels, if known. across : whether the width
+    across flats was given.
     """
-    factor = 1.0 if across is None else _ACROSS[across]
-    faults = _faults(panel)
+    factor = (_across(grid) or 1.0) if across and grid is not None else 1.0
+    share = 1.0 if grid is None else min(1.0, *_side_lengths(grid))
+    faults = _faults(panel, share)
     if not faults:
         return None
     given = (factor * panel[0], factor * panel[1], panel[2])
-    sizes = f"{_brief(given)} mm" + ("" if across is None else " across flats")
-    likely = _likely(given, factor)
+    sizes = f"{_brief(given)} mm" + (" across flats" if across else "")
+    likely = _likely(given, factor, share)
     if likely is not None:
         meant = f"; did you mean {_brief(likely)}?"
-    elif given[0] == given[1] and across is None and panel[2] > 0.5 * panel[0]:
+    elif given[0] == given[1] and not across and panel[2] > 0.5 * panel[0]:
         meant = f"; a thickness is missing where both are sides, as in {_brief(given)}x6"
     else:
         meant = ""
@@ -92,16 +109,17 @@ def panel_size_doubt(panel: PanelSize, across: str | None = None) -> str | None:
     return f"panels of {sizes} have {' and '.join(faults)}: {order}{meant}"
 
 
-def _faults(panel: PanelSize) -> list[str]:
-    """The doubtful features of a panel's sizes, in words."""
+def _faults(panel: PanelSize, share: float = 1.0) -> list[str]:
+    """The doubtful features of a panel's sizes, in words; share : of the shortest side in the given one."""
     length, width, thickness = panel
-    shortest, longest = min(length, width), max(length, width)
+    shortest, longest = share * min(length, width), max(length, width)
     faults = [f"a side of less than {1e3 * LIKELY_MIN_SIDE:g} mm"] if shortest < LIKELY_MIN_SIDE else []
     faults += [f"a side of more than {LIKELY_MAX_SIDE:g} m"] if longest > LIKELY_MAX_SIDE else []
-    return faults + (["a thickness of more than half their side"] if thickness > 0.5 * shortest else [])
+    side = "side" if share == 1.0 else "shortest side"
+    return faults + ([f"a thickness of more than half their {side}"] if thickness > 0.5 * shortest else [])
 
 
-def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
+def _likely(panel: PanelSize, factor: float, share: float) -> PanelSize | None:
     """The probable meaning of doubtful sizes: the same in another order or unit, if that is not doubtful; else None.
 
     factor : ratio of the given sides to the sides of the panel.
@@ -112,7 +130,7 @@ def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
         reordered = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
     for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
         first, second, last = (scale * size for size in reordered)
-        if last <= LIKELY_MAX_THICKNESS and not _faults((first / factor, second / factor, last)):
+        if last <= LIKELY_MAX_THICKNESS and not _faults((first / factor, second / factor, last), share):
             return (first, second, last)
     return None
 

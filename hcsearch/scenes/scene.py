@@ -10,6 +10,7 @@ from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.panel_sizes import (
     ACROSS_FLATS_PREFIX,
+    GIVEN_EDGES,
     PanelSize,
     default_panel,
     panel_size_doubt,
@@ -120,9 +121,11 @@ def panel_of(scene: Scene, grid: str) -> PanelSize:
     """Return the size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
     panel = scene.panel or default_panel(grid)
     if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
+        other = ", or --panel 'across WIDTHxTHICKNESS'"
+        if grid in GIVEN_EDGES:
+            other = f", where SIDE is the {GIVEN_EDGES[grid]}"
         raise SceneError(
-            f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6, or "
-            "--panel 'across WIDTHxTHICKNESS'"
+            f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6{other}"
         )
     return panel
 
@@ -164,7 +167,7 @@ def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
 
 def warn_of_panel_size(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
     """Issue a HcsearchWarning for doubtful panel sizes; text : the size as given by the user, for a grid."""
-    doubt = panel_size_doubt(panel, grid if text is not None and text.startswith(ACROSS_FLATS_PREFIX) else None)
+    doubt = panel_size_doubt(panel, grid, across=text is not None and text.startswith(ACROSS_FLATS_PREFIX))
     if doubt is not None:
         warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 

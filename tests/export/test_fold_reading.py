@@ -189,7 +189,7 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
         ('{"vertices_coords": [[0, 0], [1, 0], [1, 1]], "edges_vertices": [[0, 1], [1, 2]]}', "bound no panel"),
         (
             json.dumps(BENT),
-            r"panel 0 at \(.*\) has the shape of no grid's panels: draw equal equilateral triangles, rec",
+            r"panel 0 at \(.*\) is no 30-60-90 triangle: draw equal equilateral triangles, rec",
         ),
         (json.dumps(drawn(HEX, "VMVMXM")), "assignment 'X'"),
         (json.dumps(drawn(DRAWN, "VMVMVMVMVM")), "of no two-stack folding"),
