@@ -7,11 +7,20 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.shape.mesh import facet_area
 from tests.linkages import linkage_named
 
+PARTS = (
+    "rhombus:23121320:1",
+    "kite:12020103:2",
+    "right45:12121212:0",
+    "right30:20201210:3",
+    "obtuse:121212121212:0",
+)
+"""A design of each grid whose panels are parts of regular ones."""
 NAMES = (
     "hex:0234550132:4",
     "square:01222300:1",
     "triangle:012343454545012121:2",
     "rectangle:012233300121:5",
+    *PARTS,
     "thesis-4x4",
     "unit-ii",
     "module-iii",

@@ -15,6 +15,7 @@ import pytest
 import shapely
 
 from hcsearch.export.settings import ExportSettings
+from tests.export.cases import PARTS
 from tests.export.exports import DESIGN, MOVING, RING, exported, sheet_for, written
 from tests.report.browser import chromium, complaints
 
@@ -40,6 +41,7 @@ CASES = [
     (RING, {}),
     (TRIANGLES, {}),
     (RECTANGLES, {}),
+    *((name, {}) for name in PARTS),
 ]
 
 
@@ -100,7 +102,7 @@ def check_orders(value, reading, data):
 @pytest.mark.parametrize(
     "settings", [ExportSettings(), ExportSettings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str
 )
-@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
+@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, *PARTS, "unit-ii"])
 def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     import ezdxf
 
@@ -171,7 +173,7 @@ document.body.append(place);
 @pytest.mark.parametrize(
     "settings", [ExportSettings(), ExportSettings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str
 )
-@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
+@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, *PARTS, "unit-ii"])
 def test_chromium_draws_every_line_of_a_sheet_in_millimetres(name, settings, tmp_path):
     value = exported(name)
     sheet, drawing = sheet_for(value, settings), written(value, "svg", settings).partition("\n")[2]
