@@ -93,6 +93,14 @@ def draw_array(
     return sheet.svg([svg_path("panel", sheet.panels, closed=True)], title or f"{tiling.name} array", standalone)
 
 
+def draw_graph(tiling: DrawnGrid, cells: Sequence[DrawnCell], *, title: str = "") -> str:
+    """Draw the panels of an array, and over them the graph of its cells, as a standalone picture."""
+    sheet = _Sheet(tiling, cells, None)
+    lines = [(sheet.centres[i], sheet.centres[j]) for i, j in sheet.edges]
+    marks = [svg_path("panel", sheet.panels, closed=True), svg_path("circuit", lines)]
+    return sheet.svg(marks, title or f"{tiling.name} tiling and its graph of cells", True)
+
+
 def draw_circuit(
     tiling: DrawnGrid,
     cells: Sequence[DrawnCell],
