@@ -175,7 +175,7 @@ def test_and_or_not_and_brackets_agree_with_a_naive_reading(reader):
     seen = set()
 
     @given(st.data(), trees())
-    @settings(max_examples=80, deadline=None, derandomize=True)
+    @settings(max_examples=120, deadline=None, derandomize=True)
     def check(data, tree):
         tree = without_spaces(tree)
         expected = tuple(tuple(row.values()) for row in table if naive(row, tree))
