@@ -74,7 +74,7 @@ def target_options(command: Command) -> Command:
             help="Which designs are kept: all, those that fold into two stacks, or those that fold without twist.",
         ),
         click.option(
-            "--array", "array_spec", metavar="SPEC", help="Search one array: 6x5, 3-4-3, p5x4, t5, h3 or @FILE."
+            "--array", "array_spec", metavar="SPEC", help="Search one array: 6x5, 3-4-3, p5x4, t5, h3, s1 or @FILE."
         ),
         click.option("--n", type=int, metavar="N", help="Search all arrays of N cells."),
         click.option(

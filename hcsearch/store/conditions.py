@@ -275,8 +275,8 @@ def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
         raise errors[0]
     if errors and not notations:
         raise QueryError(
-            f"no grid has an array {spec!r}: write 6x5, 3-4-3, p5x4, t5, h3, @file or an array's notation; with its "
-            "grid, as in grid=hex, the query says what is wrong"
+            f"no grid has an array {spec!r}: write 6x5, 3-4-3, p5x4, t5, h3, s1, @file or an array's notation; with "
+            "its grid, as in grid=hex, the query says what is wrong"
         )
     return notations
 

@@ -27,7 +27,7 @@ TEXTS = ["", "x", "\x1b[31m", "\0", "\ud800", "\udcff", "a" * 5000, "/", ".", ".
 DATABASES = ["d.sqlite", "none.sqlite", "cells.txt", "", "no/such/d.sqlite"]
 FILES = ["none.csv", "cells.txt", "pipe", "/dev/zero", "/dev/null", ".", "", "\0", "\ud800", "a" * 5000, "d.sqlite"]
 ARRAYS = ["2x2", "3-4-3", "t3", "h2", "p2x2", "@cells.txt", "@pipe", "@/dev/zero", "hex:f." + "f" * 50_000, "900x900"]
-ARRAYS += ["hex:e.f.7", "square:3.3", "0x0", "@", "@d.sqlite", BIG + "x1", *TEXTS]
+ARRAYS += ["s1", "hex:e.f.7", "square:3.3", "kite:1", "0x0", "@", "@d.sqlite", BIG + "x1", *TEXTS]
 DESIGNS = ["1", "99", "1:0", "hex:024", "hex:024:1", "hex:" + "0" * 9999, "hex:0234550132:" + "0" * 5000, BIG]
 DESIGNS += ["1:" + BIG, ":", "::", *TEXTS]
 QUERIES = ["n=6", "array=h2", "untwisted or n=6", "(" * 2000, "not " * 2000, "n=6 " * 2000, "id=1 or (n=6 not id=2)"]

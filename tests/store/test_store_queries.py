@@ -300,7 +300,7 @@ def test_circuits_are_found_in_any_position_order_and_direction(stored_arrays):
     ("query", "message"),
     [
         ("array=4-4", None),
-        ("array=six", "no grid has an array 'six': write 6x5, 3-4-3, p5x4, t5, h3, @file or an array's notation"),
+        ("array=six", "no grid has an array 'six': write 6x5, 3-4-3, p5x4, t5, h3, s1, @file or an array's notation"),
         ("grid=square array=3-4-3", "the square grid has no array '3-4-3': use 6x5"),
         ("grid=square (array=3-4-3 or n=4)", "the square grid has no array '3-4-3'"),
         ("grid=square array=hex:e.f.7", "'hex:e.f.7' is not on the grid square: name the grid hex"),
