@@ -1,25 +1,23 @@
 """Pictures of arrays, circuits and foldings as small inline SVG texts.
 
 Functions take plain data: cells, their tiling, and the fold of each crease. The module imports nothing of the package,
-so that values of all higher layers can draw themselves. All coordinates are integers, about
-`DRAWING_SIDE_UNITS` to the side of a panel, y downwards.
+so that values of all higher layers can draw themselves. All coordinates are integers, `DRAWING_SIDE_UNITS` to the
+shortest side of a panel, y downwards.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from itertools import pairwise
 from typing import Protocol
 
 DRAWING_SIDE_UNITS = 100
-"""Units to the (shorter) side of a panel: rounding to integers is then half a percent of it."""
+"""Units to the shortest side of a panel: rounding to integers is then half a percent of it."""
 
-DRAWING_SIDES = {"rhombus": 100, "kite": 120, "right45": 130, "right30": 200, "obtuse": 140}
-"""Units to the first side of panels of other shapes, which are smaller: areas of about 0.8 of a square's."""
-
-DRAWING_SIDE_PIXELS = {"triangle": 64, "square": 48, "rectangle": 44, "hex": 40}
-"""Screen pixels to `DRAWING_SIDE_UNITS` in a standalone picture: panels of about equal area."""
+DRAWING_SIDE_PIXELS = {3: 64, 4: 48, 6: 40}
+"""Screen pixels to the shortest side of a panel in a standalone picture, by its number of sides: about equal areas."""
 
 DRAWING_STYLES: dict[str, dict[str, str]] = {
     "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
@@ -60,8 +58,12 @@ class DrawnGrid(Protocol):
         """Name of the grid."""
 
     @property
+    def stretched(self) -> bool:
+        """Whether panels have a length and another width."""
+
+    @property
     def is_rectangular(self) -> bool:
-        """Whether panels may have a length and another width."""
+        """Whether panels are squares or rectangles, whose lengths and widths are free."""
 
     def point(self, cell: DrawnCell) -> DrawingPoint:
         """Lattice point of a cell."""
@@ -86,7 +88,7 @@ def draw_array(
 ) -> str:
     """Draw the panels of an array.
 
-    size : length and width of a panel on rectangular grids; only their ratio matters. Default: 1, rectangles 50 x 40.
+    size : length and width of squares and rectangles; only their ratio matters. Default: 1, rectangles 50 x 40.
     standalone : with the style of each line and a size in pixels; else the page styles the classes (`stylesheet`).
     """
     sheet = _Sheet(tiling, cells, size)
@@ -145,6 +147,18 @@ def stylesheet(scope: str = "svg") -> str:
     )
 
 
+def drawn_size(tiling: DrawnGrid, size: tuple[float, float] | None = None) -> tuple[float, float]:
+    """Return the length and width by which coordinates are stretched in a picture: 1 where panels have one shape."""
+    if not tiling.is_rectangular:
+        return (1, 1)
+    return size or ((50, 40) if tiling.stretched else (1, 1))
+
+
+def shortest_side(corners: Sequence[tuple[float, float]]) -> float:
+    """Return the length of a polygon's shortest side."""
+    return min(map(math.dist, corners, [*corners[1:], corners[0]]))
+
+
 class _Sheet:
     """Panels in integer coordinates, and the edges between neighbouring ones.
 
@@ -152,18 +166,17 @@ class _Sheet:
     """
 
     def __init__(self, tiling: DrawnGrid, cells: Sequence[DrawnCell], size: tuple[float, float] | None) -> None:
-        length, width = size or ((50, 40) if tiling.name == "rectangle" else (1, 1))
-        if not tiling.is_rectangular:
-            length = width = 1
-        scale = DRAWING_SIDES.get(tiling.name, DRAWING_SIDE_UNITS) / min(length, width)
+        length, width = drawn_size(tiling, size)
+        scale = DRAWING_SIDE_UNITS / (min(length, width) * shortest_side(tiling.corners(cells[0])))
         corners = [[(scale * length * x, -scale * width * y) for x, y in tiling.corners(cell)] for cell in cells]
         left = min(x for panel in corners for x, _ in panel) - DRAWING_MARGIN
         top = min(y for panel in corners for _, y in panel) - DRAWING_MARGIN
 
         def pixel(x: float, y: float) -> DrawingPoint:
-            return round(x - left), round(y - top)
+            # halves that are not exact are rounded as the script of pages does, which sums in another order
+            return round(round(x - left, 6)), round(round(y - top, 6))
 
-        self.pixels = DRAWING_SIDE_PIXELS.get(tiling.name, 46)
+        self.pixels = 44 if tiling.stretched else DRAWING_SIDE_PIXELS[len(corners[0])]
         self.panels = [[pixel(x, y) for x, y in panel] for panel in corners]
         points = [tiling.point(cell) for cell in cells]
         places = [tiling.position(point) for point in points]
@@ -230,7 +243,7 @@ def _start(centre: DrawingPoint) -> str:
 
 
 def _numbers(creases: Sequence[Segment]) -> str:
-    """Write the number of each crease on its line, beside the circuit, which crosses it in the middle."""
+    """Write the number of each crease on its line, beside the circuit, which crosses it near the middle."""
     texts = (
         f'<text x="{round(0.72 * a[0] + 0.28 * b[0])}" y="{round(0.72 * a[1] + 0.28 * b[1]) + 7}">{k}</text>'
         for k, (a, b) in enumerate(creases)

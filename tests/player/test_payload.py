@@ -43,6 +43,15 @@ def test_a_replay_comes_back_within_its_rounding(made):
         assert getattr(again, name) == getattr(replay, name)
 
 
+@pytest.mark.parametrize("name", ["right45:0101:1", "kite:120210310130:2"])
+def test_hinges_that_span_several_creases_come_back_as_one(name):
+    linkage = min(linkages_of(Folding.from_notation(name)), key=lambda one: one.n_hinges)
+    creases = [crease for crease in linkage.pattern.creases.values() if crease.face is not None]
+    states = np.linspace(np.zeros(linkage.n_hinges), linkage.folded, 3)
+    again = replay_in(json.loads(json.dumps(payload_of(replay_of_path(linkage, states, name, margin=1e-5)))))
+    assert again.linkage.n_hinges == linkage.n_hinges < len(creases)
+
+
 @settings(max_examples=25)
 @given(random_replays())
 def test_plain_data_are_the_same_after_a_round_trip(made):

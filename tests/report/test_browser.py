@@ -6,14 +6,15 @@ import pytest
 from matplotlib.image import imread
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import open_readonly, select
-from hcsearch.web.report.data import ReportData, fetch_report_data
+from hcsearch.web.report.data import fetch_report_data
 from hcsearch.web.report.page_files import render_report
-from hcsearch.web.report.script_data import page_data
+from hcsearch.web.report.script_data import grid_data, page_data
 from hcsearch.web.report.templating import joined_script
 from tests.report.browser import chromium, complaints, driven
 
@@ -170,19 +171,30 @@ def run_modules(folder, modules: tuple[str, ...], setup: object, code: str) -> o
 
 
 def test_pictures_are_those_that_python_draws(tmp_path):
-    sizes = {"hex": (6, 9, 10, 12), "square": (8, 12), "rectangle": (8, 12), "triangle": (10, 18)}
-    sizes |= {"rhombus": (7, 12), "kite": (8, 9), "right45": (12, 16), "right30": (12, 14), "obtuse": (13, 14)}
+    sizes = {
+        "hex": (6, 9, 10, 12),
+        "square": (8, 12),
+        "rectangle": (8, 12),
+        "triangle": (10, 18),
+        "rhombus": (10, 12),
+        "kite": (6, 8, 10),
+        "right45": (8, 12, 14),
+        "right30": (8, 12),
+        "obtuse": (12, 16),
+    }
     circuits = [c for grid, ns in sizes.items() for n in ns for c in enumerate_circuits(grid, n=n, limit=40)]
+    circuits += [Circuit(c.grid, c.word[1:] + c.word[:1]) for c in circuits]  # begins on a panel of any kind
     asked = [(circuit, None, None) for circuit in circuits]
     asked += [(circuit, folding, None) for circuit in circuits for folding in foldings(circuit)]
     asked += [(circuit, folding, (60, 37)) for circuit, folding, _ in asked if circuit.grid.name == "rectangle"]
     given = {
-        "grids": page_data(ReportData(title=""))["grids"],
+        "grids": {name: grid_data(grid) for name, grid in GRIDS.items()},
         "asked": [[c.notation, folding and folding.crease, size] for c, folding, size in asked],
     }
     code = "given.asked.map(([notation, crease, size]) => Geometry.picture(given.grids, notation, crease, size))"
     drawn = run_modules(tmp_path, ("geometry",), given, code)
     assert {circuit.grid.name for circuit, _, _ in asked} == set(GRIDS)
+    assert len({circuit.notation.split(":")[1][0] for circuit, _, _ in asked} - set("0123456789")) > 3
     assert sum(folding is not None for _, folding, _ in asked) > 50
     for (circuit, folding, size), picture in zip(asked, drawn, strict=True):
         svg = draw_circuit(

@@ -10,7 +10,9 @@ from hcsearch.basics.errors import OutputError, SceneError
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.records import Trial
+from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.page_files import render_design, write_design
@@ -138,3 +140,13 @@ def test_hostile_text_stays_text(computed):
     assert Page(text).count("script") == 3
     assert not re.search(r"<script>alert", text)
     assert json.loads(json.dumps(data_of(text)))[0]["title"] == hostile
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_a_page_draws_a_circuit_of_any_grid_with_smaller_numbers_on_triangles(grid, tmp_path):
+    circuit = next(iter(enumerate_circuits(grid, n=12)))
+    path = write_design(circuit, [], tmp_path / "page.html", db="none.sqlite")
+    page = Page(path.read_text(encoding="utf-8"))
+    assert len(page.with_class("picture")) == 1
+    assert bool(page.with_class("triangles")) == (GRIDS[grid].edges_per_cell == 3)
+    assert [text for tag, text in page.texts if tag == "text"] == list(map(str, range(12)))

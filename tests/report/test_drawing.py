@@ -1,3 +1,4 @@
+import math
 import re
 import xml.etree.ElementTree as ET
 
@@ -11,7 +12,17 @@ from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import DRAWING_STYLES, draw_array, draw_circuit, stylesheet
 
-SIZES = {"hex": (6, 8, 10), "square": (8, 10, 12), "rectangle": (8, 10), "triangle": (10, 14, 18)}
+SIZES = {
+    "hex": (6, 8, 10),
+    "square": (8, 10, 12),
+    "rectangle": (8, 10),
+    "triangle": (10, 14, 18),
+    "rhombus": (10, 12),
+    "kite": (6, 8, 10),
+    "right45": (8, 12, 14),
+    "right30": (8, 12),
+    "obtuse": (12, 16),
+}
 CIRCUITS = [
     circuit for grid, sizes in SIZES.items() for n in sizes for circuit in enumerate_circuits(grid, n=n, limit=50)
 ]
@@ -39,7 +50,7 @@ def middle(line):
 
 def extent(line) -> tuple[float, float]:
     (a, b), (c, d) = line[0], line[-1]
-    return abs(c - a), abs(d - b)
+    return c - a, d - b
 
 
 def draw(circuit: Circuit, assignment=None, **options) -> str:
@@ -62,11 +73,13 @@ def test_every_hinge_lies_where_the_circuit_crosses_it(circuit):
     (centres,) = pieces(svg, "circuit")
     for k, hinge in enumerate(pieces(svg, "hinge")):
         step = [centres[k], centres[(k + 1) % circuit.n]]
-        assert middle(hinge) == pytest.approx(middle(step), abs=2)
-        if circuit.grid.name != "rectangle":
-            (width, height), (dx, dy) = extent(hinge), extent(step)
-            assert width**2 + height**2 == pytest.approx(1e4, rel=0.05)
-            assert abs(width * dx - height * dy) < 3e2  # at right angles
+        along, across = extent(hinge), extent(step)
+        length, distance = math.hypot(*along), math.hypot(*across)
+        x, y = (m - start for m, start in zip(middle(step), hinge[0], strict=True))
+        assert length > 98
+        assert abs(along[0] * across[0] + along[1] * across[1]) < 1.5 * (length + distance)  # at right angles
+        assert abs(along[0] * y - along[1] * x) < 2 * length  # halfway between the centres
+        assert 0.1 * length < (along[0] * x + along[1] * y) / length < 0.9 * length
 
 
 @given(circuits)
@@ -119,13 +132,29 @@ def test_panels_have_the_ratio_of_their_sides(grid, size, ratio):
     assert width / height == pytest.approx(ratio, rel=0.02)
 
 
-def test_hexagons_stay_regular_whatever_the_panel_size():
-    cells = [(0, 0)]
-    assert draw_array(GRIDS["hex"], cells, size=(60, 30)) == draw_array(GRIDS["hex"], cells)
+@pytest.mark.parametrize("grid", sorted(set(GRIDS) - {"square", "rectangle"}))
+def test_other_panels_keep_their_shape_whatever_the_panel_size(grid):
+    cells = [(0, 0, kind) for kind in range(GRIDS[grid].kinds)]
+    assert draw_array(GRIDS[grid], cells, size=(60, 30)) == draw_array(GRIDS[grid], cells)
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_panels_have_similar_areas_on_a_screen_and_a_shortest_side_of_a_hundred_units(grid):
+    svg = draw_array(GRIDS[grid], [(0, 0, kind) for kind in range(GRIDS[grid].kinds)])
+    pixels, units = (int(re.search(pattern, svg)[1]) for pattern in (r'width="(\d+)"', r'viewBox="0 0 (\d+)'))
+    for panel in pieces(svg, "panel"):
+        sides = list(zip(panel, panel[1:] + panel[:1], strict=True))
+        area = abs(sum(a * d - b * c for (a, b), (c, d) in sides)) / 2
+        assert min(math.dist(*side) for side in sides) == pytest.approx(100, abs=1.5)
+        assert 40 < math.sqrt(area) * pixels / units < 66
 
 
 @pytest.mark.parametrize(
-    ("grid", "spec"), [("hex", "3-4-3"), ("triangle", "t3"), ("square", "3x2"), ("rectangle", "3x2")]
+    ("grid", "spec"),
+    [
+        *(("hex", "3-4-3"), ("triangle", "t3"), ("square", "3x2"), ("rectangle", "3x2"), ("rhombus", "2-3")),
+        *(("kite", "t2"), ("right45", "3x2"), ("right30", "s1"), ("obtuse", "h1")),
+    ],
 )
 def test_an_array_draws_its_panels_alone(grid, spec):
     array = parse_array(GRIDS[grid], spec)

@@ -1,4 +1,5 @@
 import math
+from itertools import combinations
 
 import pytest
 from hypothesis import given
@@ -10,10 +11,39 @@ from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.web.report.design_data import envelope_at, folding_room_of
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
-FOLDINGS = [f for grid, ns in SIZES.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]
+OTHER_SIZES = {"rhombus": (8, 12), "kite": (8, 10), "right45": (8, 10, 12), "right30": (4, 8, 12), "obtuse": (12, 14)}
 
 
-@given(st.sampled_from(FOLDINGS))
+def foldings_of_sizes(sizes: dict[str, tuple[int, ...]]) -> list[Folding]:
+    return [f for grid, ns in sizes.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]
+
+
+OLD, OTHER = foldings_of_sizes(SIZES), foldings_of_sizes(OTHER_SIZES)
+FOLDINGS = OLD + OTHER
+
+
+def least_box(points) -> float:
+    """The least area of a rectangle around points in the plane: a side of it is along a line through two of them."""
+    areas = []
+    for (x, y), (u, v) in combinations(points, 2):
+        along = [((u - x) * p + (v - y) * q) for p, q in points]
+        across = [((u - x) * q - (v - y) * p) for p, q in points]
+        areas.append((max(along) - min(along)) * (max(across) - min(across)) / ((u - x) ** 2 + (v - y) ** 2))
+    return min(areas)
+
+
+@given(st.sampled_from(OTHER))
+def test_two_stacks_stand_on_the_cells_at_a_flat_crease(folding):
+    room, circuit = folding_room_of(folding, SCENES["default"]), folding.circuit
+    pair = [circuit.cells[folding.crease], circuit.cells[(folding.crease + 1) % circuit.n]]
+    corners = {(round(50 * x, 9), round(50 * y, 9)) for cell in pair for x, y in circuit.grid.corners(cell)}
+    assert len(corners) == 2 * circuit.grid.edges_per_cell - 2
+    assert 1e6 * room.packed.length * room.packed.width == pytest.approx(least_box(corners))
+    assert 1e3 * room.packed.height == pytest.approx(6 * circuit.n / 2)
+    assert room.flat.length * room.flat.width >= room.area * (1 - 1e-9)
+
+
+@given(st.sampled_from(OLD))
 def test_two_stacks_stand_on_two_cells(folding):
     room = folding_room_of(folding, SCENES["default"])
     side, across = 50.0, 50.0 * math.sqrt(3)

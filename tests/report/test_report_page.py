@@ -25,6 +25,13 @@ def test_every_design_and_folding_is_on_the_page(hex_ten):
     assert column(data, "foldings", "twist") == [row["twist"] for _, row in rows]
 
 
+def test_a_page_holds_the_tables_of_its_own_grids_alone(hex_ten):
+    kite = {**hex_ten.designs[0], "id": 121, "grid": "kite", "circuit": "kite:1202103030"}
+    assert set(data_of(render_report(hex_ten))["grids"]) == {"hex"}
+    assert set(data_of(render_report(replace(hex_ten, designs=[*hex_ten.designs, kite])))["grids"]) == {"hex", "kite"}
+    assert data_of(render_report(ReportData(title="Nothing")))["grids"] == {}
+
+
 def test_the_folding_that_the_database_names_is_drawn(hex_ten):
     named = {design["id"]: rows[-1]["crease"] for design in hex_ten.designs if (rows := hex_ten.foldings[design["id"]])}
     assert len(named) == 32

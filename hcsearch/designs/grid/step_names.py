@@ -9,6 +9,7 @@ the kind of the first panel, `b` for kind 1 and so on, if that is not 0.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,24 +38,32 @@ def _frames(grid: Grid) -> tuple[NDArray[np.int64], NDArray[np.int64], list[int]
     return labels, after, [kinds.index(kind) for kind in range(grid.kinds)]
 
 
+class ReadingFrames(NamedTuple):
+    """The step that a digit names in a frame, and the next frame, by frame and digit; the first frame of each kind."""
+
+    steps: list[list[int]]
+    after: list[list[int]]
+    first: list[int]
+
+
+@lru_cache(maxsize=16)
+def reading_frames(grid: Grid) -> ReadingFrames:
+    """The tables by which the digits of a circuit are read; there is one frame where digits are directions."""
+    if are_directions(grid):
+        count = len(grid.steps)
+        return ReadingFrames([list(range(count))], [[0] * count], [0] * grid.kinds)
+    labels, after, first = _frames(grid)
+    places = [np.argsort(row)[-grid.edges_per_cell :] for row in labels]
+    return ReadingFrames(
+        [place.tolist() for place in places],
+        [row[place].tolist() for row, place in zip(after, places, strict=True)],
+        first,
+    )
+
+
 def are_directions(grid: Grid) -> bool:
     """Whether steps are written as directions: where each direction has one step."""
     return len(grid.steps) == grid.directions
-
-
-def digit_steps(grid: Grid) -> tuple[list[list[tuple[int, int]]], list[int]]:
-    """The step of each digit and the frame after it, for each frame, and the first frame of each kind.
-
-    Where steps are written as directions there is one frame.
-    """
-    if are_directions(grid):
-        return [[(step, 0) for step in range(len(grid.steps))]], [0] * grid.kinds
-    labels, after, first = _frames(grid)
-    rows = []
-    for frame_labels, frames in zip(labels.tolist(), after.tolist(), strict=True):
-        order = [frame_labels.index(label) for label in range(grid.edges_per_cell)]
-        rows.append([(step, frames[step]) for step in order])
-    return rows, first
 
 
 def name_steps(grid: Grid, word: tuple[int, ...]) -> str:
@@ -82,13 +91,12 @@ def read_steps(grid: Grid, text: str) -> tuple[int, ...]:
             f"circuit '{grid.name}:{text}' crosses an edge that a panel of the grid does not have: write edges "
             f"0 to {sides - 1}, as {grid.name}:{'012'[:sides]}"
         )
-    labels, after, first = _frames(grid)
-    frame = first[kind]
+    frames = reading_frames(grid)
+    frame = frames.first[kind]
     word = []
-    for digit in text[1 if kind else 0 :]:
-        step = int(np.flatnonzero(labels[frame] == int(digit))[0])
-        word.append(step)
-        frame = after[frame, step]
+    for digit in map(int, text[1 if kind else 0 :]):
+        word.append(frames.steps[frame][digit])
+        frame = frames.after[frame][digit]
     return tuple(word)
 
 

@@ -75,8 +75,8 @@ class Grid:
 
     @property
     def is_rectangular(self) -> bool:
-        """Whether panels may have a length and another width: on squares and rectangles."""
-        return self.tiling.name == "square"
+        """Whether panels are squares or rectangles, whose lengths and widths are free."""
+        return self.axes == self.edges_per_cell == 4
 
     @property
     def step_classes(self) -> int:

@@ -27,6 +27,8 @@
 | `gaps` | gaps of these pairs, below 0 where they overlap | `unit` / 10 |
 | `touching` | number of pairs of panels that touch at each key state | |
 
+Corners and hinges have whole numbers, or decimals where a hinge spans several creases: these must stay on one line.
+
 Poses follow `Linkage.poses`: the pose of a panel is that of its parent times the rotation about the hinge between, by
 sign times fold angle; the axis points from start to end for a hinge on the bottom face, from end to start otherwise.
 """
@@ -63,6 +65,8 @@ def payload_of(replay: Replay) -> Payload:
     linkage, pattern = replay.linkage, replay.linkage.pattern
     unit = _unit(1e3 * pattern.size)
     step = 1e-3 * unit
+    n_creases = sum(crease.face is not None for crease in pattern.creases.values())
+    digits = None if n_creases == len(pattern.hinges) else 5
     chain = linkage.chain
     scale = max(ANGLE_STEP, float(np.abs(replay.angles).max(initial=0.0)) / 32767)
     nearest = nearest_panels(linkage, replay.angles)
@@ -73,7 +77,7 @@ def payload_of(replay: Replay) -> Payload:
         "source": replay.source,
         "unit": unit,
         "thickness": round(pattern.thickness / step),
-        "corners": [round(x / step) for vertex in pattern.vertices for x in vertex],
+        "corners": [round(x / step, digits) for vertex in pattern.vertices for x in vertex],
         "facets": [list(face) for face in pattern.faces],
         "panel": list(pattern.panel_of),
         "stack": stacks_of(linkage),
@@ -81,7 +85,13 @@ def payload_of(replay: Replay) -> Payload:
             [i, j, pattern.hinge_of((i, j)) if crease.face else -1] for (i, j), crease in pattern.creases.items()
         ],
         "hinges": [
-            [*(round(x / step) for x in (*h.start, *h.end)), int(h.face == "top"), int(h.closes), h.first, h.second]
+            [
+                *(round(x / step, digits) for x in (*h.start, *h.end)),
+                int(h.face == "top"),
+                int(h.closes),
+                h.first,
+                h.second,
+            ]
             for h in pattern.hinges
         ],
         "order": chain.order.tolist(),

@@ -57,8 +57,9 @@ def _picture(
     circuit: Circuit, size: tuple[float, float] | None, title: str, assignment: Sequence[str] | None = None
 ) -> Markup:
     svg = draw_circuit(circuit.grid, circuit.cells, assignment, numbers=True, size=size, title=title, standalone=False)
+    triangles = " triangles" if circuit.grid.edges_per_cell == 3 else ""
     # Trusted: integers and fixed words, and a title that `draw_circuit` escapes.
-    return Markup(svg)
+    return Markup(f'<div class="picture{triangles}">{svg}</div>')
 
 
 def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:

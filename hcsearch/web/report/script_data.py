@@ -10,8 +10,8 @@ from hcsearch.basics.vocabulary import DESIGN_STATUSES
 from hcsearch.cases.names import deployment_scene_name
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
-from hcsearch.designs.grid.step_names import digit_steps
-from hcsearch.shape.drawing import DRAWING_SIDE_UNITS, DRAWING_SIDES
+from hcsearch.designs.grid.step_names import reading_frames
+from hcsearch.shape.drawing import drawn_size, shortest_side
 from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import best_deployment, status_reason, verdict_of_row
@@ -34,6 +34,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
     keys = [(design_id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
     deployments = [data.deployments.get(key, ()) for key in keys]
     best = [drawn_crease(data, design) for design in data.designs]
+    names = {str(design.get("circuit", "")).partition(":")[0] for design in data.designs}
     reasons = [
         status_reason(row, data.motions.get(key), rows_of_folding)
         for (_, row), key, rows_of_folding in zip(rows, keys, deployments, strict=True)
@@ -55,7 +56,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "where": data.database_option,
         "pages": data.page_address,
         "size": data.size,
-        "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
+        "grids": {name: grid_data(grid) for name, grid in GRIDS.items() if name in names},
         "statuses": list(DESIGN_STATUSES),
         "quantities": [describe_quantity(quantity) for quantity in data.columns],
         "folding_quantities": [describe_quantity(quantity) for quantity in FOLDING_COLUMNS],
@@ -114,30 +115,27 @@ def design_id_of(design: ViewRow) -> int:
     return int(str(design.get("id", 0)))
 
 
-def _grid(grid: Grid) -> dict[str, Any]:
-    """Return the drawing data of a grid.
+def grid_data(grid: Grid) -> dict[str, Any]:
+    """Return the drawing data of a grid, in corner units: `Grid.corner_scale` to a lattice point.
 
-    unit : Cartesian coordinates of the lattice points (1, 0) and (0, 1). places, corners, leaving : of the cell of each
-    kind at home, corners relative to its place. side : units of pictures to the first side. digits : for each frame,
-    the step and the next frame of each digit of a notation; frames : the first frame of each kind.
+    steps : kind of the panel that is left, and the vector. corners : of each kind, relative to its lattice point.
+    axes : coordinates of the two unit vectors for panels whose shortest side is 1. size : length and width by default,
+    null where panels have one shape. digits, after, first : `ReadingFrames`.
     """
-    homes = [(0, 0, kind) for kind in range(grid.kinds)]
-    centres = [grid.position(grid.point(home)) for home in homes]
-    digits, frames = digit_steps(grid)
+    frames, scale = reading_frames(grid), grid.corner_scale
+    shortest = scale * shortest_side(grid.corners((0, 0, 0)))
+    corners = []
+    for kind in range(grid.kinds):
+        x, y = grid.point((0, 0, kind))
+        corners.append([(cx - scale * x, cy - scale * y) for cx, cy in grid.lattice_corners((0, 0, kind))])
     return {
-        "steps": grid.steps,
-        "kinds": [kind for kind, _ in grid.step_kinds],
-        "unit": [grid.position((1, 0)), grid.position((0, 1))],
-        "places": [grid.point(home) for home in homes],
-        "corners": [
-            [(x - cx, y - cy) for x, y in grid.corners(home)] for home, (cx, cy) in zip(homes, centres, strict=True)
-        ],
-        "leaving": grid.leaving,
-        "digits": digits,
-        "frames": frames,
-        "rectangular": grid.is_rectangular,
-        "small": grid.name == "triangle",
-        "side": DRAWING_SIDES.get(grid.name, DRAWING_SIDE_UNITS),
+        "steps": [(kind, scale * x, scale * y) for (kind, _), (x, y) in zip(grid.step_kinds, grid.steps, strict=True)],
+        "corners": corners,
+        "axes": [[value / shortest for value in grid.position(unit)] for unit in ((1, 0), (0, 1))],
+        "size": drawn_size(grid) if grid.is_rectangular else None,
+        "digits": frames.steps,
+        "after": frames.after,
+        "first": frames.first,
     }
 
 

@@ -1,36 +1,34 @@
 // Pictures of circuits and foldings: the same integers as `drawing.py` writes, from a notation and a flat crease.
 const Geometry = (() => {
-  const MARGIN = 8;
+  const SIDE = 100, MARGIN = 8;
   const KINDS = ["flat", "hinge", "mountain", "valley"];
 
-  // Python rounds halves to even.
+  // Python rounds halves to even; sums in another order may leave a half a little beside it.
   const rounded = (value) => {
-    const near = Math.round(value);
-    return near - value === 0.5 && near % 2 ? near - 1 : near;
+    const exact = Math.round(1e6 * value) / 1e6, near = Math.round(exact);
+    return near - exact === 0.5 && near % 2 ? near - 1 : near;
   };
 
-  // The steps of a notation: a letter before the digits names the kind of the first panel.
-  function steps(grid, text) {
-    const kind = /^[a-z]/.test(text) ? text.charCodeAt(0) - 97 : 0;
-    let frame = grid.frames[kind];
-    return [...text.slice(kind ? 1 : 0)].map((digit) => {
-      const [step, next] = grid.digits[frame][Number(digit)];
-      frame = next;
-      return step;
+  // The steps that a notation names: its digits, after a letter for the kind of the first panel if that is not `a`.
+  function word(grid, text) {
+    const letter = text[0] >= "a";
+    let frame = grid.first[letter ? text.charCodeAt(0) - 97 : 0];
+    return [...text.slice(letter ? 1 : 0)].map((digit) => {
+      const step = grid.digits[frame][digit];
+      frame = grid.after[frame][digit];
+      return grid.steps[step];
     });
   }
 
-  function points(grid, word) {
-    let [x, y] = grid.places[grid.kinds[word[0]]];
-    return word.map((step) => {
+  function points(steps) {
+    let x = 0, y = 0;
+    return steps.map(([, dx, dy]) => {
       const here = [x, y];
-      x += grid.steps[step][0];
-      y += grid.steps[step][1];
+      x += dx;
+      y += dy;
       return here;
     });
   }
-
-  const position = ({ unit: [a, b] }, [x, y]) => [a[0] * x + b[0] * y, a[1] * x + b[1] * y];
 
   // The fold of each crease, as `Folding.assignment` has it; hinges of no known fold without a crease.
   function assignment(n, crease) {
@@ -51,27 +49,23 @@ const Geometry = (() => {
     return `M${first.trimStart()}l${steps.join("").trimStart()}${closed ? "z" : ""}`;
   };
 
-  // Width, height, [class, path data] of each path in the order they are drawn, and the creases as segments.
+  // Width, height, sides of a panel, [class, path data] of each path as they are drawn, and the creases as segments.
   function picture(grids, notation, crease, size) {
     const [name, text] = notation.split(":");
-    const grid = grids[name], word = steps(grid, text), n = word.length, kinds = word.map((step) => grid.kinds[step]);
-    let [length, width] = size || (name === "rectangle" ? [50, 40] : [1, 1]);
-    if (!grid.rectangular) length = width = 1;
-    const scale = grid.side / Math.min(length, width);
-    const places = points(grid, word);
-    const corners = places.map((p, k) => {
-      const [cx, cy] = position(grid, p);
-      return grid.corners[kinds[k]].map(([x, y]) => [scale * length * (cx + x), -scale * width * (cy + y)]);
-    });
+    const grid = grids[name], steps = word(grid, text), places = points(steps), n = steps.length;
+    const [length, width] = (grid.size && size) || grid.size || [1, 1];
+    const scale = SIDE / Math.min(length, width), [[ax, ay], [bx, by]] = grid.axes;
+    const position = ([x, y]) => [scale * length * (x * ax + y * bx), -scale * width * (x * ay + y * by)];
+    const corners = places.map(([x, y], k) => grid.corners[steps[k][0]].map(([dx, dy]) => position([x + dx, y + dy])));
     const all = corners.flat();
     const left = Math.min(...all.map((p) => p[0])) - MARGIN, top = Math.min(...all.map((p) => p[1])) - MARGIN;
     const pixel = ([x, y]) => [rounded(x - left), rounded(y - top)];
     const panels = corners.map((panel) => panel.map(pixel));
-    const centres = places.map((p) => position(grid, p)).map(([x, y]) => pixel([scale * length * x, -scale * width * y]));
+    const centres = places.map((p) => pixel(position(p)));
     const key = (i, j) => Math.min(i, j) * n + Math.max(i, j);
     const at = new Map(places.map((p, k) => [p.join(), k])), edges = new Map();
-    places.forEach((p, k) => grid.leaving[kinds[k]].forEach((step, side) => {
-      const to = at.get([p[0] + grid.steps[step][0], p[1] + grid.steps[step][1]].join());
+    places.forEach(([x, y], k) => grid.steps.filter(([kind]) => kind === steps[k][0]).forEach(([, dx, dy], side) => {
+      const to = at.get([x + dx, y + dy].join());
       if (to > k) edges.set(key(k, to), [panels[k][side], panels[k][(side + 1) % panels[k].length]]);
     }));
     const creases = places.map((_, k) => {
@@ -92,6 +86,7 @@ const Geometry = (() => {
     return {
       width: extent(0),
       height: extent(1),
+      sides: panels[0].length,
       paths: drawn.filter(([, lines]) => lines.length).map(
         ([kind, lines, closed]) => [kind, lines.map((line) => subpath(line, closed)).join("")]),
       creases,

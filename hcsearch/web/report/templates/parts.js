@@ -20,8 +20,7 @@ const Parts = (() => {
   function picture(table, i, crease, numbers = false) {
     if (!table.readable[i]) return element("p", { class: "nothing" }, "no picture");
     const drawn = Geometry.picture(table.grids, table.designs.circuit[i], crease, table.size);
-    const triangles = table.grids[table.designs.circuit[i].split(":")[0]].small;
-    const svg = shape("svg", { role: "img", ...(triangles && { class: "triangles" }), viewBox: `0 0 ${drawn.width} ${drawn.height}` });
+    const svg = shape("svg", { role: "img", ...(drawn.sides === 3 && { class: "triangles" }), viewBox: `0 0 ${drawn.width} ${drawn.height}` });
     svg.append(shape("title", {}, table.designs.circuit[i]));
     svg.append(...drawn.paths.map(([kind, d]) => shape("path", { class: kind, d })));
     if (numbers) {
@@ -56,7 +55,7 @@ const Parts = (() => {
 
   // The two flat creases of a folding, which are half a circuit apart.
   function creases(table, row) {
-    const { crease, design } = table.foldings, half = table.designs.circuit[design[row]].split(":")[1].length / 2;
+    const { crease, design } = table.foldings, half = table.designs.n[design[row]] / 2;
     return [crease[row], crease[row] + half];
   }
 
