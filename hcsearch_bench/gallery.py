@@ -12,8 +12,8 @@ from hcsearch.designs.twisting import twist
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.shape.drawing import draw_graph
 
-_PATCHES = {"square": "4x3", "rectangle": "4x3", "hex": "h2", "rhombus": "h2", "right45": "4x4"}
-"""The array in the picture of each grid; of the others a hexagon of side 1 or 2."""
+_PATCHES = {"triangle": "h2", "rectangle": "4x3", "hex": "h2", "rhombus": "h2", "right45": "4x4"}
+"""The array in the picture of each grid; of the others a hexagon of side 1."""
 _SMALLEST = 6
 """Least number of panels of the designs that are drawn."""
 
@@ -21,7 +21,9 @@ _SMALLEST = 6
 def write_gallery(folder: Path) -> None:
     """Write a picture of each tiling with its graph of cells, and of its smallest folding without twist."""
     for grid in GRIDS.values():
-        array = parse_array(grid, _PATCHES.get(grid.name, "h2" if grid.kinds == 2 else "h1"))
+        if grid.name == "square":  # drawn as a rectangle
+            continue
+        array = parse_array(grid, _PATCHES.get(grid.name, "h1"))
         (folder / f"grid-{grid.name}.svg").write_text(draw_graph(grid, array.cells) + "\n", encoding="utf-8")
         (folder / f"folding-{grid.name}.svg").write_text(_smallest_folding(grid) + "\n", encoding="utf-8")
 
@@ -34,7 +36,7 @@ def _smallest_folding(grid: Grid) -> str:
                 for folding in foldings(Circuit(grid, tuple(word))):
                     if twist(folding) == 0:
                         return folding._repr_svg_()
-    raise AssertionError(f"the {grid.name} grid has a folding of fewer than 20 panels")
+    raise AssertionError(f"the {grid.name} grid has no folding without twist of fewer than 20 panels")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 
 from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
 from hcsearch.designs.grid import Array, Cell, Grid, LatticePoint, check_size, grid_named
-from hcsearch.designs.grid.step_names import are_directions, name_steps, read_steps
+from hcsearch.designs.grid.step_names import name_steps, read_steps
 from hcsearch.designs.grid.turning import step_tables
 from hcsearch.shape.drawing import draw_circuit
 
@@ -75,7 +75,7 @@ class Circuit:
         expect_kind("the notation of a circuit", text, str, "a text, such as 'hex:024'")
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
-        if not colon or not re.fullmatch("[0-9]+" if are_directions(grid) else "[a-l]?[0-9]+", steps, re.ASCII):
+        if not colon or not re.fullmatch("[0-9]+" if grid.has_directed_steps else "[b-l]?[0-9]+", steps, re.ASCII):
             raise NotationError(f"malformed circuit {text!r}: write the grid, a colon and {_digits(grid)}")
         return Circuit(grid, read_steps(grid, steps), start)
 
@@ -223,7 +223,7 @@ class Circuit:
 
 
 def _digits(grid: Grid) -> str:
-    """What the digits of a grid's notations stand for, with an example."""
-    if are_directions(grid):
+    """The meaning of the digits of a grid's notations, with an example, for messages."""
+    if grid.has_directed_steps:
         return f"directions 0 to {grid.directions - 1}, as hex:024"
-    return f"numbers of edges, 0 to {grid.edges_per_cell - 1}, as right45:1212"
+    return f"numbers of edges, 0 to {grid.edges_per_cell - 1}, after a letter if the first panel is not of kind 0"

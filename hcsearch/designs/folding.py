@@ -241,7 +241,7 @@ class Folding:
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size
         if length != width and not circuit.grid.is_rectangular:
-            raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
+            raise PatternError(f"panels of the {circuit.grid.name} grid have one size: give the same length and width")
         corners, faces = circuit.grid.mesh(circuit.cells)
         vertices = tuple((length * x, width * y) for x, y in corners)
         creases: dict[FacetPair, Crease] = {}
@@ -345,7 +345,7 @@ def split_crease(text: str) -> tuple[str, int | None]:
     """Split DESIGN[:CREASE] into a design, given by its notation or id, and a crease or None; NotationError else."""
     parts = text.split(":")
     notation = not parts[0].isdigit()
-    form = "[^:]*(:[a-l]?[0-9]+(:[0-9]+)?)?" if notation else "[0-9]+(:[0-9]+)?"
+    form = "[^:]*(:[b-l]?[0-9]+(:[0-9]+)?)?" if notation else "[0-9]+(:[0-9]+)?"
     if not re.fullmatch(form, text, re.ASCII):
         raise NotationError(f"malformed design {text!r}: write an id or a circuit notation, then :CREASE if wanted")
     # nine digits suffice: longer numbers exceed every crease, and Python reads no more than 4300 digits

@@ -88,7 +88,7 @@ def folded_band(folding: Folding) -> tuple[list[LatticeVector], list[LatticeVect
         sign, offset = frames[panel]
         place = circuit.points[lowest[panel]]
         cell = circuit.cells[lowest[panel]]
-        step = grid.step_towards(cell[2] if grid.kinds > 1 else 0, (sign * direction + offset) % m)
+        step = grid.step_towards(grid.kind_of(cell), (sign * direction + offset) % m)
         (x, y), (ex, ey) = place, grid.steps[step]
         # the edge from right to left, as seen from within a panel whose top face is up
         (ax, ay), (bx, by) = grid.edge_corners(cell, step)

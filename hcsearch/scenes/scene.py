@@ -121,11 +121,11 @@ def panel_of(scene: Scene, grid: str) -> PanelSize:
     """Return the size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
     panel = scene.panel or default_panel(grid)
     if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
-        other = ", or --panel 'across WIDTHxTHICKNESS'"
+        one, other = "one side", ", or --panel 'across WIDTHxTHICKNESS'"
         if grid in GIVEN_EDGES:
-            other = f", where SIDE is the {GIVEN_EDGES[grid]}"
+            one, other = "one given length", f", where SIDE is the {GIVEN_EDGES[grid]}"
         raise SceneError(
-            f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6{other}"
+            f"panels of the {grid} grid have {one}: write --panel SIDExTHICKNESS in mm, such as 50x6{other}"
         )
     return panel
 

@@ -52,7 +52,8 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
                 raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
-            min_cells = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] in "hs" else 1) // 2
+            least = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] in "hs" else 1) // 2
+            min_cells = least * max(1, grid.kinds // 2)
             check_size(min_cells, f"array {spec!r}")
             cells = make(grid, sizes)
             if cells is None:

@@ -49,7 +49,7 @@ class ReadingFrames(NamedTuple):
 @lru_cache(maxsize=16)
 def reading_frames(grid: Grid) -> ReadingFrames:
     """The tables by which the digits of a circuit are read; there is one frame where digits are directions."""
-    if are_directions(grid):
+    if grid.has_directed_steps:
         count = len(grid.steps)
         return ReadingFrames([list(range(count))], [[0] * count], [0] * grid.kinds)
     labels, after, first = _frames(grid)
@@ -61,14 +61,9 @@ def reading_frames(grid: Grid) -> ReadingFrames:
     )
 
 
-def are_directions(grid: Grid) -> bool:
-    """Whether steps are written as directions: where each direction has one step."""
-    return len(grid.steps) == grid.directions
-
-
 def name_steps(grid: Grid, word: tuple[int, ...]) -> str:
     """The text of a closed word of steps, which `read_steps` reads."""
-    if are_directions(grid) or not word or not all(0 <= step < len(grid.steps) for step in word):
+    if grid.has_directed_steps or not word or not all(0 <= step < len(grid.steps) for step in word):
         return "".join(map(str, word))
     labels, after, first = _frames(grid)
     kind = grid.step_kinds[word[0]][0]
@@ -81,20 +76,25 @@ def name_steps(grid: Grid, word: tuple[int, ...]) -> str:
 
 
 def read_steps(grid: Grid, text: str) -> tuple[int, ...]:
-    """Read the text that `name_steps` writes; NotationError where a digit names no edge."""
-    if are_directions(grid):
+    """Read the text that `name_steps` writes; NotationError where a letter names no kind or a digit no edge."""
+    if grid.has_directed_steps:
         return tuple(map(int, text))
     kind = _KIND_LETTERS.index(text[0]) if text[0].isalpha() else 0
-    sides = grid.edges_per_cell
-    if kind >= grid.kinds or any(int(digit) >= sides for digit in text[1 if kind else 0 :]):
+    if kind >= grid.kinds:
+        raise NotationError(
+            f"circuit '{grid.name}:{text}' begins on a panel of no kind of the grid: write a letter from b to "
+            f"{_KIND_LETTERS[grid.kinds - 1]} before the digits, or none"
+        )
+    digits = list(map(int, text[1 if kind else 0 :]))
+    if max(digits) >= grid.edges_per_cell:
         raise NotationError(
             f"circuit '{grid.name}:{text}' crosses an edge that a panel of the grid does not have: write edges "
-            f"0 to {sides - 1}, as {grid.name}:{'012'[:sides]}"
+            f"0 to {grid.edges_per_cell - 1}"
         )
     frames = reading_frames(grid)
     frame = frames.first[kind]
     word = []
-    for digit in map(int, text[1 if kind else 0 :]):
+    for digit in digits:
         word.append(frames.steps[frame][digit])
         frame = frames.after[frame][digit]
     return tuple(word)
@@ -102,7 +102,7 @@ def read_steps(grid: Grid, text: str) -> tuple[int, ...]:
 
 def step_digits(grid: Grid, words: NDArray[np.int8]) -> NDArray[np.uint8]:
     """The digits, as ASCII codes, of canonical words, which begin on a panel of kind 0."""
-    if are_directions(grid):
+    if grid.has_directed_steps:
         return (words + ord("0")).astype(np.uint8)
     labels, after, first = _frames(grid)
     digits = np.empty(words.shape, np.uint8)

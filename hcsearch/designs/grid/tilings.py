@@ -116,6 +116,11 @@ class Grid:
         """The direction of each step; steps themselves on triangles, squares, rectangles and hexagons."""
         return tuple(self._angles.index(step.angle) for step in self._tessellation.steps)
 
+    @property
+    def has_directed_steps(self) -> bool:
+        """Whether there is one step in each direction, which is its number: on triangles, squares and hexagons."""
+        return len(self.steps) == self.directions
+
     @cached_property
     def leaving(self) -> tuple[tuple[int, ...], ...]:
         """The steps that leave a cell of each kind, counterclockwise, the least first."""
@@ -187,6 +192,10 @@ class Grid:
     def _kind(self, point: LatticePoint) -> int:
         return self._residues[self._on_lattice(point)]
 
+    def kind_of(self, cell: Cell) -> int:
+        """The kind of a cell."""
+        return cell[2] if self.kinds > 1 else 0
+
     def point(self, cell: Cell) -> LatticePoint:
         """The lattice point of a cell, in exact integers."""
         if self.kinds == 1:
@@ -205,10 +214,6 @@ class Grid:
     def _row_numbers(self) -> tuple[int, int, int]:
         (a, b), (c, d) = self._tessellation.lattice
         return a, b, a * d - b * c
-
-    def is_cell_point(self, point: LatticePoint) -> bool:
-        """Whether a cell lies at a lattice point."""
-        return self._on_lattice(point) in self._residues
 
     def cell(self, point: LatticePoint) -> Cell:
         """The cell at a lattice point: (x, y), and its kind where there are several."""
@@ -282,7 +287,7 @@ class Grid:
 
         Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them.
         """
-        kind = cell[2] if self.kinds > 1 else 0
+        kind = self.kind_of(cell)
         scale, (px, py), (x, y) = self._tessellation.scale, self._tessellation.places[kind], self.point(cell)
         shift = (scale * (x - px), scale * (y - py))
         return [(a + shift[0], b + shift[1]) for a, b in self._tessellation.kinds[kind]]

@@ -29,10 +29,9 @@ def step_tables(grid: Grid) -> StepTables:
     first_steps = _first_steps(tiling)
     codes = np.full((count, count), -1)
     first_codes = np.empty(count, np.int64)
+    order = sorted(set(first_steps), key=lambda step: (tiling.step_kinds[step][0] > 0, step))
     for step, first in enumerate(first_steps):
-        first_codes[step] = (sides - 1) * sorted(
-            set(first_steps), key=lambda s: (tiling.step_kinds[s][0] > 0, s)
-        ).index(first)
+        first_codes[step] = (sides - 1) * order.index(first)
         codes[step, following[step]] = first_codes[step] + np.arange(sides - 1)
     n_codes = int(codes.max()) + 1
     mirror = next(isometry for isometry in tiling.point_group if isometry.sign < 0).steps
@@ -104,7 +103,7 @@ def edge_classes(grid: Grid) -> EdgeClasses:
 
 def directed_words(grid: Grid, words: NDArray[np.int8]) -> NDArray[np.int8]:
     """The directions of the steps of words; the words themselves where steps are directions."""
-    if len(grid.steps) == grid.directions:
+    if grid.has_directed_steps:
         return words
     directed: NDArray[np.int8] = np.array(grid.step_directions, np.int8)[words]
     return directed

@@ -14,7 +14,8 @@ class StepTables(NamedTuple):
     """The steps of a tiling, numbered 0 .. L - 1, and the turns of circuits at its panels.
 
     A turn leads from the step into a panel to the step out of it. Turns that a rotation maps onto each other have one
-    code. Codes are ordered by the edge of the panel that is entered, then from the sharpest turn left to the right.
+    code. Codes are ordered by the edge that the first step crosses, as one of the panel that it leaves, then from the
+    sharpest turn left to the right.
 
     directions : number of directions in a full turn. directed : direction of each step. back : the step back.
     leaving : shape (kinds, sides), steps that leave a cell of each kind.

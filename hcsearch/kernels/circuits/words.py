@@ -112,11 +112,11 @@ def canonicalise(
                 step = rotation if side == 0 else (n - (mirrored + rotation - start)) % n
                 if (side == 0 and order > 0) or (side == 1 and order < 0):
                     continue
-                kind = words[row, step] % classes
-                if kind < first:
-                    first = kind
+                step_class = words[row, step] % classes
+                if step_class < first:
+                    first = step_class
                     ties = 0
-                ties += kind == first
+                ties += step_class == first
         best, first_letter = (letters, start) if order <= 0 else (mirror_letters, mirrored)
         at = np.uint64(steps.starts[best[first_letter]] + first)
         for k in range(n):

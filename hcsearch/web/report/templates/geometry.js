@@ -1,7 +1,7 @@
 // Pictures of circuits and foldings: the same integers as `drawing.py` writes, from a notation and a flat crease.
 const Geometry = (() => {
   const SIDE = 100, MARGIN = 8;
-  const KINDS = ["flat", "hinge", "mountain", "valley"];
+  const FOLDS = ["flat", "hinge", "mountain", "valley"];
 
   // Python rounds halves to even; sums in another order may leave a half a little beside it.
   const rounded = (value) => {
@@ -79,7 +79,7 @@ const Geometry = (() => {
       ["panel", panels.filter((_, k) => !outer[k]), true],
       ["outer", panels.filter((_, k) => outer[k]), true],
       ["circuit", [centres], true],
-      ...KINDS.map((kind) => [kind, creases.filter((_, k) => folds[k] === kind), false]),
+      ...FOLDS.map((kind) => [kind, creases.filter((_, k) => folds[k] === kind), false]),
       ["slit", [...edges.values()], false],
     ];
     const extent = (axis) => Math.max(...panels.flat().map((p) => p[axis])) + MARGIN;
