@@ -33,8 +33,8 @@ def scene_options(command: Command) -> Command:
             "--panel",
             metavar="LxWxT",
             help="Size of the panels in mm: length, width and thickness, or side and thickness (SxT), or 'across WxT', "
-            "the width across flats (of equilateral triangles, the height) and the thickness. Of several sides, S is the "
-            "leg of right45 and obtuse, the hypotenuse of right30, the longer side of a kite.",
+            "the width across flats (of equilateral triangles, the height) and the thickness. Of several sides, S is "
+            "the leg of right45 and obtuse, the hypotenuse of right30, the longer side of a kite.",
         ),
         click.option(
             "--scene",
