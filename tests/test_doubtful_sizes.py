@@ -105,7 +105,9 @@ def test_the_shortest_side_of_a_panel_is_compared_with_its_thickness(grid, short
 def test_panels_with_sides_of_several_lengths_have_no_width_across_flats(grid, edge):
     with pytest.raises(SceneError, match=f"the {grid} grid have no width .* --panel 50x6, where 50 is the {edge}$"):
         read_panel("across 1000x20", grid)
-    with pytest.raises(SceneError, match=f"panels of the {grid} grid have one given length: .* where SIDE is the {edge}$"):
+    with pytest.raises(
+        SceneError, match=f"panels of the {grid} grid have one given length: .* where SIDE is the {edge}$"
+    ):
         with_size(SCENES["default"], "50x40x6", grid)
     assert with_size(SCENES["default"], "80x6", grid).panel == pytest.approx((0.08, 0.08, 0.006))
 
