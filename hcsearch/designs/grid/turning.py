@@ -37,17 +37,15 @@ def step_tables(grid: Grid) -> StepTables:
     mirror = next(isometry for isometry in tiling.point_group if isometry.sign < 0).steps
     back = np.array(tiling.backwards)
     code_turns, mirrored, backwards = (np.empty(n_codes, np.int64) for _ in range(3))
-    starts = np.full(n_codes, -1)
+    starts, after = np.full(n_codes, -1), np.zeros((n_codes, count), np.uint64)
     for step, to in np.argwhere(codes >= 0).tolist():
         code = codes[step, to]
         code_turns[code] = _turn(tiling, step, to)
         mirrored[code] = codes[mirror[step], mirror[to]]
         backwards[code] = codes[mirror[back[to]], mirror[back[step]]]
+        after[code, step] = to
         if tiling.step_kinds[first_steps[step]][0] == 0:
             starts[code] = first_steps[step]
-    after = np.zeros((n_codes, count), np.uint64)
-    for step, to in np.argwhere(codes >= 0).tolist():
-        after[codes[step, to], step] = to
     carried = np.full((count, count), -1)
     for step, (kind, _) in enumerate(tiling.step_kinds):
         for edge in tiling.leaving[kind]:

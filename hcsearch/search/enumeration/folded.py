@@ -197,11 +197,7 @@ class FoldedSearch:
         """The reflection that takes a cell to its neighbour across a crease, but for a translation."""
         tiling = self.grid.tiling
         back = tiling.backwards[crease]
-        return next(
-            isometry
-            for isometry in tiling.point_group
-            if isometry.sign < 0 and isometry.steps[crease] == back and isometry.steps[back] == crease
-        )
+        return next(isometry for isometry in tiling.point_group if isometry.sign < 0 and isometry.steps[crease] == back)
 
     def _mirror_places(self, crease: int) -> NDArray[np.int64]:
         """The image of each place near home in the crease between home and the cell across it; 0 for the others."""
