@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
-from hcsearch.kernels.circuits.step_tables import StepTables
+from hcsearch.kernels.circuits.step_tables import StepTables, turn_moves
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 UNREACHED_DISTANCE = 32767
@@ -90,10 +90,7 @@ def _walk(
     """
     steps, moves, h, home = plane.steps, plane.moves, plane.h, plane.home
     n_turns = steps.following.shape[1]
-    offsets = np.empty_like(steps.following)  # of the place, by the step before and the letter
-    for step in range(len(offsets)):
-        for turn_number in range(n_turns):
-            offsets[step, turn_number] = moves[steps.following[step, turn_number]]
+    offsets = turn_moves(steps, moves)
     words = len(chains.masks)
     letters = np.zeros(h + 1, np.int64)
     heading = np.zeros(h + 1, np.int64)

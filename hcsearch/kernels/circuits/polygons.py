@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Integers16, WholeNumbers
-from hcsearch.kernels.circuits.step_tables import StepTables
+from hcsearch.kernels.circuits.step_tables import StepTables, turn_moves
 from hcsearch.kernels.compiling.compiled import compiled, lean
 
 
@@ -102,10 +102,7 @@ def walk_polygons(
     queue, queue_steps = np.empty(len(distance), np.int64), np.empty(len(distance), np.int64)
     stamp = 0
     n_turns = steps.following.shape[1]
-    offsets = np.empty_like(steps.following)  # of the place, by the step before and the number of the turn
-    for step in range(len(offsets)):
-        for turn in range(n_turns):
-            offsets[step, turn] = moves[steps.following[step, turn]]
+    offsets = turn_moves(steps, moves)
     capacity = len(words)
     written = 0
     k = state[0]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import WholeNumbers
+from hcsearch.kernels.compiling.compiled import compiled
 
 
 class StepTables(NamedTuple):
@@ -47,3 +48,16 @@ class StepTables(NamedTuple):
     carried: WholeNumbers
     after: NDArray[np.uint64]
     code_bits: int
+
+
+@compiled
+def turn_moves(steps: StepTables, moves: WholeNumbers) -> WholeNumbers:
+    """Return the increments of the place number, shape (L, sides - 1), by the step before and the number of the turn.
+
+    moves : increment by each step.
+    """
+    increments = np.empty_like(steps.following)
+    for step in range(len(increments)):
+        for turn in range(steps.following.shape[1]):
+            increments[step, turn] = moves[steps.following[step, turn]]
+    return increments
