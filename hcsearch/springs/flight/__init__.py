@@ -1,0 +1,1 @@
+"""Numbers by which an engineer of space mechanisms chooses a folding: margins, frequencies, shocks, shape, stowage."""
