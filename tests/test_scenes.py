@@ -116,6 +116,18 @@ scenes = st.builds(
     start=st.floats(0.5, 1.0),
     restitution=st.floats(0.0, 1.0),
     seconds=st.none() | numbers,
+    friction=st.floats(0.0, 1.0),
+    harness=st.floats(0.0, 1.0),
+    latch_stiffness=numbers,
+    stop_tolerance=st.floats(0.0, 0.1),
+    play=st.floats(0.0, 0.1),
+    hinges=st.sampled_from([(), (("0", (("friction", 0.02),)), ("7", (("play", 0.001), ("latch_stiffness", 50.0))))]),
+    thickness_tolerance=st.floats(0.0, 1e-3),
+    offset_tolerance=st.floats(0.0, 1e-3),
+    equipment=numbers,
+    root=st.sampled_from(["held", "free", "2"]),
+    craft=st.sampled_from([(), ((0.0, -0.1, -0.2, 0.1, 0.2, 0.15),)]),
+    envelope=st.sampled_from(["", "3U", "100x100x340"]),
 )
 
 

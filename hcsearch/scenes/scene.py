@@ -19,6 +19,8 @@ from hcsearch.designs.panel_sizes import (
 )
 
 SceneVector = tuple[float, float, float]
+CraftBox = tuple[float, float, float, float, float, float]
+"""A box of the craft's body: its least x, y, z and its length, width and height, m."""
 
 DEFAULT_SCENE_NAME = "default"
 """The scene used where none is named."""
@@ -28,6 +30,8 @@ _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
 @dataclass(frozen=True, repr=False)
 class Scene:
     """All data besides the folding on which a verdict depends: panels, springs, gravity and the start.
+
+    The last values, from `friction` on, are those of the hardware as built. All are 0 or none unless given.
 
     name : the name under which a database keeps the verdicts.
     panel : length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies,
@@ -55,6 +59,18 @@ class Scene:
     seconds : the simulated time; None for a time derived from panels and springs.
     stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
     `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
+    friction : the Coulomb friction of every hinge, and harness : the torque of a harness across it, N m. Both resist.
+    latch_stiffness : of the latch of every hinge at the flat state, N m/rad.
+    stop_tolerance : the error of the flat stop of every hinge, and play : the play of every hinge, both to each side,
+    rad.
+    hinges : values of single hinges that replace these five, by their numbers in pictures, such as
+    `(("7", (("friction", 0.02), ("play", 0.001))),)`.
+    thickness_tolerance : of panels, and offset_tolerance : of hinge lines, both to each side, m.
+    equipment : the mass per area of what is mounted on panels, kg/m^2; it is spread through their thickness.
+    root : the panel at which the flat array is mounted, `held` for the held one, or `free` for none.
+    craft : boxes of the craft's body, which panels must not touch, in the axes of the flat sheet. Their origin is the
+    centre of the root panel's bottom face.
+    envelope : the box into which the folded array must go, such as `3U` or `100x100x340` in mm; empty for none.
 
     SceneError for invalid values.
     """
@@ -81,6 +97,18 @@ class Scene:
     stop_damping: float = 1.0
     cut_stiffness: float = 1e8
     cut_damping: float = 10.0
+    friction: float = 0.0
+    harness: float = 0.0
+    latch_stiffness: float = 0.0
+    stop_tolerance: float = 0.0
+    play: float = 0.0
+    hinges: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
+    thickness_tolerance: float = 0.0
+    offset_tolerance: float = 0.0
+    equipment: float = 0.0
+    root: str = "held"
+    craft: tuple[CraftBox, ...] = ()
+    envelope: str = ""
 
     def __post_init__(self) -> None:
         changed = {
@@ -99,8 +127,9 @@ class Scene:
         return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:
-        """Return the density of panels of a thickness (m), kg/m^3."""
-        return self.density if self.areal_mass is None else self.areal_mass / thickness
+        """Return the density of panels of a thickness (m) with what is mounted on them, kg/m^3."""
+        bare = self.density if self.areal_mass is None else self.areal_mass / thickness
+        return bare + self.equipment / thickness if self.equipment else bare
 
 
 SCENES = {
@@ -137,15 +166,20 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
         raise SceneError(
             "designs of squares count as one when they are turned, so that panels are square: use the grid rectangle"
         )
-    if scene.springs:
+    if scene.springs or scene.hinges:
+        what = "springs" if scene.springs else "values"
         raise SceneError(
-            f"the scene {scene.name} has springs of single hinges, which are those of one design: leave them out, or "
+            f"the scene {scene.name} has {what} of single hinges, which are those of one design: leave them out, or "
             "use hcsearch deploy"
         )
     if scene.held == "free":
         raise SceneError(f"the scene {scene.name} holds no panel: hold one for verdicts, such as held = 'bottom'")
     if scene.held != "bottom" and not (scene.held.isdigit() and int(scene.held) < n):
         raise SceneError(f"panel {scene.held} is not in all foldings of {n} panels: hold 'bottom', or 0 to {n - 1}")
+    if scene.root not in ("held", "free") and not (scene.root.isdigit() and int(scene.root) < n):
+        raise SceneError(
+            f"panel {scene.root} is not in all foldings of {n} panels: root may be 'held', or 0 to {n - 1}"
+        )
 
 
 def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:

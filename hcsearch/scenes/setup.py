@@ -18,6 +18,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
+from hcsearch.scenes.hardware import hinge_values
 from hcsearch.scenes.laws import Law, law_named, linear_law
 from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
@@ -42,7 +43,8 @@ class Setup:
     laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
     damping_time : s, and damping : N m s/rad; a hinge has the damping plus this time times its mean stiffness.
     gravity : m/s^2. held : the fixed panel, or the one that belongs to the floating base, if the array is `free`.
-    start : share of the folded angles at the start. seconds : the simulated time. The rest is as in `Scene`.
+    start : share of the folded angles at the start. seconds : the simulated time.
+    resistance : of all hinges, friction and harness together, N m. The rest is as in `Scene`.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Setup:
     stop_damping: float
     cut_stiffness: float
     cut_damping: float
+    resistance: tuple[float, ...]
 
     def damping_of(self, law: Law) -> float:
         """Return the damping of a hinge with a law, N m s/rad."""
@@ -74,8 +77,10 @@ class Setup:
         congruent = linkage.twin
         if congruent is None:
             return self
-        laws = tuple(self.laws[hinge] for hinge in np.argsort(congruent.hinges).tolist())
-        return replace(self, laws=laws, held=congruent.panels[self.held], gravity=_turned(linkage, self.gravity))
+        order = np.argsort(congruent.hinges).tolist()
+        laws, resistance = (tuple(values[hinge] for hinge in order) for values in (self.laws, self.resistance))
+        held, gravity = congruent.panels[self.held], _turned(linkage, self.gravity)
+        return replace(self, laws=laws, resistance=resistance, held=held, gravity=gravity)
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
@@ -87,7 +92,8 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     """
     if isinstance(scene, Setup):
         return scene
-    labels = None if scene.held in ("bottom", "free") and not scene.springs else labels_of(linkage)
+    of_single = scene.springs or scene.hinges
+    labels = None if scene.held in ("bottom", "free") and not of_single else labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
     setup = Setup(
@@ -110,6 +116,7 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
         stop_damping=scene.stop_damping,
         cut_stiffness=scene.cut_stiffness,
         cut_damping=scene.cut_damping,
+        resistance=_resistance(scene, linkage),
     )
     seconds, scale = _scales(setup, linkage)
     return replace(
@@ -150,6 +157,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
         name=setup.name,
         density=setup.density,
         areal_mass=None,
+        equipment=0.0,
         margin=setup.margin,
         springs=tuple((hinge, law.text) for hinge, law in laws) if single_laws else (),
         spring_range=setup.spring_range,
@@ -172,6 +180,11 @@ def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, .
             raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two springs: leave one out")
         laws[hinge] = law
     return tuple(law_named(scene.spring if law is None else law) for law in laws)
+
+
+def _resistance(scene: Scene, linkage: Linkage) -> tuple[float, ...]:
+    friction, harness = (hinge_values(scene, linkage, name) for name in ("friction", "harness"))
+    return tuple((friction + harness).tolist())
 
 
 def _turned(linkage: Linkage, gravity: SceneVector) -> SceneVector:

@@ -15,8 +15,21 @@ Reader = Callable[[str, Any], Any]
 
 MAX_SCENE_VALUE = 1e12
 """Greatest value of all numbers of a scene except shares."""
+HINGE_VALUES = ("friction", "harness", "latch_stiffness", "stop_tolerance", "play")
+"""Values of the hardware that single hinges may have of their own."""
 _ABOVE, _SHARE = (1e-9, MAX_SCENE_VALUE), (0.0, 1.0)
-_LIMITS = {"density": _ABOVE, "areal_mass": _ABOVE, "seconds": _ABOVE, "start": _SHARE, "restitution": _SHARE}
+_SMALL_ANGLE, _SMALL_LENGTH = (0.0, 0.1), (0.0, 0.1 * MAX_PANEL_LENGTH)
+_LIMITS = {
+    "density": _ABOVE,
+    "areal_mass": _ABOVE,
+    "seconds": _ABOVE,
+    "start": _SHARE,
+    "restitution": _SHARE,
+    "stop_tolerance": _SMALL_ANGLE,
+    "play": _SMALL_ANGLE,
+    "thickness_tolerance": _SMALL_LENGTH,
+    "offset_tolerance": _SMALL_LENGTH,
+}
 """Least and greatest value of numbers with limits other than 0 and `MAX_SCENE_VALUE`."""
 
 
@@ -58,11 +71,21 @@ def _is_laws(value: Any) -> bool:
     )
 
 
+def _is_values(value: Any) -> bool:
+    return isinstance(value, tuple) and all(
+        isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], tuple)
+        for pair in value
+    )
+
+
 _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
     "name": (_is_text, "a text, such as 'solar'"),
     "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
     "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
+    "hinges": (_is_values, "pairs of a hinge and its values, such as (('7', (('friction', 0.02),)),)"),
     "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
+    "root": (_is_name, "'held', 'free', or the name of a panel, such as '3'"),
+    "envelope": (_is_text, "a name such as '3U', or three lengths in mm such as '100x100x340'"),
 }
 """Values of a scene whose types in Python differ from those in files: the check, and the expected type."""
 
@@ -131,6 +154,32 @@ def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
     return tuple(laws.items())
 
 
+def _hinges(_key: str, value: Any) -> tuple[tuple[str, tuple[tuple[str, float], ...]], ...]:
+    hinges: dict[str, tuple[tuple[str, float], ...]] = {}
+    for hinge, given in dict(value).items():
+        name = _name(str(hinge))
+        if name in hinges:
+            raise SceneError(f"hinges names hinge {name} twice: leave one out")
+        values = dict(given)
+        for key in values:
+            if key not in HINGE_VALUES:
+                raise SceneError(f"hinge {name} has no {key!r}: it has {', '.join(HINGE_VALUES)}")
+        hinges[name] = tuple((key, read_scene_value(key, number)) for key, number in values.items())
+    return tuple(hinges.items())
+
+
+def _craft(key: str, value: Any) -> tuple[tuple[float, ...], ...]:
+    boxes = []
+    for box in value:
+        numbers = tuple(float(number) for number in box)
+        if len(numbers) != 6 or isinstance(box, str):
+            raise ValueError
+        _check_limits(key, box, numbers[:3], -MAX_SCENE_VALUE)
+        _check_limits(key, box, numbers[3:], 0.0)
+        boxes.append(numbers)
+    return tuple(boxes)
+
+
 def _name(text: str) -> str:
     """Parse the name of a panel or hinge, removing leading zeros."""
     from hcsearch.shape.labels import is_label  # noqa: PLC0415 - loads kernels, which scenes of the program do without
@@ -146,7 +195,13 @@ def _held(_key: str, value: Any) -> str:
     return str(value) if value in ("bottom", "free") else _name(str(value))
 
 
-def _law(_key: str, value: Any) -> str:
+def _root(_key: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (str, int)):
+        raise ValueError
+    return str(value) if value in ("held", "free") else _name(str(value))
+
+
+def _text(_key: str, value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError
     return value
@@ -172,12 +227,16 @@ def _panel(_key: str, value: Any) -> Any:
 _READERS: dict[str, Reader] = {
     "panel": _panel,
     "flat_pairs": _flat_pairs,
-    "spring": _law,
+    "spring": _text,
     "springs": _springs,
     "spring_range": _range,
     "gravity": _vector,
     "base_inertia": _vector,
     "held": _held,
+    "hinges": _hinges,
+    "root": _root,
+    "craft": _craft,
+    "envelope": _text,
 }
 _EXAMPLES = {
     "panel": "write panel_mm = '50x50x6'",
@@ -188,6 +247,10 @@ _EXAMPLES = {
     "gravity": "give x,y,z in m/s^2, such as 0,0,-9.81",
     "base_inertia": "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067",
     "held": "give bottom, free, or the number of a panel",
+    "hinges": "write { 3 = { friction = 0.02 } }, the values of each hinge",
+    "root": "give held, free, or the number of a panel",
+    "craft": "write [[x, y, z, length, width, height]] in m, a list of boxes",
+    "envelope": "write '3U', or three lengths in mm such as '100x100x340'",
 }
 
 

@@ -230,6 +230,8 @@ class Evaluator:
         values = {value_field.name: getattr(setup, value_field.name) for value_field in fields(setup)}
         for name in ("name", "laws", "spring_range"):
             del values[name]
+        if not any(setup.resistance):  # as in the keys of databases from before there was friction
+            del values["resistance"]
         springs = stiffnesses_of(setup)
         values |= {"formulation": self.formulation, "tolerance": TUNING_STEP_TOLERANCES[self.formulation]}
         values |= {"margin": self.margin, "whole": past_collisions, "version": DEPLOYMENT_VERSION}
