@@ -14,7 +14,8 @@ from hcsearch.store.result_files import FORMATS
 
 _STYLES = tuple(style for style in FORMATS if style != "parquet")
 _CRITERIA = "\n".join(
-    f"  {quantity.name:18}{quantity.better} is better, worth 1/2 at {quantity.half:g} {quantity.unit}".rstrip()
+    f"  {quantity.name:22}{quantity.better} is better, worth 1/2 at {quantity.half:g} {quantity.unit}".rstrip()
+    + ("" if quantity.weight else "; weight 0 unless given")
     for quantity in RANKING_CRITERIA
 )
 
@@ -31,7 +32,7 @@ _CRITERIA = "\n".join(
     "weights",
     multiple=True,
     metavar="NAME=W",
-    help="The weight of a criterion; 0 leaves it out.  [default: 1]",
+    help="The weight of a criterion; 0 leaves it out.  [default: 1, or as listed below]",
 )
 @click.option(
     "--pareto",

@@ -247,6 +247,45 @@ class DeploymentBatch(ByValue):
         return ~np.isnan(self.clearance)
 
 
+@dataclass(frozen=True)
+class FlightNumbers:
+    """The figures of a folding in a scene by which an engineer of space mechanisms chooses; None where not known.
+
+    Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units.
+
+    torque_margin : least ratio of the torque of springs to the resisting torques over the travel, at the hinge
+        torque_margin_hinge (a name as in pictures) and the share torque_margin_at of the travel, 0 packed, 1 flat.
+    torque_margin_failed : the same with the worst spring missing.
+    deployed_hz : first frequency of the flat array on its latches, Hz; soft_modes : directions without stiffness.
+    latch_torque, latch_impulse : greatest torque (N m) and impulse (N m s) at a hinge that arrives at the flat state.
+    clearance_ratio : least gap of panels that are neither stacked on each other nor joined, over the tolerances.
+    self_stresses : states of self-stress of the flat array. flatness : greatest distance of a corner from the mean
+        plane (m) per error of the stops (rad). tilt : greatest tilt of a panel (rad) per error of the stops (rad).
+    stowed_length, stowed_width, stowed_height : of the two stacks, m. area_per_volume : of panels over the volume of
+        the stowed box, 1/m. mass : kg.
+    craft_clearance : least gap of panels to the craft over the travel, m; negative where they touch.
+    """
+
+    torque_margin: float | None = None
+    torque_margin_hinge: str | None = None
+    torque_margin_at: float | None = None
+    torque_margin_failed: float | None = None
+    deployed_hz: float | None = None
+    soft_modes: int | None = None
+    latch_torque: float | None = None
+    latch_impulse: float | None = None
+    clearance_ratio: float | None = None
+    self_stresses: int | None = None
+    flatness: float | None = None
+    tilt: float | None = None
+    stowed_length: float | None = None
+    stowed_width: float | None = None
+    stowed_height: float | None = None
+    area_per_volume: float | None = None
+    mass: float | None = None
+    craft_clearance: float | None = None
+
+
 def play_of_batch(
     motion: MotionBatch, deployment: DeploymentBatch | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -265,7 +304,8 @@ class StagedDesigns(ByValue):
     """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
     n_fixed : (n_circuits,), number of circuits that each represents: fixed ones, or those of the one array searched.
-    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row for each folding, too. budget : efforts of
+    twists : |Lk|, (n_foldings,); mobility, motion, deployment and flight have a row for each folding, too, flight None
+    for foldings that are locked. budget : efforts of
     the search for motions of each folding, None for the default; searched : (n_foldings,), number of these that were
     made before, None where none were.
     """
@@ -277,6 +317,7 @@ class StagedDesigns(ByValue):
     mobility: MobilityBatch | None = None
     motion: MotionBatch | None = None
     deployment: DeploymentBatch | None = None
+    flight: tuple[FlightNumbers | None, ...] | None = None
     budget: int | None = None
     searched: Integers | None = None
 
@@ -319,8 +360,8 @@ class VerdictBatch(ByValue):
     """Columns of the store for verdicts on designs in a scene.
 
     circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease,
-        folding_status : of the foldings that were examined. motion, deployment : a row for each folding; deployment is
-        None where that stage has not run.
+        folding_status : of the foldings that were examined. motion, deployment, flight : a row for each folding; the
+        last two are None where their stage has not run.
     """
 
     circuit: list[str]
@@ -331,6 +372,7 @@ class VerdictBatch(ByValue):
     folding_status: list[str]
     motion: MotionBatch
     deployment: DeploymentBatch | None
+    flight: tuple[FlightNumbers | None, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from hcsearch.store.conditions import nearest_names_hint
 
 
 def complete_weights(weights: Mapping[str, float]) -> dict[str, float]:
-    """Return weights of all criteria, in the order of the table: 1 where none is given.
+    """Return weights of all criteria, in the order of the table: those of the table where none is given.
 
     QueryError for an unknown criterion, a weight that is negative or not finite, and where all weights are 0.
     """
@@ -35,7 +35,7 @@ def complete_weights(weights: Mapping[str, float]) -> dict[str, float]:
             raise QueryError(f"no criterion {name!r}{nearest_names_hint(name, names)}: weigh {', '.join(names)}")
         if not (math.isfinite(weight) and weight >= 0):
             raise QueryError(f"the weight {weight} of {name} is out of range: give 0 or more; 0 leaves it out")
-    complete = {name: float(weights.get(name, 1.0)) for name in names}
+    complete = {quantity.name: float(weights.get(quantity.name, quantity.weight)) for quantity in RANKING_CRITERIA}
     if not any(complete.values()):
         raise QueryError("every weight is 0, so nothing is left to rank by: give one criterion a positive weight")
     return complete

@@ -30,6 +30,7 @@ class Quantity(NamedTuple):
     words : the admissible values of a text; empty where any text may stand.
     better : whether higher or lower values make the better design; empty where neither does.
     half : for a ranking criterion, the value that is worth 1/2, in its unit; None for other quantities.
+    weight : of the criterion in a rank, unless given there.
     label : short name on pages; if empty, the column name with spaces for underscores.
     """
 
@@ -41,6 +42,7 @@ class Quantity(NamedTuple):
     better: BetterDirection = ""
     half: float | None = None
     label: str = ""
+    weight: float = 1.0
 
     @property
     def title(self) -> str:
@@ -124,6 +126,76 @@ _VERDICT = (
     ),
 )
 
+# Worth 1/2: what ECSS-E-ST-33-01C asks for (7.5 for margins, 3 for clearances), and figures of flown arrays. Weights
+# are 0 unless given, since the figures depend on hardware that the scene `default` does not have.
+FLIGHT_QUANTITIES = (
+    Quantity(
+        *("torque_margin", "real", "", "least ratio of the torque of springs to resisting torques over the travel"),
+        better="higher",
+        half=7.5,
+        weight=0.0,
+    ),
+    Quantity("torque_margin_hinge", "text", "", "hinge that limits the torque margin, as named in pictures"),
+    Quantity("torque_margin_at", "real", "", "share of the travel where the torque margin is least, 0 packed, 1 flat"),
+    Quantity(
+        *("torque_margin_failed", "real", "", "torque margin with the worst single spring missing"),
+        better="higher",
+        half=7.5,
+        weight=0.0,
+    ),
+    Quantity(
+        *("deployed_hz", "real", "Hz", "first frequency of the flat array on its latches, a lower bound"),
+        better="higher",
+        half=1.0,
+        weight=0.0,
+        label="deployed frequency",
+    ),
+    Quantity("soft_modes", "integer", "", "directions of the flat array in which no latch is stiff", better="lower"),
+    Quantity(
+        *("latch_torque", "real", "N m", "peak torque at a hinge that arrives flat, an upper bound"),
+        better="lower",
+        half=10.0,
+        weight=0.0,
+    ),
+    Quantity(
+        *("latch_impulse", "real", "N m s", "impulse at a hinge that arrives flat, an upper bound"), better="lower"
+    ),
+    Quantity(
+        *(
+            "clearance_ratio",
+            "real",
+            "",
+            "least gap of panels not stacked or joined over tolerances, a lower bound",
+        ),
+        better="higher",
+        half=3.0,
+        weight=0.0,
+    ),
+    Quantity("self_stresses", "integer", "", "states of self-stress of the flat array", better="lower"),
+    Quantity(
+        *("flatness_mm_per_mrad", "real", "mm/mrad", "greatest distance from the mean plane per error of the stops"),
+        better="lower",
+        half=1.0,
+        weight=0.0,
+        label="flatness",
+    ),
+    Quantity("tilt", "real", "mrad/mrad", "greatest tilt of a panel per error of the stops", better="lower"),
+    Quantity("stowed_length", "real", "mm", "longer side of the footprint of the two stacks"),
+    Quantity("stowed_width", "real", "mm", "shorter side of the footprint of the two stacks"),
+    Quantity("stowed_height", "real", "mm", "height of the two stacks", better="lower"),
+    Quantity(
+        *("area_per_volume", "real", "1/m", "flat area over the volume of the stowed box"),
+        better="higher",
+        half=50.0,
+        weight=0.0,
+    ),
+    Quantity("mass", "real", "kg", "mass of the panels with what is mounted on them", better="lower"),
+    Quantity(
+        *("craft_clearance", "real", "mm", "least gap of panels to the craft over the travel, a lower bound"),
+        better="higher",
+    ),
+)
+
 DESIGN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the design in this database"),
     Quantity("grid", "text", "", "tiling: " + ", ".join(_GRIDS), _GRIDS),
@@ -173,6 +245,7 @@ DESIGN_QUANTITIES = (
     Quantity(
         "hinges", "integer", "", "hinges of an untwisted folding, flat pairs rigid (n - 2)", better="lower", half=14.0
     ),
+    *FLIGHT_QUANTITIES,
 )
 
 FOLDING_QUANTITIES = (
@@ -200,6 +273,7 @@ FOLDING_QUANTITIES = (
     *_MECHANISM,
     Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", FOLDING_STATUSES),
     *_VERDICT,
+    *FLIGHT_QUANTITIES,
 )
 
 _OF_FOLDING = (

@@ -28,13 +28,10 @@ def current_revision(connection: Connection) -> str | None:
 
 
 def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
-    """Raise DatabaseError for a schema that is newer, older and not upgradable, or missing.
-
-    Before the first release revisions ran up to 0011; such a database counts as newer.
-    """
+    """Raise DatabaseError for a schema that is newer, older and not upgradable, missing, or of before a release."""
     if not re.fullmatch("(?!0000)[0-9]{4}", revision):
         raise DatabaseError(f"database {location} is damaged, its schema has no number: restore a copy")
-    if revision > SCHEMA_REVISION:
+    if revision > SCHEMA_REVISION or "0001" < revision < "0012":
         raise DatabaseError(
             f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {SCHEMA_REVISION}), "
             "or by one before the first release: install the newer one, or "

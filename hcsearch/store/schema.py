@@ -7,6 +7,7 @@ of the views needs the same, with an empty migration.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from sqlalchemy import (
     BigInteger,
@@ -26,9 +27,11 @@ from sqlalchemy import (
 from sqlalchemy.types import REAL, TypeEngine
 
 from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
+from hcsearch.store.columns import FLIGHT_QUANTITIES
 
-SCHEMA_REVISION = "0001"
-"""The newest migration. Revisions are numbers of four digits, so that older ones sort before newer ones."""
+SCHEMA_REVISION = "0012"
+"""The newest migration. Revisions are numbers of four digits, so that older ones sort before newer ones. Numbers from
+0002 to 0011 were used before the first release, by other schemas."""
 
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
@@ -51,6 +54,7 @@ _ID = BigInteger().with_variant(Integer, "sqlite")
 # Compared by bytes on servers, as SQLite does: notations sort alike everywhere, and faster than by a language.
 _TEXT = Text().with_variant(Text(collation="C"), "postgresql")
 _REAL: TypeEngine[float] = Double().with_variant(REAL, "sqlite")
+_KIND_TYPES: dict[str, TypeEngine[Any]] = {"integer": Integer(), "real": _REAL, "text": _TEXT}
 
 
 def _one_of(name: str, words: Iterable[str]) -> CheckConstraint:
@@ -191,6 +195,18 @@ motion = Table(
     Column("lock_margin", _REAL),
     _of_folding("crease"),
     _one_of("flat_pairs", WAYS),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+# The figures of the stage `flight`, in the units of the views; NULL where one is not known.
+flight = Table(
+    "flight",
+    metadata,
+    *_folding_key(),
+    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
+    *(Column(quantity.name, _KIND_TYPES[quantity.kind]) for quantity in FLIGHT_QUANTITIES),
+    _of_folding("crease"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )

@@ -15,6 +15,7 @@ from hcsearch.basics.vocabulary import STATUSES, millimetres
 from hcsearch.designs.records import (
     DeploymentBatch,
     Evidence,
+    FlightNumbers,
     MotionBatch,
     StageResult,
     Undecided,
@@ -22,12 +23,13 @@ from hcsearch.designs.records import (
     WorkKey,
     play_of_batch,
 )
+from hcsearch.store.columns import FLIGHT_QUANTITIES, Quantity
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of_circuits, insert_rows
 from hcsearch.store.failures import retry_if_changed
 from hcsearch.store.rows import parts_of_ids
 from hcsearch.store.runs import insert_results
-from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
+from hcsearch.store.schema import deployment, design, flight, folding, motion, outcome, scene, verdict
 
 VerdictColumns = dict[str, list[Any]]
 
@@ -115,7 +117,7 @@ def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> 
     return best
 
 
-_PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",)}
+_PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",), "flight": ("deploys", "movable")}
 """By stage: the statuses of designs that pass it in a scene."""
 
 
@@ -187,7 +189,8 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
     for start in range(0, len(ids), INSERT_CHUNK_ROWS):
         part = ids[start : start + INSERT_CHUNK_ROWS]
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(part)))
-        connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(part)))
+        for table in (motion, flight):
+            connection.execute(delete(table).where(table.c.scene == name, table.c.design_id.in_(part)))
     _insert_foldings(connection, name, [ids[row] for row in verdicts.folding_row.tolist()], verdicts)
 
 
@@ -209,6 +212,8 @@ def _insert_foldings(connection: Connection, name: str, designs: list[int], verd
     }
     judged_columns = ("status", "min_clearance", "deploy_time", "needed_margin", "least_gap")
     insert_rows(connection, verdict, rows, judged_columns)
+    if verdicts.flight is not None:
+        _insert_flight(connection, rows, verdicts.flight)
     if deployments is not None and deployments.trials:
         trials = _trial_columns(deployments, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
@@ -235,6 +240,29 @@ def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: M
         ],
     }
     insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
+
+
+def _insert_flight(connection: Connection, foldings: VerdictColumns, numbers: Sequence[FlightNumbers | None]) -> None:
+    """Store the figures of the stage `flight`; those of foldings without any are deleted."""
+    keys = "design_id", "crease", "scene"
+    for key in zip(*(foldings[name] for name in keys), strict=True):
+        same = (flight.c[name] == value for name, value in zip(keys, key, strict=True))
+        connection.execute(delete(flight).where(*same))
+    known = [i for i, of_folding in enumerate(numbers) if of_folding is not None]
+    columns: VerdictColumns = {name: [foldings[name][i] for i in known] for name in keys}
+    values = [of_folding for of_folding in numbers if of_folding is not None]
+    columns |= {quantity.name: [_flight_value(quantity, one) for one in values] for quantity in FLIGHT_QUANTITIES}
+    if known:
+        insert_rows(connection, flight, columns, [name for name in columns if name not in keys])
+
+
+def _flight_value(quantity: Quantity, numbers: FlightNumbers) -> Any:
+    """Return a figure in the unit of its column."""
+    name = "flatness" if quantity.name == "flatness_mm_per_mrad" else quantity.name
+    value = getattr(numbers, name)
+    if quantity.unit == "mm":
+        return millimetres(value)
+    return _finite(value) if isinstance(value, float) else value
 
 
 def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:

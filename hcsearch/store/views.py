@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import VIEWS
+from hcsearch.store.columns import FLIGHT_QUANTITIES, VIEWS
 
 # A folding with twist never deploys, nor does a design without an untwisted folding: this is known before later stages.
 # A verdict in a scene has precedence over the status from enumeration.
@@ -67,14 +67,17 @@ _FOLDINGS = {
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 _OF_VERDICT = ("min_clearance", "deploy_time", "needed_margin", "least_gap")
 
+_OF_FLIGHT = {quantity.name: f'g."{quantity.name}"' for quantity in FLIGHT_QUANTITIES}
+
 # Columns of views that are not simply the column of that name in the table.
 _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
     | {name: f'v."{name}"' for name in _OF_VERDICT}
     | {name: f'm."{name}"' for name in ("flat_pairs", "critical_margin", "unmet_margin")}
+    | _OF_FLIGHT
     | {"known": _known("o.status", _DESIGN, "CASE WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 1 END")},
-    "foldings": _FOLDINGS,
+    "foldings": _FOLDINGS | _OF_FLIGHT,
     "motions": {},
     "deployments": {},
     "runs": {},
@@ -93,13 +96,15 @@ LEFT JOIN outcome AS o ON o.design_id = d.id AND o.scene = :scene
 LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = coalesce({_BEST}, d.best_crease)
 LEFT JOIN verdict AS v ON v.design_id = d.id AND v.scene = :scene AND v.crease = {_BEST}
 LEFT JOIN motion AS m ON m.design_id = d.id AND m.scene = :scene AND m.crease = {_BEST}
+LEFT JOIN flight AS g ON g.design_id = d.id AND g.scene = :scene AND g.crease = {_BEST}
 LEFT JOIN score AS s ON s.design_id = d.id AND s.scene = :scene""",
     ),
     "foldings": (
         "f",
         """folding AS f
 LEFT JOIN verdict AS v ON v.design_id = f.design_id AND v.crease = f.crease AND v.scene = :scene
-LEFT JOIN motion AS m ON m.design_id = f.design_id AND m.crease = f.crease AND m.scene = :scene""",
+LEFT JOIN motion AS m ON m.design_id = f.design_id AND m.crease = f.crease AND m.scene = :scene
+LEFT JOIN flight AS g ON g.design_id = f.design_id AND g.crease = f.crease AND g.scene = :scene""",
     ),
     "motions": ("m", "motion AS m"),
     "deployments": ("p", "deployment AS p"),

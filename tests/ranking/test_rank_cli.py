@@ -13,9 +13,10 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.store.columns import RANKING_CRITERIA
+from hcsearch.store.schema import SCHEMA_REVISION
 from tests import forking, next_schema
 
-NAMES = [quantity.name for quantity in RANKING_CRITERIA]
+NAMES = [quantity.name for quantity in RANKING_CRITERIA if quantity.weight]
 
 
 def call(path, *words):
@@ -152,7 +153,7 @@ def test_databases_that_cannot_be_used(tmp_path, path):
     assert not (tmp_path / "none.sqlite").exists()
     ahead = next_schema.program_ahead(tmp_path / "migrations")
     words = partial(subprocess.run, capture_output=True, text=True, check=False)
-    assert "has the older schema 0001" in refused(path, run=lambda rest: words([*ahead, *rest]))
+    assert f"has the older schema {SCHEMA_REVISION}" in refused(path, run=lambda rest: words([*ahead, *rest]))
 
 
 def test_a_file_that_cannot_be_written_is_ranked_but_takes_no_scores(path, monkeypatch):
@@ -170,4 +171,5 @@ def test_help_tells_unit_and_direction_of_each_criterion():
     for quantity in RANKING_CRITERIA:
         line = next(line for line in text.splitlines() if line.split()[:1] == [quantity.name])
         assert f"{quantity.better} is better" in line
-        assert line.endswith(quantity.unit)
+        assert quantity.unit in line
+        assert line.endswith("weight 0 unless given") == (not quantity.weight)

@@ -15,9 +15,10 @@ from hcsearch.store import open_database, open_readonly, schema, select
 from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.web.report.data import fetch_report_data
 
-NAMES = [quantity.name for quantity in RANKING_CRITERIA]
-BETTER = [quantity.better for quantity in RANKING_CRITERIA]
-HALVES = [quantity.half for quantity in RANKING_CRITERIA]
+CRITERIA = [quantity for quantity in RANKING_CRITERIA if quantity.weight]
+NAMES = [quantity.name for quantity in CRITERIA]
+BETTER = [quantity.better for quantity in CRITERIA]
+HALVES = [quantity.half for quantity in CRITERIA]
 
 
 def as_dicts(ranked):

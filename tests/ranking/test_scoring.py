@@ -39,12 +39,23 @@ def test_criteria_are_those_that_designs_are_ranked_by():
         ("min_clearance", "mm", "higher"),
         ("deploy_time", "s", "lower"),
         ("hinges", "", "lower"),
+        ("torque_margin", "", "higher"),
+        ("torque_margin_failed", "", "higher"),
+        ("deployed_hz", "Hz", "higher"),
+        ("latch_torque", "N m", "lower"),
+        ("clearance_ratio", "", "higher"),
+        ("flatness_mm_per_mrad", "mm/mrad", "lower"),
+        ("area_per_volume", "1/m", "higher"),
     }
     assert all(quantity.kind in ("integer", "real") and quantity.half > 0 for quantity in RANKING_CRITERIA)
     assert [quantity for quantity in DESIGN_QUANTITIES if quantity.better and quantity not in RANKING_CRITERIA] == [
         quantity
         for quantity in DESIGN_QUANTITIES
-        if quantity.name in ("dof_merged", "critical_margin", "least_gap", "score")
+        if quantity.name
+        in (
+            *("dof_merged", "critical_margin", "least_gap", "score", "soft_modes", "latch_impulse", "self_stresses"),
+            *("tilt", "stowed_height", "mass", "craft_clearance"),
+        )
     ]
 
 
@@ -113,9 +124,12 @@ def test_a_weight_of_zero_leaves_a_criterion_out():
     assert weighted_score(columns, weights).tolist() == [first, second]
 
 
-def test_weights_that_are_not_given_are_one():
-    assert complete_weights({}) == dict.fromkeys(NAMES, 1.0)
-    assert complete_weights({"dof": 3}) == dict.fromkeys(NAMES, 1.0) | {"dof": 3.0}
+def test_weights_that_are_not_given_are_one_or_none_for_figures_that_depend_on_hardware():
+    hardware = {"torque_margin", "torque_margin_failed", "deployed_hz", "latch_torque"}
+    hardware |= {"clearance_ratio", "flatness_mm_per_mrad", "area_per_volume"}
+    usual = {name: 0.0 if name in hardware else 1.0 for name in NAMES}
+    assert complete_weights({}) == usual
+    assert complete_weights({"dof": 3, "deployed_hz": 2}) == usual | {"dof": 3.0, "deployed_hz": 2.0}
     assert list(complete_weights({"hinges": 2, "dof": 0})) == NAMES
 
 

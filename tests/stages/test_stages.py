@@ -41,8 +41,8 @@ def test_each_word_of_keep_names_a_stage_that_depends_on_no_scene():
         check_keep(keep, stage.name)
     with pytest.raises(StageError, match="use --until twist"):
         check_keep("untwisted", "foldings")
-    with pytest.raises(StageError, match="stage 'flight' is unknown"):
-        stages_until("flight")
+    with pytest.raises(StageError, match="stage 'flights' is unknown"):
+        stages_until("flights")
 
 
 @pytest.mark.parametrize("keep", KEEPS)

@@ -212,11 +212,14 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
     for i, word in enumerate(judged.folding_status):
         known = [judged.deployment.deploys[i], judged.motion.moves[i], not own.mobility.locked_hinged[i]]
         assert word == next(name for name, holds in zip(STATUSES, [*known, True], strict=True) if holds)
-    planned, simulated = verdict.results
+    planned, simulated, reviewed = verdict.results
     assert (planned.stage, planned.version) == ("motion", STAGES["motion"].stored_version)
     assert (simulated.stage, simulated.version) == ("deployment", STAGES["deployment"].stored_version)
     assert planned.passed == sum(word in ("deploys", "movable") for word in judged.status)
     assert simulated.passed == judged.status.count("deploys")
+    assert (reviewed.stage, reviewed.version) == ("flight", STAGES["flight"].stored_version)
+    assert (reviewed.passed, reviewed.n_fixed) == (planned.passed, planned.n_fixed)
+    assert [one is None for one in judged.flight] == [word == "locked" for word in judged.folding_status]
     for result, words in ((planned, ("deploys", "movable")), (simulated, ("deploys",))):
         assert result.n_fixed == sum(
             count for count, word in zip(own.n_fixed.tolist(), judged.status, strict=True) if word in words
@@ -324,6 +327,7 @@ def test_pieces_are_small_whole_and_the_same_each_time():
     assert [(result.stage, result.passed, result.n_fixed) for result in results] == [
         ("motion", 0, 0),
         ("deployment", 0, 0),
+        ("flight", 0, 0),
     ]
 
 

@@ -75,6 +75,7 @@ def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
         folding_status=[str(word) for word in statuses],
         motion=designs.motion,
         deployment=designs.deployment,
+        flight=designs.flight,
     )
 
 

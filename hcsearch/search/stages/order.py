@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from hcsearch.basics.errors import StageError
-from hcsearch.search.stages import circuits, deployment, foldings, mobility, motion, twist
+from hcsearch.search.stages import circuits, deployment, flight, foldings, mobility, motion, twist
 from hcsearch.search.stages.stage import Stage
 
 STAGES: dict[str, Stage] = {
-    module.STAGE.name: module.STAGE for module in (circuits, foldings, twist, mobility, motion, deployment)
+    module.STAGE.name: module.STAGE for module in (circuits, foldings, twist, mobility, motion, deployment, flight)
 }
 
 

@@ -1,0 +1,34 @@
+"""Stage `flight`: the figures of each folding that a review of a space mechanism asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.designs.records import StagedDesigns
+from hcsearch.scenes import Scene
+from hcsearch.search.stages import deployment
+from hcsearch.search.stages.stage import Stage
+from hcsearch.search.stages.statuses import folding_statuses
+
+
+def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
+    from hcsearch.springs.flight.flight_batch import flight_of_foldings  # noqa: PLC0415 - its kernels take seconds to load
+
+    assert designs.motion is not None
+    assert designs.deployment is not None
+    movable = np.array([status != "locked" for status in folding_statuses(designs, scene)], bool)
+    numbers = flight_of_foldings(designs.circuits, designs.folded, movable, designs.motion, designs.deployment, scene)
+    return replace(designs, flight=numbers)
+
+
+def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
+    """Return which designs have a folding that moves, whose figures are those of its travel."""
+    assert designs.motion is not None
+    assert designs.deployment is not None
+    return designs.with_folding(designs.motion.moves | designs.deployment.deploys)
+
+
+STAGE = Stage("flight", 1, _run, _passed, base_stage=deployment.STAGE, depends_on_scene=True)
