@@ -46,7 +46,18 @@ def scene_options(command: Command) -> Command:
     return run
 
 
-_VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
+_VALUES = (
+    "held",
+    "seconds",
+    "gravity",
+    "spring",
+    "springs",
+    "damping",
+    "start",
+    "restitution",
+    "spring_range",
+    "friction",
+)
 """Values of a scene for which some command has an option."""
 
 _SECONDS = click.option(
@@ -87,6 +98,9 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
             help="The panel that is held fixed.  [default: the lowest pair; of assemblies panel 0]",
         ),
         click.option("--gravity", metavar="X,Y,Z", help="Gravity in m/s^2; z points up from the flat sheet."),
+        click.option(
+            "--friction", type=float, metavar="T", help="The Coulomb friction of every hinge, N m.  [default: 0]"
+        ),
     )
     return _panel_options(command, names, flat_pairs, *options)
 

@@ -20,7 +20,7 @@ class Hardware(ByValue):
     friction, harness : torques that resist, N m. latch_stiffness : N m/rad. stop_tolerance, play : rad, to each side.
     thickness_tolerance, offset_tolerance : m, to each side. root : the panel at which the flat array is mounted; None
     for a free one. craft : boxes of the craft in the axes of the flat sheet, whose origin is the centre of the bottom
-    face of the root (of the held panel if the array is free), m.
+    face of the root (of the held panel if the array is free), m. envelope : a name or lengths in mm; may be empty.
     """
 
     friction: Reals
@@ -32,6 +32,7 @@ class Hardware(ByValue):
     offset_tolerance: float
     root: int | None
     craft: tuple[CraftBox, ...]
+    envelope: str
 
     @property
     def resistance(self) -> Reals:
@@ -74,4 +75,5 @@ def hardware_of(scene: Scene, linkage: Linkage, held: int) -> Hardware:
         scene.offset_tolerance,
         root,
         scene.craft,
+        scene.envelope,
     )

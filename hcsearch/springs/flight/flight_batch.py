@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 from hcsearch.basics.array_values import Flags
+from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FlightNumbers, FoldingBatch, MotionBatch, Trial
-from hcsearch.scenes import Scene
+from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.scene_file import read_scene_text, scene_in
 from hcsearch.springs.flight.figures import figures_of
-from hcsearch.springs.flight.travel import Travel, still_travel, travel_along_path, travel_by_springs
+from hcsearch.springs.flight.travel import Travel, travel_along, travel_by_springs
 
 
 def flight_of_foldings(
@@ -36,10 +38,11 @@ def flight_of_foldings(
 
 def _travel(folding: Folding, scene: Scene, motion: MotionBatch, i: int, trial: Trial | None) -> Travel:
     """Return the travel of a folding of the batch by the motion that decides its status."""
+    panel = panel_of(scene, folding.circuit.grid.name)
     if trial is not None:
         tried = scene_in(read_scene_text(trial.values, f"the scene {trial.scene!r}"), grid=folding.circuit.grid.name)
-        return travel_by_springs(folding, replace(tried, name=trial.scene), trial.pairs)
-    way, states = motion.flat_pairs[i], motion.paths[i]
-    if way is not None and states is not None and motion.moves[i]:
-        return travel_along_path(folding, scene, way, states)  # type: ignore[arg-type]
-    return still_travel(folding, scene, scene.flat_pairs[0])
+        return travel_by_springs(folding.linkage(panel, flat_pairs=trial.pairs), replace(tried, name=trial.scene))
+    way = motion.flat_pairs[i]
+    if way is None:
+        return travel_along(folding.linkage(panel, flat_pairs=scene.flat_pairs[0]), scene)
+    return travel_along(folding.linkage(panel, flat_pairs=cast("Way", way)), scene, motion.paths[i])
