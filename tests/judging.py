@@ -8,7 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.designs.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, WorkKey
+from hcsearch.designs.records import (
+    DeploymentBatch,
+    FlightNumbers,
+    MotionBatch,
+    StageResult,
+    Trial,
+    VerdictBatch,
+    WorkKey,
+)
 from hcsearch.store import Database, record_scene, record_verdicts, start_run
 
 WORK = WorkKey("hex", 12, "", "all")
@@ -52,6 +60,7 @@ def judge(
     judged: Sequence[Judged],
     scene: str = "default",
     trials: Sequence[Trial] = (),
+    flight: Sequence[FlightNumbers | None] | None = None,
     *,
     work: WorkKey = WORK,
     key: str = "p#0/1",
@@ -59,7 +68,7 @@ def judge(
     """Record verdicts in a scene as a run of its own."""
     record_scene(database, scene, "" if scene == "default" else f'name = "{scene}"\n')
     run_id = start_run(database, work=work, until="deployment", panel=None, arguments={"scene": scene}, versions={})
-    verdicts = verdicts_of(judged, trials)
+    verdicts = replace(verdicts_of(judged, trials), flight=None if flight is None else tuple(flight))
     deploying = verdicts.status.count("deploys")
     passed = {"motion": deploying + verdicts.status.count("movable"), "deployment": deploying}
     results = [StageResult(stage, 1, count, count, 0.5) for stage, count in passed.items()]

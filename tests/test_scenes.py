@@ -1,6 +1,7 @@
 """Scenes: sizes of panels, names, files, what is left to the panels, and the laws of scale."""
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -13,10 +14,12 @@ from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel, panel_text, read_panel
 from hcsearch.scenes import SCENES, Scene, check_verdicts, joined_name, panel_of, with_panel
+from hcsearch.scenes.hardware import hardware_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, scene_variants, variant_parts
 from hcsearch.scenes.scene import check_scene_name
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_file_text, scene_in, scene_with
 from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 
 DEFAULT = SCENES["default"]
@@ -157,12 +160,76 @@ def test_files_of_scenes_round_trip(scene):
         ({"density": 0.0}, r"density cannot be 0.0: give a number from 1e-09 to 1e\+12"),
         ({"areal_mass": float("nan")}, r"areal_mass cannot be nan: give a number from 1e-09 to 1e\+12"),
         ({"colour": "red"}, "a scene has no 'colour'"),
+        ({"friction": -0.01}, r"friction cannot be -0.01: give a number from 0 to 1e\+12"),
+        ({"play": 0.2}, "play cannot be 0.2: give a number from 0 to 0.1"),
+        ({"hinges": {"0": {"density": 1.0}}}, "hinge 0 has no 'density': it has friction, harness, latch_stiffness"),
+        ({"hinges": {"0": {"play": 0.2}}}, "play cannot be 0.2"),
+        ({"hinges": {"0": {}, "00": {}}}, "hinges names hinge 0 twice"),
+        ({"hinges": 3}, "the values of each hinge"),
+        ({"root": "top"}, "give held, free, or the number of a panel"),
+        ({"craft": [[0, 0, 0, 1, 1]]}, "a list of boxes"),
+        ({"craft": [[0, 0, 0, 1, 1, -1]]}, "give numbers from 0"),
+        ({"envelope": 3}, "write '3U', or three lengths in mm"),
         ({"seconds": "9" * 100_000}, r"seconds cannot be '9{56}\.\.\."),
     ],
 )
 def test_values_that_no_scene_has_are_refused(values, message):
     with pytest.raises(SceneError, match=message):
         scene_with(DEFAULT, values)
+
+
+def test_hinges_have_the_values_of_the_scene_or_their_own():
+    linkage = folding("hex:0234550132", 4).linkage(default_panel("hex"))
+    own = (("0", (("friction", 0.02), ("play", 0.001))), ("7", (("harness", 0.005), ("latch_stiffness", 50.0))))
+    scene = replace(DEFAULT, friction=0.01, stop_tolerance=1e-3, hinges=own, held="3", root="2")
+    setup = setup_of_scene(scene, linkage)
+    hardware, labels = hardware_of(scene, linkage, setup.held), labels_of(linkage)
+    place = {name: labels.hinge(name) for name in ("0", "7")}
+    for k in range(linkage.n_hinges):
+        friction = 0.02 if k == place["0"] else 0.01
+        harness = 0.005 if k == place["7"] else 0.0
+        assert setup.resistance[k] == hardware.resistance[k] == friction + harness
+        assert hardware.latch_stiffness[k] == (50.0 if k == place["7"] else 0.0)
+        assert hardware.play[k] == (0.001 if k == place["0"] else 0.0)
+    assert hardware.root == labels.panel("2") != setup.held == labels.panel("3")
+    assert hardware_of(replace(scene, root="held"), linkage, setup.held).root == setup.held
+    assert hardware_of(replace(scene, root="free"), linkage, setup.held).root is None
+    with pytest.raises(HcsearchError, match="there is no hinge 99"):
+        setup_of_scene(replace(scene, hinges=(("99", ()),)), linkage)
+
+
+def test_two_names_of_one_hinge_have_one_value():
+    merged = Folding.from_notation("square:012233300121:5")
+    linkage = merged.linkage(default_panel("square"), flat_pairs="merged")
+    joint = next(name for name in labels_of(linkage).hinges if "+" in name)
+    first, second = joint.split("+")[:2]
+    scene = replace(DEFAULT, hinges=((first, (("friction", 0.02),)), (second, (("friction", 0.03),))))
+    with pytest.raises(HcsearchError, match=f"hinge {re.escape(joint)} is given two values of friction"):
+        setup_of_scene(scene, linkage)
+    same = replace(DEFAULT, hinges=((first, (("friction", 0.02),)), (second, (("friction", 0.02),))))
+    assert sorted(setup_of_scene(same, linkage).resistance)[-1] == 0.02
+
+
+def test_the_congruent_linkage_has_the_same_friction_at_the_same_hinges():
+    scene = replace(DEFAULT, hinges=(("1", (("friction", 0.02),)), ("3", (("friction", 0.03),))))
+    linkage = Folding.from_notation("hex:0223344000:4").linkage(default_panel("hex"))
+    assert linkage.twin is not None
+    setup = setup_of_scene(scene, linkage)
+    congruent = setup.of_congruent(linkage)
+    for hinge, image in enumerate(linkage.twin.hinges):
+        assert congruent.resistance[image] == setup.resistance[hinge]
+
+
+def test_equipment_adds_to_the_density():
+    assert Scene(equipment=2.5).density_of(0.01) == pytest.approx(547.0 + 250.0)
+    assert Scene(areal_mass=1.0, equipment=2.5).density_of(0.01) == pytest.approx(350.0)
+
+
+def test_values_of_single_hinges_are_of_one_design():
+    with pytest.raises(SceneError, match="has values of single hinges, which are those of one design"):
+        check_verdicts(replace(DEFAULT, hinges=(("0", (("friction", 0.01),)),)), "hex", 10)
+    with pytest.raises(SceneError, match="root may be 'held', or 0 to 9"):
+        check_verdicts(replace(DEFAULT, root="10"), "hex", 10)
 
 
 @pytest.mark.parametrize(

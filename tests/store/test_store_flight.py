@@ -1,0 +1,82 @@
+"""The figures of the stage `flight` in the database: in the units of the views, by scene, made anew, and gone."""
+
+from dataclasses import fields, replace
+
+import pytest
+from test_store_verdicts import CUT, FLAT, LOCKED, list_designs
+
+from hcsearch.basics.errors import QueryError
+from hcsearch.designs.records import FlightNumbers
+from hcsearch.store import select
+from hcsearch.store.columns import FLIGHT_QUANTITIES
+from tests.judging import judge
+
+NUMBERS = FlightNumbers(
+    torque_margin=8.25,
+    torque_margin_hinge="3",
+    torque_margin_at=0.75,
+    torque_margin_failed=1.5,
+    deployed_hz=0.75,
+    soft_modes=2,
+    latch_torque=0.25,
+    latch_impulse=0.125,
+    clearance_ratio=3.5,
+    self_stresses=4,
+    flatness=0.5,
+    tilt=2.5,
+    stowed_length=0.34,
+    stowed_width=0.1,
+    stowed_height=0.09,
+    area_per_volume=80.0,
+    mass=2.75,
+    craft_clearance=-0.004,
+)
+LENGTHS = {"stowed_length": 340.0, "stowed_width": 100.0, "stowed_height": 90.0, "craft_clearance": -4.0}
+NAMES = [quantity.name for quantity in FLIGHT_QUANTITIES]
+
+
+@pytest.fixture
+def listed(database):
+    list_designs(database)
+    return database
+
+
+def figures(database, scene="default"):
+    """What both views say of the third design; they must agree."""
+    (row,) = select(database, "untwisted", columns=NAMES, scene=scene).rows
+    assert select(database, "crease=3", columns=NAMES, view="foldings", scene=scene).rows == (row,)
+    return dict(zip(NAMES, row, strict=True))
+
+
+def test_each_figure_is_stored_in_the_unit_of_its_column(listed):
+    judge(listed, [FLAT], flight=[NUMBERS])
+    plain = {one.name: getattr(NUMBERS, one.name) for one in fields(FlightNumbers)}
+    plain["flatness_mm_per_mrad"] = plain.pop("flatness")
+    assert figures(listed) == plain | LENGTHS
+    assert set(plain) == set(NAMES)
+
+
+def test_a_figure_that_is_not_known_or_not_finite_is_null(listed):
+    judge(listed, [CUT], flight=[FlightNumbers(torque_margin=float("inf"), latch_torque=float("nan"), mass=1.5)])
+    assert {name: value for name, value in figures(listed).items() if value is not None} == {"mass": 1.5}
+
+
+def test_figures_are_of_a_scene_and_made_anew(listed):
+    judge(listed, [FLAT], flight=[NUMBERS])
+    judge(listed, [FLAT], "solar", flight=[replace(NUMBERS, torque_margin=2.0)])
+    assert (figures(listed)["torque_margin"], figures(listed, "solar")["torque_margin"]) == (8.25, 2.0)
+    judge(listed, [FLAT], flight=[FlightNumbers(mass=1.0)])
+    assert [figures(listed)[name] for name in ("torque_margin", "mass")] == [None, 1.0]
+    assert figures(listed, "solar")["torque_margin"] == 2.0
+    judge(listed, [LOCKED], flight=[None])
+    assert set(figures(listed).values()) == {None}
+    judge(listed, [FLAT], "solar")
+    assert set(figures(listed, "solar").values()) == {None}, "figures of an earlier motion stay where none are computed"
+
+
+def test_figures_are_words_of_queries(listed):
+    judge(listed, [FLAT], flight=[NUMBERS])
+    assert len(select(listed, "torque_margin>=7.5 deployed_hz>0.5 soft_modes<=2 torque_margin_hinge=3").rows) == 1
+    assert not select(listed, "clearance_ratio>=3.6").rows
+    with pytest.raises(QueryError, match="did you mean torque_margin"):
+        select(listed, "torque_margins>1")
