@@ -1,0 +1,59 @@
+"""A flight sheet as text: for a terminal, as Markdown, and as LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hcsearch.springs.flight.sheet import FlightSheet, Sensitivity, SheetRow
+from hcsearch.system.terminal import short_number
+
+RULE_HEADS = ("rule", "clause", "figure", "required", "verdict", "margin", "note")
+SENSITIVITY_HEADS = ("value of the scene", "figure", "20 % less", "20 % more")
+_STYLES = {"text": ("simple", "{}"), "markdown": ("pipe", "## {}"), "latex": ("latex_booktabs", "\\subsection*{{{}}}")}
+"""Tables as tabulate draws them, which escapes their texts, and headings."""
+SHEET_STYLES = tuple(_STYLES)
+"""Text formats of a sheet; those for LaTeX need the package booktabs."""
+
+
+def rule_cells(row: SheetRow) -> tuple[str, ...]:
+    """Return a rule as texts, in the order of `RULE_HEADS`."""
+    sense = "at least" if row.at_least else "at most"
+    required = "-" if row.required is None else f"{sense} {_number(row.required, row.unit)}"
+    margin = "-" if row.margin is None else f"{short_number(100.0 * row.margin, 3)} %"
+    return row.rule, row.clause, _number(row.figure, row.unit), required, row.verdict, margin, row.note
+
+
+def sensitivity_cells(row: Sensitivity) -> tuple[str, ...]:
+    """Return a sensitivity as texts, in the order of `SENSITIVITY_HEADS`."""
+    return row.value, row.figure, _number(row.low, row.unit), _number(row.high, row.unit)
+
+
+def head_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
+    """Return the facts above the table of rules, each with its name."""
+    facts = {"folding": sheet.title, "scene": sheet.scene, "motion": sheet.source, "rules": sheet.standard}
+    return (*facts.items(), ("verdict", sheet.verdict))
+
+
+def sheet_text(sheet: FlightSheet, style: str) -> str:
+    """Return a sheet as text in a style of `SHEET_STYLES`."""
+    table, heading = _STYLES[style]
+    parts = [_table(head_cells(sheet), ("sheet", ""), table)]
+    parts.append(_table([rule_cells(row) for row in sheet.rows], RULE_HEADS, table))
+    if sheet.sensitivities:
+        parts.append(heading.format("Sensitivities"))
+        parts.append(_table([sensitivity_cells(row) for row in sheet.sensitivities], SENSITIVITY_HEADS, table))
+    if sheet.omitted:
+        parts.append(heading.format("Left out"))
+        parts.append(_table([(sentence,) for sentence in sheet.omitted], ("what",), table))
+    return "\n\n".join(parts) + "\n"
+
+
+def _number(value: float | None, unit: str = "") -> str:
+    return "-" if value is None else f"{short_number(value, 4)} {unit}".rstrip()
+
+
+def _table(rows: Sequence[Sequence[str]], heads: Sequence[str], style: str) -> str:
+    from tabulate import tabulate  # noqa: PLC0415 - only these formats need it
+
+    escaped = [[cell.replace("|", "\\|") for cell in row] for row in rows] if style == "pipe" else rows
+    return tabulate(escaped, headers=heads, tablefmt=style, disable_numparse=True)
