@@ -60,8 +60,14 @@ def travel_by_springs(linkage: Linkage, scene: Scene, setup: Setup | None = None
     A deployment starts beside the packed state and counts as flat a little before the flat one: both ends are added.
     """
     setup = setup_of_scene(scene, linkage) if setup is None else setup
-    hardware = hardware_of(scene, linkage, setup.held)
     deployment = simulate_compiled(compile_scene(linkage, setup), tolerance=tolerance, certified=False)
+    return travel_of_deployment(deployment, scene)
+
+
+def travel_of_deployment(deployment: Deployment, scene: Scene) -> Travel:
+    """Return the travel of a simulated deployment in a scene."""
+    linkage, setup = deployment.compiled.linkage, deployment.compiled.setup
+    hardware = hardware_of(scene, linkage, setup.held)
     states = np.vstack([linkage.folded, deployment.angles, linkage.flat])
     moved = np.abs(np.diff(states, axis=0)).max(axis=1, initial=0.0) > 0.0
     return Travel(linkage, setup, hardware, "deployment", states[np.append(True, moved)], deployment)
