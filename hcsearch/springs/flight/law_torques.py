@@ -1,0 +1,44 @@
+"""Torques of springs along a path, from their laws, with the snaps of tape springs on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.scenes.laws import Law, LawBranch
+
+
+def law_torques(laws: Sequence[Law], angles: Reals) -> Reals:
+    """Return the torques with which springs open hinges at states of a path, (k, n_hinges), N m.
+
+    laws : of the hinges. angles : fold angles, (k, n_hinges), rad, in the order of the motion: a law that snaps stays
+    on a branch until it leaves it.
+    """
+    torques = np.empty(angles.shape)
+    for hinge, law in enumerate(laws):
+        own = angles[:, hinge]
+        torques[:, hinge] = branch_moments(law.straight, own)
+        if law.bent is not None:
+            bent = _is_bent(law, own)
+            torques[bent, hinge] = branch_moments(law.bent, own[bent])
+    return torques
+
+
+def branch_moments(branch: LawBranch, angles: Reals) -> Reals:
+    """Return the moments of a branch at fold angles, (k,), N m, as `LawBranch.moment` does at each."""
+    pieces = np.maximum(np.searchsorted(branch.breaks, angles, side="right") - 1, 0)
+    x = angles - np.array(branch.breaks)[pieces]
+    a, b, c, d = np.array(branch.cubics)[pieces].T
+    moments: Reals = a + x * (b + x * (c + x * d))
+    return moments
+
+
+def _is_bent(law: Law, angles: Reals) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return at which states of a path a law is on its bent branch, (k,)."""
+    bent, flags = False, np.zeros(len(angles), bool)
+    for k, angle in enumerate(angles):
+        bent = angle >= law.snap_down if bent else angle > law.snap_up
+        flags[k] = bent
+    return flags
