@@ -15,7 +15,7 @@ from hcsearch.basics.array_values import Flags, Reals, Signs, WholeNumbers
 from hcsearch.kernels.compiling.compiled import compiled
 
 PIVOT_TOLERANCE, PRICE_TOLERANCE = 1e-10, 1e-10
-"""Entries of the tableau below the first count as 0; a variable enters where its price, per unit, exceeds the second."""
+"""Entries of the tableau below the first count as 0; a variable enters where its price exceeds the second."""
 GREEDY_PIVOTS_PER_COLUMN, MAX_PIVOTS_PER_COLUMN = 3, 40
 """Pivots, per column, after which Bland's rule chooses them, as it does not cycle; and after which the search ends."""
 

@@ -69,7 +69,8 @@ class ClosedRates(ByValue):
     @property
     def nullities(self) -> WholeNumbers:
         """Dimensions of the spaces of closed rates, (k,)."""
-        return self.jacobians.shape[2] - self.ranks
+        nullities: WholeNumbers = self.jacobians.shape[2] - self.ranks
+        return nullities
 
     def bases(self, states: WholeNumbers, rank: int) -> Reals:
         """Return orthonormal bases of the closed rates, (k, n_hinges, m), of some states of one rank."""
@@ -109,7 +110,7 @@ def torque_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
     senses : (k, n_hinges), of `allowed_senses`. HcsearchError for numbers of hinges that differ, for torques and
     friction that are not finite, and for negative friction.
     """
-    count, height, n = rates.jacobians.shape
+    count, _, n = rates.jacobians.shape
     _check_torques(torques, friction, (count, n))
     margins, found, moments = np.empty(count), np.empty((count, n)), np.empty((count, n))
     places = np.empty((count, n), np.int8)
@@ -192,7 +193,6 @@ def _proved(
     rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, moments: Reals, margins: Reals
 ) -> tuple[Reals, Reals]:
     """Return the wrenches that leave moments to friction, and the bounds of the margins that these prove."""
-    count, height, _ = rates.jacobians.shape
     kept = np.arange(rates.values.shape[1]) < rates.ranks[:, None]
     inverse = np.where(kept, 1.0, 0.0) / np.where(kept, rates.values, 1.0)
     borne = np.einsum("kij,kj->ki", rates.right[:, : rates.values.shape[1]], moments - torques)

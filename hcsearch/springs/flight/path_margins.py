@@ -1,0 +1,176 @@
+"""Torque margins at the states of a path from packed to flat, with the worst spring failed, and at its singular ends.
+
+At a singular state more rates close the loops to first order than belong to motions. There the linear program bounds the
+margin from above, and true motions bound it from below: that of the path, and at ends the one nearest to the best rates
+of the linear program (docs/explanation/flight_margins.md, 4). The flat end is arrived at, so stops count for the motion
+reversed. Between states nothing is known: `certified_margin` bounds margins there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumbers
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.planning.ends import EndClosure
+from hcsearch.motion.planning.problems import group_of_all, loops_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.flight.torque_margin import (
+    ClosedRates,
+    TorqueMargins,
+    allowed_senses,
+    closed_rates,
+    power_ratios,
+    torque_margins,
+    torque_margins_failed,
+)
+
+MarginKind = Literal["exact", "bound", "sampled"]
+"""How a least margin is known: exactly; as a lower bound at all states of a path; or at the states given only."""
+MIN_LEAVING_RATE = 1e-6
+"""Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
+MAX_FAILURES_TRIED = 4
+"""Greatest number of failed springs for which motions at an end are searched for."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathMargins(ByValue):
+    """Torque margins at the k states of a path.
+
+    margins : (k,), attained by motions, less rounding: lower bounds. bounds : (k,), upper bounds of the linear program;
+    equal to the margins but for rounding, except where singular. singular : (k,), where more rates close the loops to
+    first order than elsewhere on the path. along : (k,), power of the springs along the path over what friction takes,
+    negative where springs push back: margins are at least as great.
+    hinges : (k,), the hinge whose friction takes most of the power of the best motion; -1 where there is none.
+    failed : (k,), as margins, with the worst spring failed; failed_hinges : (k,), its hinge, -1 where none has a torque.
+    """
+
+    margins: Reals
+    bounds: Reals
+    singular: Flags
+    along: Reals
+    hinges: WholeNumbers
+    failed: Reals
+    failed_hinges: WholeNumbers
+
+    @property
+    def least_state(self) -> int:
+        """The state of the least margin, the first of several."""
+        return int(self.margins.argmin())
+
+    @property
+    def least_failed_state(self) -> int:
+        """The state of the least margin with a spring failed, the first of several."""
+        return int(self.failed.argmin())
+
+    @property
+    def kind(self) -> MarginKind:
+        """How the least margin of the path is known: exactly if it is 0, as none is less, else at the states only."""
+        return "exact" if self.bounds.min() == 0.0 else "sampled"
+
+
+def margins_along(linkage: Linkage, angles: Reals, torques: Reals, friction: Reals) -> PathMargins:
+    """Compute the torque margins at the states of a path, with all springs and with the worst one failed.
+
+    angles : closed states, (k, n_hinges), rad, from packed to flat, two at least. torques : (k, n_hinges), N m, as
+    `law_torques` gives them. friction : (n_hinges,), N m. Both are weighted by the factors of a rule beforehand.
+    HcsearchError for shapes that do not fit, and as in `torque_margins`.
+    """
+    if angles.ndim != 2 or len(angles) < 2 or angles.shape[1] != linkage.n_hinges:
+        raise HcsearchError(
+            f"a path of shape {angles.shape}: give two states or more of {linkage.n_hinges} fold angles each"
+        )
+    rates = closed_rates(np.array([linkage.closure(state)[1] for state in angles]))
+    senses = allowed_senses(angles)
+    senses[-1] = allowed_senses(angles[-1], arriving=True)
+    program = torque_margins(rates, torques, friction, senses)
+    failed, failed_hinges = torque_margins_failed(rates, torques, friction, senses, program)
+    singular = rates.nullities > rates.nullities.min()
+    tangents = _tangents(rates, angles, senses)
+    margins, hinges = program.margins.copy(), program.hinges.copy()
+    for state in np.flatnonzero(singular).tolist():
+        motions = tangents[state][None]
+        if state in (0, len(angles) - 1) and allowed_senses(angles[state]).all():  # every hinge at a stop
+            end = _End(linkage, angles, state, torques[state], friction)
+            motions = end.motions(program.rates[state])
+            tangents[state] = motions[0]
+        margins[state], hinges[state] = _best_of(torques[state], friction, motions)
+        failed[state], failed_hinges[state] = _failed_of(torques[state], friction, motions)
+    along = power_ratios(torques, friction, tangents)
+    return PathMargins(margins, program.bounds, singular, along, hinges, failed, failed_hinges)
+
+
+def _tangents(rates: ClosedRates, angles: Reals, senses: Signs) -> Reals:
+    """Return the rates at which hinges open along a path, (k, n_hinges), unit vectors where they are known, else 0."""
+    lengths = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(angles, axis=0), axis=1))]
+    tangents = rates.projected(-np.gradient(angles, lengths, axis=0))
+    stopped = senses * tangents < -MIN_LEAVING_RATE
+    tangents[stopped.any(axis=1)] = 0.0
+    sizes = np.linalg.norm(tangents, axis=1, keepdims=True)
+    return tangents / np.where(sizes > 0.0, sizes, 1.0)
+
+
+class _End:
+    """The motions that leave the packed end of a path, or arrive at the flat one, as rates at which hinges open."""
+
+    def __init__(self, linkage: Linkage, angles: Reals, state: int, torques: Reals, friction: Reals) -> None:
+        self.closure = EndClosure(linkage, angles[state], group_of_all(loops_of(linkage)))
+        self.leaving = -1.0 if state == 0 else 1.0  # at the flat end angles grow where a motion leaves
+        self.path = self.leaving * ((angles[1] if state == 0 else angles[-2]) - angles[state])
+        self.rates = closed_rates(self.closure.jacobian[None])
+        self.senses = allowed_senses(angles[state : state + 1], arriving=state > 0)
+        self.torques, self.friction = torques, friction
+
+    def motions(self, best: Reals) -> Reals:
+        """Return the motion of the path, 0 where none is found near it, and others that may have greater margins.
+
+        best : rates of the linear program. Others are regular motions nearest to these, and to those of the linear
+        program without the spring whose failure leaves the least to the motions so far.
+        """
+        found = self._motion_near(self.path, regular=False)
+        motions = np.array([np.zeros(len(best)) if found is None else found])
+        for _ in range(1 + MAX_FAILURES_TRIED):
+            found = self._motion_near(best, regular=True) if best.any() else None
+            if found is not None:
+                motions = np.r_[motions, found[None]]
+            left = self.torques.copy()
+            left[_failed_of(self.torques, self.friction, motions)[1]] = 0.0
+            before, best = best, torque_margins(self.rates, left[None], self.friction, self.senses).rates[0]
+            if np.array_equal(before, best):
+                break
+        return motions
+
+    def _motion_near(self, rates: Reals, *, regular: bool) -> Reals | None:
+        """Return the motion nearest to given rates, or None; regular : whether it has to be one by itself."""
+        found = self.closure.direction(self.leaving * rates)
+        if found is None or (regular and not self._is_regular(found)):
+            return None
+        return self.leaving * found
+
+    def _is_regular(self, direction: Reals) -> bool:
+        """Return whether a motion surely leaves an end in a direction: its equations are regular and no hinge rests."""
+        _, derivative = self.closure.equations(direction)
+        leaves = np.abs(direction).min() > MIN_LEAVING_RATE
+        return bool(leaves) and int(np.linalg.matrix_rank(derivative)) == len(derivative)
+
+
+def _best_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, int]:
+    """Return the greatest margin of motions, and the hinge whose friction takes most of its power, or -1."""
+    ratios = np.maximum(power_ratios(np.broadcast_to(torques, motions.shape), friction, motions), 0.0)
+    losses = friction * np.abs(motions[ratios.argmax()])
+    return float(ratios.max()), int(losses.argmax()) if losses.any() else -1
+
+
+def _failed_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, int]:
+    """Return the least margin of motions without one of the torques, and its hinge; 0 and -1 where all are 0."""
+    hinges = np.flatnonzero(torques)
+    if not len(hinges):
+        return 0.0, -1
+    left = np.repeat(torques[None], len(hinges), axis=0)
+    left[np.arange(len(hinges)), hinges] = 0.0
+    ratios = [power_ratios(left, friction, np.broadcast_to(motion, left.shape)) for motion in motions]
+    best = np.maximum(np.max(ratios, axis=0), 0.0)
+    return float(best.min()), int(hinges[best.argmin()])
