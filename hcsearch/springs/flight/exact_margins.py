@@ -37,7 +37,9 @@ def exact_end_margin(
         return None
     senses = allowed_senses(angles, arriving=arriving)
     scaled = list(zip(senses.tolist(), lengths, strict=True))
-    powers = [Fraction(torque) * sense * length for torque, (sense, length) in zip(torques.tolist(), scaled, strict=True)]
+    powers = [
+        Fraction(torque) * sense * length for torque, (sense, length) in zip(torques.tolist(), scaled, strict=True)
+    ]
     losses = [Fraction(value) * length for value, (_, length) in zip(friction.tolist(), scaled, strict=True)]
     if not any(powers):
         return Fraction(0)

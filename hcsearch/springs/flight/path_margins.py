@@ -20,7 +20,6 @@ from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.torque_margin import (
     ClosedRates,
-    TorqueMargins,
     allowed_senses,
     closed_rates,
     power_ratios,
@@ -37,23 +36,42 @@ MAX_FAILURES_TRIED = 4
 
 
 @dataclass(frozen=True, eq=False)
+class PathRates(ByValue):
+    """The rates that loops and stops allow at the k states of a path, whatever its springs are.
+
+    angles : (k, n_hinges), rad. rates : of first order. senses : (k, n_hinges), of `allowed_senses`. singular : (k,),
+    where more rates close the loops to first order than elsewhere on the path. tangents : (k, n_hinges), unit rates at
+    which hinges open along the path; 0 where they are not known.
+    """
+
+    linkage: Linkage
+    angles: Reals
+    rates: ClosedRates
+    senses: Signs
+    singular: Flags
+    tangents: Reals
+
+
+@dataclass(frozen=True, eq=False)
 class PathMargins(ByValue):
     """Torque margins at the k states of a path.
 
     margins : (k,), attained by motions, less rounding: lower bounds. bounds : (k,), upper bounds of the linear program;
-    equal to the margins but for rounding, except where singular. singular : (k,), where more rates close the loops to
-    first order than elsewhere on the path. along : (k,), power of the springs along the path over what friction takes,
-    negative where springs push back: margins are at least as great.
-    hinges : (k,), the hinge whose friction takes most of the power of the best motion; -1 where there is none.
-    failed : (k,), as margins, with the worst spring failed; failed_hinges : (k,), its hinge, -1 where none has a torque.
+    equal to the margins but for rounding, except where singular. along : (k,), power of the springs along the path over
+    what friction takes, negative where springs push back: margins are at least as great.
+    rates : (k, n_hinges), of the best motions. hinges : (k,), the hinge whose friction takes most of their power; -1
+    where there is none.
+    failed, failed_bounds : (k,), as margins and bounds, with the worst spring failed; failed_hinges : (k,), its hinge,
+    -1 where none has a torque.
     """
 
     margins: Reals
     bounds: Reals
-    singular: Flags
     along: Reals
+    rates: Reals
     hinges: WholeNumbers
     failed: Reals
+    failed_bounds: Reals
     failed_hinges: WholeNumbers
 
     @property
@@ -72,56 +90,69 @@ class PathMargins(ByValue):
         return "exact" if self.bounds.min() == 0.0 else "sampled"
 
 
-def margins_along(linkage: Linkage, angles: Reals, torques: Reals, friction: Reals) -> PathMargins:
-    """Compute the torque margins at the states of a path, with all springs and with the worst one failed.
+def path_rates(linkage: Linkage, angles: Reals) -> PathRates:
+    """Find the rates that loops and stops allow at the states of a path.
 
-    angles : closed states, (k, n_hinges), rad, from packed to flat, two at least. torques : (k, n_hinges), N m, as
-    `law_torques` gives them. friction : (n_hinges,), N m. Both are weighted by the factors of a rule beforehand.
-    HcsearchError for shapes that do not fit, and as in `torque_margins`.
+    angles : closed states, (k, n_hinges), rad, from packed to flat, two at least, none of them twice in succession.
+    HcsearchError for other shapes.
     """
     if angles.ndim != 2 or len(angles) < 2 or angles.shape[1] != linkage.n_hinges:
         raise HcsearchError(
             f"a path of shape {angles.shape}: give two states or more of {linkage.n_hinges} fold angles each"
         )
+    steps = np.linalg.norm(np.diff(angles, axis=0), axis=1)
+    if not (steps > 0.0).all():
+        raise HcsearchError(f"state {int(steps.argmin()) + 1} of the path is the one before it: leave it out")
     rates = closed_rates(np.array([linkage.closure(state)[1] for state in angles]))
     senses = allowed_senses(angles)
     senses[-1] = allowed_senses(angles[-1], arriving=True)
-    program = torque_margins(rates, torques, friction, senses)
-    failed, failed_hinges = torque_margins_failed(rates, torques, friction, senses, program)
-    singular = rates.nullities > rates.nullities.min()
-    tangents = _tangents(rates, angles, senses)
-    margins, hinges = program.margins.copy(), program.hinges.copy()
-    for state in np.flatnonzero(singular).tolist():
-        motions = tangents[state][None]
-        if state in (0, len(angles) - 1) and allowed_senses(angles[state]).all():  # every hinge at a stop
-            end = _End(linkage, angles, state, torques[state], friction)
-            motions = end.motions(program.rates[state])
-            tangents[state] = motions[0]
-        margins[state], hinges[state] = _best_of(torques[state], friction, motions)
-        failed[state], failed_hinges[state] = _failed_of(torques[state], friction, motions)
-    along = power_ratios(torques, friction, tangents)
-    return PathMargins(margins, program.bounds, singular, along, hinges, failed, failed_hinges)
-
-
-def _tangents(rates: ClosedRates, angles: Reals, senses: Signs) -> Reals:
-    """Return the rates at which hinges open along a path, (k, n_hinges), unit vectors where they are known, else 0."""
-    lengths = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(angles, axis=0), axis=1))]
-    tangents = rates.projected(-np.gradient(angles, lengths, axis=0))
-    stopped = senses * tangents < -MIN_LEAVING_RATE
-    tangents[stopped.any(axis=1)] = 0.0
+    tangents = rates.projected(-np.gradient(angles, np.r_[0.0, np.cumsum(steps)], axis=0))
+    tangents[(senses * tangents < -MIN_LEAVING_RATE).any(axis=1)] = 0.0
     sizes = np.linalg.norm(tangents, axis=1, keepdims=True)
-    return tangents / np.where(sizes > 0.0, sizes, 1.0)
+    tangents /= np.where(sizes > 0.0, sizes, 1.0)
+    return PathRates(linkage, angles, rates, senses, rates.nullities > rates.nullities.min(), tangents)
+
+
+def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargins:
+    """Compute the torque margins at the states of a path, with all springs and with the worst one failed.
+
+    torques : (k, n_hinges), N m, as `law_torques` gives them. friction : (n_hinges,), N m. Both are weighted by the
+    factors of a rule beforehand. HcsearchError as in `torque_margins`.
+    """
+    program = torque_margins(path.rates, torques, friction, path.senses)
+    failed_bounds, failed_hinges = torque_margins_failed(path.rates, torques, friction, path.senses, program)
+    margins, rates, failed = program.margins.copy(), program.rates.copy(), failed_bounds.copy()
+    tangents = path.tangents.copy()
+    for state in np.flatnonzero(path.singular).tolist():
+        motions = tangents[state][None]
+        if state in (0, len(tangents) - 1) and path.senses[state].all():  # every hinge is at a stop
+            motions = _End(path, state, torques[state], friction).motions(program.rates[state])
+            tangents[state] = motions[0]
+        ratios = np.maximum(power_ratios(np.broadcast_to(torques[state], motions.shape), friction, motions), 0.0)
+        margins[state], rates[state] = ratios.max(), motions[ratios.argmax()]
+        failed[state], failed_hinges[state] = _failed_of(torques[state], friction, motions)
+    losses = friction * np.abs(rates)
+    return PathMargins(
+        margins=margins,
+        bounds=program.bounds,
+        along=power_ratios(torques, friction, tangents),
+        rates=rates,
+        hinges=np.where(losses.any(axis=1), losses.argmax(axis=1), -1),
+        failed=failed,
+        failed_bounds=failed_bounds,
+        failed_hinges=failed_hinges,
+    )
 
 
 class _End:
     """The motions that leave the packed end of a path, or arrive at the flat one, as rates at which hinges open."""
 
-    def __init__(self, linkage: Linkage, angles: Reals, state: int, torques: Reals, friction: Reals) -> None:
-        self.closure = EndClosure(linkage, angles[state], group_of_all(loops_of(linkage)))
+    def __init__(self, path: PathRates, state: int, torques: Reals, friction: Reals) -> None:
+        angles = path.angles
+        self.closure = EndClosure(path.linkage, angles[state], group_of_all(loops_of(path.linkage)))
         self.leaving = -1.0 if state == 0 else 1.0  # at the flat end angles grow where a motion leaves
         self.path = self.leaving * ((angles[1] if state == 0 else angles[-2]) - angles[state])
-        self.rates = closed_rates(self.closure.jacobian[None])
-        self.senses = allowed_senses(angles[state : state + 1], arriving=state > 0)
+        self.rates, self.senses = closed_rates(self.closure.jacobian[None]), path.senses[state][None]
         self.torques, self.friction = torques, friction
 
     def motions(self, best: Reals) -> Reals:
@@ -155,13 +186,6 @@ class _End:
         _, derivative = self.closure.equations(direction)
         leaves = np.abs(direction).min() > MIN_LEAVING_RATE
         return bool(leaves) and int(np.linalg.matrix_rank(derivative)) == len(derivative)
-
-
-def _best_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, int]:
-    """Return the greatest margin of motions, and the hinge whose friction takes most of its power, or -1."""
-    ratios = np.maximum(power_ratios(np.broadcast_to(torques, motions.shape), friction, motions), 0.0)
-    losses = friction * np.abs(motions[ratios.argmax()])
-    return float(ratios.max()), int(losses.argmax()) if losses.any() else -1
 
 
 def _failed_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, int]:
