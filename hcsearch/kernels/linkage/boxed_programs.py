@@ -166,7 +166,7 @@ def greatest_in_box(rows: Reals, goals: Reals, values: Reals, multipliers: Reals
     """Write the greatest value of each goal over |y_i| <= 1 with R y = 0.
 
     rows : orthonormal, shape (r, n). goals : shape (k, n). values : shape (k,), never below the greatest value.
-    multipliers : shape (k, r), with values = sum |goal - R' m|. points : shape (k, n), at which the values are attained.
+    multipliers : shape (k, r), with values = sum |goal - R' m|. points : shape (k, n), where the values are attained.
     """
     r, n = rows.shape
     start = (np.empty((r, n + r)), np.empty(r, np.int64))

@@ -1,0 +1,188 @@
+"""Shape of the deployed array as built: flatness, tilt, and how far errors bind its loops.
+
+Errors are those of `build_errors`. A built array is flat where its loops close with every hinge within the tolerance of
+its stop and its play. The greatest deviation over all such arrays is a linear program, as deviations and closure are
+linear at first order; root mean squares are those of independent errors, given that the loops close. Proofs, and in
+which direction each number is a bound: docs/explanation/flight.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.linkage.boxed_programs import farthest_in_box, greatest_in_box
+from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.locks.lattice import whole_end
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.flight.build_errors import DEPENDENT_ROW_SHARE, BuildTolerances, ErrorMap, error_map
+
+
+@dataclass(frozen=True)
+class ShapeErrors:
+    """The shape of a flat array as built, at first order.
+
+    self_stresses : number of dependent rows of closure in the flat state: so many conditions on the places of hinges
+        that no turn of a hinge can meet. Exact on tilings; None where the rank is not decided.
+    flatness_per_rad : m/rad, greatest distance of a corner from the plane fitted to the array, where each hinge may be
+        1 rad off and nothing else is; the same number in mm/mrad. tilt_per_rad : greatest tilt of a panel against that
+        plane (rad/rad). root_tilt_per_rad : the same against the root panel. rms_flatness_per_rad : m/rad, root mean
+        square over area and over arrays.
+    flatness, rms_flatness, tilt, root_tilt : the same with the given tolerances (m, m, rad, rad).
+    second_order : m, by which a built array may exceed `flatness`, as the map of errors is linear.
+    needed_play : rad, root mean square over arrays of the angle by which a hinge must leave its stop for the loops to
+        close, of the hinge that leaves it most. misfit : m, root mean square of what loops stay open by in the nearest
+        state, which axes must yield: 0 without self-stresses.
+    """
+
+    self_stresses: int | None
+    flatness_per_rad: float
+    rms_flatness_per_rad: float
+    tilt_per_rad: float
+    root_tilt_per_rad: float
+    flatness: float
+    rms_flatness: float
+    tilt: float
+    root_tilt: float
+    second_order: float
+    needed_play: float
+    misfit: float
+
+
+def shape_errors(linkage: Linkage, tolerances: BuildTolerances, root: int) -> ShapeErrors:
+    """Return the shape of a flat array as built; root : the panel against which `root_tilt` is.
+
+    HcsearchError where the tolerances are not those of the linkage's hinges, or there is no such panel.
+    """
+    built = error_map(linkage, tolerances, root)
+    survey = _Survey(built)
+    nothing = (0.0,) * linkage.n_hinges
+    angles_alone = built.with_tolerances(BuildTolerances((1.0,) * linkage.n_hinges, nothing))
+    flatness = survey.deviations(built)
+    return ShapeErrors(
+        self_stresses_when_flat(linkage),
+        float(survey.deviations(angles_alone)[0].max()),
+        survey.rms_flatness(angles_alone),
+        *survey.tilts(angles_alone),
+        float(flatness[0].max()),
+        survey.rms_flatness(built),
+        *survey.tilts(built),
+        float(flatness.sum(axis=0).max() - flatness[0].max()),
+        *binding(built.with_tolerances(replace(tolerances, play=nothing))),
+    )
+
+
+def self_stresses_when_flat(linkage: Linkage) -> int | None:
+    """Return the number of dependent rows of closure in the flat state; None where the rank is not decided.
+
+    It is exact where the linkage lies on a tiling. A chain without a loop has none.
+    """
+    end = whole_end(linkage, linkage.flat)
+    rank = rank_at(linkage, linkage.flat).rank if end is None else end.rank
+    return None if rank is None else linkage.n_rows - rank
+
+
+def binding(built: ErrorMap) -> tuple[float, float]:
+    """Return the play that loops need to close as built, and what they stay open by without it (rad, m).
+
+    Both are root mean squares over arrays, for the nearest state with hinges of equal stiffness; see `ShapeErrors`.
+    """
+    turns = built.closure[:, : built.linkage.n_hinges]
+    opened = built.closure * built.deviations
+    closing = np.linalg.pinv(turns, rcond=DEPENDENT_ROW_SHARE) @ opened
+    left = opened - turns @ closing
+    return float(np.linalg.norm(closing, axis=1).max(initial=0.0)), float(np.linalg.norm(left) * built.radius)
+
+
+def ruze_gain(rms: float, wavelength: float) -> float:
+    """Return the share of its gain that a reflector keeps, for half of the root mean square error of its path.
+
+    rms : m, of the surface. wavelength : m. Source: J. Ruze, Proc. IEEE 54 (1966) 633-640.
+    """
+    if not wavelength > 0.0:
+        raise HcsearchError("a wavelength is positive: give it in m")
+    return math.exp(-((4.0 * math.pi * rms / wavelength) ** 2))
+
+
+class _Survey:
+    """Points of an array at which its shape is measured, and the plane fitted to it.
+
+    The plane has the least mean square distance over the area of the panels, as seen from above.
+    """
+
+    def __init__(self, built: ErrorMap) -> None:
+        corners, corner_panels, points, panels, self.weights = _points_of(built.linkage)
+        heights, area_heights = built.heights(corners, corner_panels), built.heights(points, panels)
+        terms = _plane_terms(built, points)
+        fit = np.linalg.solve(terms.T @ (self.weights[:, None] * terms), terms.T * self.weights)
+        self.planes = fit @ area_heights
+        self.fit_of_corners = _plane_terms(built, corners) @ fit
+        self.heights = heights - _plane_terms(built, corners) @ self.planes
+        self.area_heights = area_heights - terms @ self.planes
+        self.slopes = np.stack([-built.twists[:, 1], built.twists[:, 0]], axis=1)
+        self.corner_panels, self.panels = corner_panels, panels
+
+    def deviations(self, built: ErrorMap) -> Reals:
+        """Return for each corner its greatest distance from the plane, and what it may exceed this by, (2, n) in m."""
+        goals, rows, least = _scaled(built, self.heights)
+        values, multipliers = np.empty(len(goals)), np.empty((len(goals), len(rows)))
+        greatest_in_box(rows, goals, values, multipliers, np.empty_like(goals))
+        panel_odd, loop_odd, loop_even = built.second_order()
+        moved = math.sqrt(2.0) * built.radius * panel_odd
+        excess = moved[self.corner_panels] + np.abs(self.fit_of_corners) @ moved[self.panels]
+        wrenches = (multipliers @ least).reshape(len(goals), -1, 6)
+        excess += np.linalg.norm(wrenches[:, :, [0, 1, 5]], axis=2) @ loop_odd
+        excess += (np.abs(wrenches[:, :, 2]) + np.linalg.norm(wrenches[:, :, 3:5], axis=2)) @ loop_even
+        return np.stack([values, excess])
+
+    def tilts(self, built: ErrorMap) -> tuple[float, float]:
+        """Return the greatest tilt of a panel against the plane, and against the root (rad)."""
+        n = len(self.slopes)
+        images = np.concatenate([self.slopes - self.planes[1:] / built.radius, self.slopes])
+        goals, rows, _ = _scaled(built, images.reshape(4 * n, -1))
+        distances = np.empty(2 * n)
+        farthest_in_box(rows, goals.reshape(2 * n, 2, -1), distances)
+        return float(distances[:n].max()), float(distances[n:].max())
+
+    def rms_flatness(self, built: ErrorMap) -> float:
+        """Return the root mean square distance from the plane over area and over arrays whose loops close (m)."""
+        spread = self.area_heights * built.deviations
+        rows, _ = built.independent_rows(built.deviations)
+        spread = spread - spread @ rows.T @ rows
+        return math.sqrt(float(self.weights @ (spread**2).sum(axis=1) / self.weights.sum()))
+
+
+def _scaled(built: ErrorMap, goals: Reals) -> tuple[Reals, Reals, Reals]:
+    """Return goals, and rows of closure, of errors over their bounds, without those that are 0; and `L` of the rows."""
+    rows, least = built.independent_rows(built.bounds)
+    some = built.bounds > 0.0
+    return goals[:, some] * built.bounds[some], np.ascontiguousarray(rows[:, some]), least
+
+
+def _plane_terms(built: ErrorMap, points: Reals) -> Reals:
+    """Return what the terms of a plane, a height and two slopes times the radius, are at points, (n_points, 3)."""
+    return np.column_stack([np.ones(len(points)), (points - built.centre[:2]) / built.radius])
+
+
+def _points_of(linkage: Linkage) -> tuple[Reals, WholeNumbers, Reals, WholeNumbers, Reals]:
+    """Return the corners of facets with their panels, and points with panels and weights that integrate over area.
+
+    Facets are fans of triangles; the mean of a square of heights over a triangle is that at the middles of its sides.
+    """
+    corners, points, weights = [], [], []
+    for facet in linkage.pattern.facets:
+        polygon = np.array(facet)
+        corners.append(polygon)
+        fan = np.stack([np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1], polygon[2:]], axis=1)
+        sides = fan[:, 1:] - fan[:, :1]
+        area = 0.5 * (sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+        points.append((0.5 * (fan + np.roll(fan, 1, axis=1))).reshape(-1, 2))
+        weights.append(np.repeat(area / 3.0, 3))
+    of_facets = np.array(linkage.pattern.panel_of)
+    panels = (np.repeat(of_facets, [len(part) for part in parts]) for parts in (corners, points))
+    corner_panels, point_panels = panels
+    return np.concatenate(corners), corner_panels, np.concatenate(points), point_panels, np.concatenate(weights)
