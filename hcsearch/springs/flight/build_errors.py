@@ -40,13 +40,14 @@ class BuildTolerances:
             raise HcsearchError("tolerances are numbers that are not negative: give 0 for what is exact")
         if len(self.stops) != len(self.play):
             raise HcsearchError(
-                f"{len(self.stops)} hinges have a tolerance of their stops and {len(self.play)} a play: give both for each"
+                f"{len(self.stops)} hinges have tolerances of stops and {len(self.play)} have play: give both for each"
             )
 
     @property
     def angles(self) -> Reals:
         """How far each hinge may be from flat (rad): the tolerance of its stop and its play."""
-        return np.array(self.stops) + np.array(self.play)
+        angles: Reals = np.array(self.stops, float) + np.array(self.play, float)
+        return angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +83,17 @@ class ErrorMap(ByValue):
         return replace(self, bounds=bounds, deviations=deviations)
 
     def heights(self, points: Reals, panels: WholeNumbers) -> Reals:
-        """Return how far points of panels rise for each error, (n_points, n_columns); points : (n_points, 2), m, when flat."""
+        """Return how far points of panels rise for each error, (n_points, n_columns), m per unit.
+
+        points : (n_points, 2), m, seen from above when flat. panels : (n_points,), to which they belong.
+        """
         x, y = ((points - self.centre[:2]) / self.radius).T
         turn_x, turn_y, rise = (self.twists[panels, row] for row in (0, 1, 5))
         heights: Reals = self.radius * (rise + y[:, None] * turn_x - x[:, None] * turn_y)
         return heights
 
     def independent_rows(self, scale: Reals) -> tuple[Reals, Reals]:
-        """Return orthonormal rows R with R y = 0 where loops close with errors scale * y, and L with R = L closure.
+        """Return orthonormal rows R, with R y = 0 where loops close with errors scale * y, and T: R y = T closure scale y.
 
         Rows are lost only where closure hardly depends on any error, which leaves more errors possible, not fewer.
         """
@@ -158,7 +162,7 @@ def _sizes(linkage: Linkage, tolerances: BuildTolerances) -> tuple[Reals, Reals]
     """
     if len(tolerances.stops) != linkage.n_hinges:
         raise HcsearchError(f"tolerances are given for each hinge: give {linkage.n_hinges} of them")
-    stops, play = np.array(tolerances.stops), np.array(tolerances.play)
+    stops, play = np.array(tolerances.stops, float), np.array(tolerances.play, float)
     shifts, thick = np.full(4 * linkage.n_hinges, tolerances.offset), np.full(linkage.n_panels, tolerances.thickness)
     bounds = np.concatenate([stops + play, 2.0 * shifts, thick])
     deviations = np.concatenate([np.hypot(stops, play), math.sqrt(2.0) * shifts, thick]) / math.sqrt(3.0)

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.linkage.boxed_programs import farthest_in_box, greatest_in_box
 from hcsearch.motion.kinematics.numerical_rank import rank_at
@@ -34,6 +35,9 @@ class ShapeErrors:
         square over area and over arrays.
     flatness, rms_flatness, tilt, root_tilt : the same with the given tolerances (m, m, rad, rad).
     second_order : m, by which a built array may exceed `flatness`, as the map of errors is linear.
+    angle_shares, offset_share, thickness_share : m, the parts of `flatness` that are due to the angle of each hinge, to
+        offsets of axes and to thickness. With tolerances that are changed in some ratios, the parts changed in the same
+        ratios bound the deviation of that corner from above.
     needed_play : rad, root mean square over arrays of the angle by which a hinge must leave its stop for the loops to
         close, of the hinge that leaves it most. misfit : m, root mean square of what loops stay open by in the nearest
         state, which axes must yield: 0 without self-stresses.
@@ -49,6 +53,9 @@ class ShapeErrors:
     tilt: float
     root_tilt: float
     second_order: float
+    angle_shares: tuple[float, ...]
+    offset_share: float
+    thickness_share: float
     needed_play: float
     misfit: float
 
@@ -62,16 +69,21 @@ def shape_errors(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Sh
     survey = _Survey(built)
     nothing = (0.0,) * linkage.n_hinges
     angles_alone = built.with_tolerances(BuildTolerances((1.0,) * linkage.n_hinges, nothing))
-    flatness = survey.deviations(built)
+    worst = survey.deviations(built)
+    shares, n = worst.shares[worst.values.argmax()], linkage.n_hinges
+    flatness = float(worst.values.max())
     return ShapeErrors(
         self_stresses_when_flat(linkage),
-        float(survey.deviations(angles_alone)[0].max()),
+        float(survey.deviations(angles_alone).values.max()),
         survey.rms_flatness(angles_alone),
         *survey.tilts(angles_alone),
-        float(flatness[0].max()),
+        flatness,
         survey.rms_flatness(built),
         *survey.tilts(built),
-        float(flatness.sum(axis=0).max() - flatness[0].max()),
+        float((worst.values + worst.excess).max()) - flatness,
+        tuple(shares[:n].tolist()),
+        float(shares[n : 5 * n].sum()),
+        float(shares[5 * n :].sum()),
         *binding(built.with_tolerances(replace(tolerances, play=nothing))),
     )
 
@@ -108,6 +120,18 @@ def ruze_gain(rms: float, wavelength: float) -> float:
     return math.exp(-((4.0 * math.pi * rms / wavelength) ** 2))
 
 
+class _Deviations(NamedTuple):
+    """The greatest distance of each corner from the plane.
+
+    values : (n_corners,), m. excess : (n_corners,), m, by which a built array may exceed them. shares : (n_corners,
+    n_columns), m, the parts of the values that are due to each error.
+    """
+
+    values: Reals
+    excess: Reals
+    shares: Reals
+
+
 class _Survey:
     """Points of an array at which its shape is measured, and the plane fitted to it.
 
@@ -126,18 +150,20 @@ class _Survey:
         self.slopes = np.stack([-built.twists[:, 1], built.twists[:, 0]], axis=1)
         self.corner_panels, self.panels = corner_panels, panels
 
-    def deviations(self, built: ErrorMap) -> Reals:
-        """Return for each corner its greatest distance from the plane, and what it may exceed this by, (2, n) in m."""
-        goals, rows, least = _scaled(built, self.heights)
+    def deviations(self, built: ErrorMap) -> _Deviations:
+        """Return for each corner its greatest distance from the plane."""
+        goals, rows, inverse = _scaled(built, self.heights)
         values, multipliers = np.empty(len(goals)), np.empty((len(goals), len(rows)))
         greatest_in_box(rows, goals, values, multipliers, np.empty_like(goals))
+        shares = np.zeros_like(self.heights)
+        shares[:, built.bounds > 0.0] = np.abs(goals - multipliers @ rows)
         panel_odd, loop_odd, loop_even = built.second_order()
         moved = math.sqrt(2.0) * built.radius * panel_odd
         excess = moved[self.corner_panels] + np.abs(self.fit_of_corners) @ moved[self.panels]
-        wrenches = (multipliers @ least).reshape(len(goals), -1, 6)
+        wrenches = (multipliers @ inverse).reshape(len(goals), -1, 6)
         excess += np.linalg.norm(wrenches[:, :, [0, 1, 5]], axis=2) @ loop_odd
         excess += (np.abs(wrenches[:, :, 2]) + np.linalg.norm(wrenches[:, :, 3:5], axis=2)) @ loop_even
-        return np.stack([values, excess])
+        return _Deviations(values, excess, shares)
 
     def tilts(self, built: ErrorMap) -> tuple[float, float]:
         """Return the greatest tilt of a panel against the plane, and against the root (rad)."""
@@ -157,10 +183,10 @@ class _Survey:
 
 
 def _scaled(built: ErrorMap, goals: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return goals, and rows of closure, of errors over their bounds, without those that are 0; and `L` of the rows."""
-    rows, least = built.independent_rows(built.bounds)
+    """Return goals and rows of closure for errors over their bounds, without errors that are 0, and T of the rows."""
+    rows, inverse = built.independent_rows(built.bounds)
     some = built.bounds > 0.0
-    return goals[:, some] * built.bounds[some], np.ascontiguousarray(rows[:, some]), least
+    return goals[:, some] * built.bounds[some], np.ascontiguousarray(rows[:, some]), inverse
 
 
 def _plane_terms(built: ErrorMap, points: Reals) -> Reals:
