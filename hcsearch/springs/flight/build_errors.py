@@ -63,8 +63,8 @@ class ErrorMap(ByValue):
     root, and its shift at the centre of the array over the `radius`. closure : (6 n_loops, n_columns), the same after
     one turn around each loop, which is 0 where the loop is closed. hinge_twists : (n_hinges, 6, n_columns), of the
     second panel of each hinge relative to its first.
-    centre : middle of the box around the flat array (m), half way through the panels. radius : m, from there to the
-    farthest corner, seen from above.
+    centre : mean of the vertices of the flat array (m), half way through the panels. radius : m, from there to the
+    farthest vertex, seen from above.
     """
 
     linkage: Linkage
@@ -93,7 +93,7 @@ class ErrorMap(ByValue):
         return heights
 
     def independent_rows(self, scale: Reals) -> tuple[Reals, Reals]:
-        """Return orthonormal rows R, with R y = 0 where loops close with errors scale * y, and T: R y = T closure scale y.
+        """Return orthonormal rows R with R y = 0 where loops close with errors scale * y, and T with R = T closure.
 
         Rows are lost only where closure hardly depends on any error, which leaves more errors possible, not fewer.
         """
@@ -139,7 +139,7 @@ def error_map(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Error
         raise HcsearchError(f"there is no panel {root} to hold: give 0 to {linkage.n_panels - 1}")
     bounds, deviations = _sizes(linkage, tolerances)
     vertices = np.array(pattern.vertices)
-    centre = np.array([*(vertices.min(axis=0) + vertices.max(axis=0)) / 2.0, pattern.thickness / 2.0])
+    centre = np.array([*vertices.mean(axis=0), pattern.thickness / 2.0])
     radius = float(np.linalg.norm(vertices - centre[:2], axis=1).max())
     hinge_twists = _hinge_twists(linkage, centre, radius)
     tree = hinge_tree(pattern, root)
@@ -151,7 +151,7 @@ def error_map(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Error
     for number, loop in enumerate(linkage.loops):
         for hinge, sign in loop:
             closure[number] += sign * hinge_twists[hinge]
-    rows = closure.reshape(linkage.n_rows, -1)
+    rows = closure.reshape(linkage.n_rows, len(bounds))
     return ErrorMap(linkage, root, bounds, deviations, twists, rows, hinge_twists, centre, radius)
 
 

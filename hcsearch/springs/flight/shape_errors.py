@@ -40,7 +40,7 @@ class ShapeErrors:
         ratios bound the deviation of that corner from above.
     needed_play : rad, root mean square over arrays of the angle by which a hinge must leave its stop for the loops to
         close, of the hinge that leaves it most. misfit : m, root mean square of what loops stay open by in the nearest
-        state, which axes must yield: 0 without self-stresses.
+        state, by which axes must yield: 0 without self-stresses. Turns count as shifts at `ErrorMap.radius`.
     """
 
     self_stresses: int | None
@@ -160,7 +160,7 @@ class _Survey:
         panel_odd, loop_odd, loop_even = built.second_order()
         moved = math.sqrt(2.0) * built.radius * panel_odd
         excess = moved[self.corner_panels] + np.abs(self.fit_of_corners) @ moved[self.panels]
-        wrenches = (multipliers @ inverse).reshape(len(goals), -1, 6)
+        wrenches = (multipliers @ inverse).reshape(len(goals), len(loop_odd), 6)
         excess += np.linalg.norm(wrenches[:, :, [0, 1, 5]], axis=2) @ loop_odd
         excess += (np.abs(wrenches[:, :, 2]) + np.linalg.norm(wrenches[:, :, 3:5], axis=2)) @ loop_even
         return _Deviations(values, excess, shares)
