@@ -113,8 +113,7 @@ class Prover:
         tubes, end_distances, exact = self.tubes(states, margins)
         if not tubes:
             return self._unproved(end_distances, exact)
-        motion, wander = _end_to_end(tubes)
-        slack = math.expm1(wander) * self._longest_path  # a hinge turns what others have moved already
+        motion, wander, slack = self.motion_in(tubes)
         stop_excess = _beyond(motion) + wander
         clearance = None
         for margin in sorted(margins):
@@ -127,6 +126,12 @@ class Prover:
                 break
         overlap = deepest_cut(self.linkage, motion.angles, self.apart)
         return PathProof(motion, True, end_distances, exact, slack, stop_excess, clearance, overlap)
+
+    def motion_in(self, tubes: Sequence[Tube]) -> tuple[Course, float, float]:
+        """Return the motion along tubes, the deviation of closed states from it (rad), and that of panels (m)."""
+        motion, wander = _end_to_end(tubes)
+        # a hinge turns what others have moved already
+        return motion, wander, math.expm1(wander) * self._longest_path
 
     def _unproved(self, end_distances: tuple[float, float], exact: bool) -> PathProof:
         """The result for a path beside which closed states are not proved."""

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.scenes import Scene
 from hcsearch.scenes.hardware import Hardware, hardware_of
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.play import course_of_deployment
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 
+MIN_STATE_DISTANCE = 1e-6
+"""Greatest change of a fold angle (rad) between states of a deployment that count as one."""
 TravelSource = Literal["deployment", "path", "none"]
 """What gives the states: a simulated deployment, a proved path, or nothing."""
 
@@ -33,6 +40,21 @@ class Travel(ByValue):
     source: TravelSource
     states: Reals
     deployment: Deployment | None = None
+
+    @cached_property
+    def course(self) -> tuple[Course, float | Reals]:
+        """The motion at all times, and the greatest displacement of panels from it (m), at all times or in each step.
+
+        HcsearchError without a motion, and where a path is proved no more.
+        """
+        if self.deployment is not None:
+            return course_of_deployment(self.deployment.compiled, self.deployment.motion)
+        prover = Prover(self.linkage)
+        tubes, *_ = prover.tubes(self.states, [self.setup.margin]) if len(self.states) else ((),)
+        if not tubes:
+            raise HcsearchError("the path is not proved with this margin: plan it anew with hcsearch enumerate")
+        motion, _, slack = prover.motion_in(tubes)
+        return motion, slack
 
     @property
     def shares(self) -> Reals:
@@ -69,5 +91,5 @@ def travel_of_deployment(deployment: Deployment, scene: Scene) -> Travel:
     linkage, setup = deployment.compiled.linkage, deployment.compiled.setup
     hardware = hardware_of(scene, linkage, setup.held)
     states = np.vstack([linkage.folded, deployment.angles, linkage.flat])
-    moved = np.abs(np.diff(states, axis=0)).max(axis=1, initial=0.0) > 0.0
+    moved = np.abs(np.diff(states, axis=0)).max(axis=1, initial=0.0) > MIN_STATE_DISTANCE
     return Travel(linkage, setup, hardware, "deployment", states[np.append(True, moved)], deployment)
