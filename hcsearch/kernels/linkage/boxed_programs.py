@@ -178,6 +178,8 @@ def greatest_in_box(rows: Reals, goals: Reals, values: Reals, multipliers: Reals
 
 FARTHEST_PRECISION = 1e-9
 """Relative precision of the farthest point of a plane image."""
+FARTHEST_ROUNDING_SHARE = 1e-13
+"""Precision of the farthest point, as a share of the sum of all entries of the image, as rounding allows it."""
 MAX_FARTHEST_DIRECTIONS = 64
 """Greatest number of directions searched at a time for a farthest point."""
 
@@ -187,7 +189,8 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
     """Write the greatest length of plane vectors M y over |y_i| <= 1 with R y = 0.
 
     images : matrices M, shape (k, 2, n). distances : shape (k,), never below the greatest length, and above it by no
-    more than `FARTHEST_PRECISION` of it unless more than `MAX_FARTHEST_DIRECTIONS` sectors are open at a time.
+    more than `FARTHEST_PRECISION` of it and `FARTHEST_ROUNDING_SHARE`, unless more than `MAX_FARTHEST_DIRECTIONS`
+    sectors are open at a time.
 
     The image is a polygon, symmetric about 0. In the sector between two directions it lies within both support lines,
     so no point there is farther than where these meet: a sector is halved at the direction of that corner until it
@@ -200,7 +203,10 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
     goal, multipliers, point = np.empty(n), np.empty(r), np.empty(n)
     sectors = np.empty((MAX_FARTHEST_DIRECTIONS, 4))  # two angles and the support there
     for k in range(len(images)):
-        longest, farthest = 0.0, 0.0
+        longest, farthest, rounding = 0.0, 0.0, 0.0
+        for i in range(2):
+            for j in range(n):
+                rounding += FARTHEST_ROUNDING_SHARE * abs(images[k, i, j])
         top = 0
         supports = np.empty(4)
         for i in range(4):
@@ -216,7 +222,7 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
             top -= 1
             low, high, first, second = sectors[top]
             corner, place = _corner(high - low, first, second)
-            if corner <= longest * (1.0 + FARTHEST_PRECISION) or top + 2 > MAX_FARTHEST_DIRECTIONS:
+            if corner <= longest * (1.0 + FARTHEST_PRECISION) + rounding or top + 2 > MAX_FARTHEST_DIRECTIONS:
                 farthest = max(farthest, corner)
                 continue
             middle = low + place
