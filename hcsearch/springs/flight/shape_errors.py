@@ -72,6 +72,7 @@ def shape_errors(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Sh
     worst = survey.deviations(built)
     shares, n = worst.shares[worst.values.argmax()], linkage.n_hinges
     flatness = float(worst.values.max())
+    exceeded = float((worst.values + survey.excess(built, worst.wrenches)).max())
     return ShapeErrors(
         self_stresses_when_flat(linkage),
         float(survey.deviations(angles_alone).values.max()),
@@ -80,7 +81,7 @@ def shape_errors(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Sh
         flatness,
         survey.rms_flatness(built),
         *survey.tilts(built),
-        float((worst.values + worst.excess).max()) - flatness,
+        exceeded - flatness,
         tuple(shares[:n].tolist()),
         float(shares[n : 5 * n].sum()),
         float(shares[5 * n :].sum()),
@@ -111,9 +112,10 @@ def binding(built: ErrorMap) -> tuple[float, float]:
 
 
 def ruze_gain(rms: float, wavelength: float) -> float:
-    """Return the share of its gain that a reflector keeps, for half of the root mean square error of its path.
+    """Return the share of its gain that a reflector keeps with random errors of its surface.
 
-    rms : m, of the surface. wavelength : m. Source: J. Ruze, Proc. IEEE 54 (1966) 633-640.
+    rms : m, root mean square of the errors, half of those of the path. wavelength : m. Source: J. Ruze, Proc. IEEE 54
+    (1966) 633-640.
     """
     if not wavelength > 0.0:
         raise HcsearchError("a wavelength is positive: give it in m")
@@ -123,13 +125,13 @@ def ruze_gain(rms: float, wavelength: float) -> float:
 class _Deviations(NamedTuple):
     """The greatest distance of each corner from the plane.
 
-    values : (n_corners,), m. excess : (n_corners,), m, by which a built array may exceed them. shares : (n_corners,
-    n_columns), m, the parts of the values that are due to each error.
+    values : (n_corners,), m. shares : (n_corners, n_columns), m, the parts of the values that are due to each error.
+    wrenches : (n_corners, n_loops, 6), m, by which a value rises for each unit that a row of closure is not 0.
     """
 
     values: Reals
-    excess: Reals
     shares: Reals
+    wrenches: Reals
 
 
 class _Survey:
@@ -157,13 +159,18 @@ class _Survey:
         greatest_in_box(rows, goals, values, multipliers, np.empty_like(goals))
         shares = np.zeros_like(self.heights)
         shares[:, built.bounds > 0.0] = np.abs(goals - multipliers @ rows)
+        wrenches = (multipliers @ inverse).reshape(len(goals), len(built.linkage.loops), 6)
+        return _Deviations(values, shares, wrenches)
+
+    def excess(self, built: ErrorMap, wrenches: Reals) -> Reals:
+        """Return by how much a built array may exceed the greatest distance of each corner, (n_corners,), m."""
         panel_odd, loop_odd, loop_even = built.second_order()
         moved = math.sqrt(2.0) * built.radius * panel_odd
-        excess = moved[self.corner_panels] + np.abs(self.fit_of_corners) @ moved[self.panels]
-        wrenches = (multipliers @ inverse).reshape(len(goals), len(loop_odd), 6)
-        excess += np.linalg.norm(wrenches[:, :, [0, 1, 5]], axis=2) @ loop_odd
-        excess += (np.abs(wrenches[:, :, 2]) + np.linalg.norm(wrenches[:, :, 3:5], axis=2)) @ loop_even
-        return _Deviations(values, excess, shares)
+        of_panels = moved[self.corner_panels] + np.abs(self.fit_of_corners) @ moved[self.panels]
+        odd = np.linalg.norm(wrenches[:, :, [0, 1, 5]], axis=2)
+        even = np.abs(wrenches[:, :, 2]) + np.linalg.norm(wrenches[:, :, 3:5], axis=2)
+        excess: Reals = of_panels + odd @ loop_odd + even @ loop_even
+        return excess
 
     def tilts(self, built: ErrorMap) -> tuple[float, float]:
         """Return the greatest tilt of a panel against the plane, and against the root (rad)."""
