@@ -7,10 +7,6 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-import numpy as np
-import shapely
-
-from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import millimetres, play_sentence
 from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
@@ -24,61 +20,15 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
-from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of
 from hcsearch.web.report.plots import DrawnPlot, marks_of_motion, plots_of
 from hcsearch.web.report.reasons import best_deployment, play_of_row, status_reason, verdict_of_row
 from hcsearch.web.report.templating import database_option_text, scene_option_text
-
-
-@dataclass(frozen=True)
-class Envelope:
-    """The smallest upright box around all panels, m: longer and shorter side of its base, and height."""
-
-    length: float
-    width: float
-    height: float
-
-    @property
-    def volume(self) -> float:
-        """The volume of the box, m^3."""
-        return self.length * self.width * self.height
-
-    @property
-    def text(self) -> str:
-        """The sides in millimetres."""
-        return " x ".join(f"{1e3 * side:.4g}" for side in (self.length, self.width, self.height)) + " mm"
-
-
-@dataclass(frozen=True)
-class FoldingRoom:
-    """The envelopes of a folding, packed and flat; mass of the panels in kg; area of the flat panels in m^2."""
-
-    packed: Envelope
-    flat: Envelope
-    mass: float
-    area: float
-
-
-def folding_room_of(folding: Folding, scene: Scene) -> FoldingRoom:
-    """Return the space that a folding takes with the panels of a scene and rigid flat pairs."""
-    panel = panel_of(scene, folding.circuit.grid.name)
-    linkage = folding.linkage(panel)
-    area = linkage.pattern.area
-    mass = scene.density_of(panel[2]) * area * panel[2]
-    return FoldingRoom(envelope_at(linkage, linkage.folded), envelope_at(linkage, linkage.flat), mass, area)
-
-
-def envelope_at(linkage: Linkage, angles: Reals) -> Envelope:
-    """Return the box around a linkage at a state, upright on the base panel, with its base of minimal area."""
-    points = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2])))
-    sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist(), reverse=True)
-    return Envelope(sides[0], sides[1], float(np.ptp(points[:, 2])))
 
 
 @dataclass(frozen=True)
@@ -110,7 +60,7 @@ class ShownFolding:
     twist: int
     status: str
     reason: str
-    room: FoldingRoom
+    room: Stowage
     deployments: Sequence[ViewRow] = ()
     freedoms: Sequence[Freedoms] = ()
     locks: Sequence[Sequence[str]] = ()
@@ -232,7 +182,7 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         twist=turns,
         status=_shown(motions) if stored.paths is None and not turns else status,
         reason=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
-        room=folding_room_of(folding, scene),
+        room=stowage_of(folding.linkage(panel), scene.density_of(panel[2])),
         deployments=deployments,
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),

@@ -1,3 +1,5 @@
+"""Boxes around packed and flat arrays, their masses, and the envelopes into which they fit."""
+
 import math
 from itertools import combinations
 
@@ -6,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.designs.folding import Folding, foldings
-from hcsearch.scenes import SCENES, Scene
+from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.web.report.design_data import envelope_at, folding_room_of
+from hcsearch.springs.flight.stowage import stowage_of, upright_box_at
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
 OTHER_SIZES = {"rhombus": (8, 12), "kite": (8, 10), "right45": (8, 10, 12), "right30": (4, 8, 12), "obtuse": (12, 14)}
@@ -16,6 +18,12 @@ OTHER_SIZES = {"rhombus": (8, 12), "kite": (8, 10), "right45": (8, 10, 12), "rig
 
 def foldings_of_sizes(sizes: dict[str, tuple[int, ...]]) -> list[Folding]:
     return [f for grid, ns in sizes.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]
+
+
+def room_of(folding: Folding, scene: Scene):
+    """The room of a folding with rigid flat pairs."""
+    panel = panel_of(scene, folding.circuit.grid.name)
+    return stowage_of(folding.linkage(panel), scene.density_of(panel[2]))
 
 
 OLD, OTHER = foldings_of_sizes(SIZES), foldings_of_sizes(OTHER_SIZES)
@@ -34,7 +42,7 @@ def least_box(points) -> float:
 
 @given(st.sampled_from(OTHER))
 def test_two_stacks_stand_on_the_cells_at_a_flat_crease(folding):
-    room, circuit = folding_room_of(folding, SCENES["default"]), folding.circuit
+    room, circuit = room_of(folding, SCENES["default"]), folding.circuit
     pair = [circuit.cells[folding.crease], circuit.cells[(folding.crease + 1) % circuit.n]]
     corners = {(round(50 * x, 9), round(50 * y, 9)) for cell in pair for x, y in circuit.grid.corners(cell)}
     assert len(corners) == 2 * circuit.grid.edges_per_cell - 2
@@ -45,7 +53,7 @@ def test_two_stacks_stand_on_the_cells_at_a_flat_crease(folding):
 
 @given(st.sampled_from(OLD))
 def test_two_stacks_stand_on_two_cells(folding):
-    room = folding_room_of(folding, SCENES["default"])
+    room = room_of(folding, SCENES["default"])
     side, across = 50.0, 50.0 * math.sqrt(3)
     # a pair of cells that share an edge, in the smallest rectangle around it
     pair = {
@@ -66,14 +74,14 @@ def test_two_stacks_stand_on_two_cells(folding):
 def test_mass_is_density_times_volume():
     folding = Folding.from_notation("hex:0234550132:4")
     area = 10 * 1.5 * math.sqrt(3) * 0.05**2
-    assert folding_room_of(folding, SCENES["default"]).mass == pytest.approx(547 * area * 0.006)
-    assert folding_room_of(folding, Scene(areal_mass=2.0)).mass == pytest.approx(2.0 * area)
-    assert folding_room_of(folding, Scene(panel=(0.1, 0.1, 0.003))).mass == pytest.approx(547 * 4 * area * 0.003)
+    assert room_of(folding, SCENES["default"]).mass == pytest.approx(547 * area * 0.006)
+    assert room_of(folding, Scene(areal_mass=2.0)).mass == pytest.approx(2.0 * area)
+    assert room_of(folding, Scene(panel=(0.1, 0.1, 0.003))).mass == pytest.approx(547 * 4 * area * 0.003)
 
 
 @given(st.sampled_from(FOLDINGS))
 def test_the_box_holds_the_panels_at_every_state(folding):
     linkage = folding.linkage()
-    box = envelope_at(linkage, 0.5 * linkage.folded)
+    box = upright_box_at(linkage, 0.5 * linkage.folded)
     assert box.volume >= linkage.pattern.area * linkage.pattern.thickness * (1 - 1e-9) / folding.circuit.n
     assert box.length >= box.width > 0.0

@@ -1,0 +1,78 @@
+"""The room that an array takes: the upright boxes around its panels, packed and flat, and its mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.scenes.envelopes import envelope_sides
+from hcsearch.shape.linkage import Linkage
+
+
+@dataclass(frozen=True)
+class UprightBox:
+    """The smallest upright box around all panels, m: longer and shorter side of its base, and height."""
+
+    length: float
+    width: float
+    height: float
+
+    @property
+    def sides(self) -> tuple[float, float, float]:
+        """Length, width and height."""
+        return self.length, self.width, self.height
+
+    @property
+    def volume(self) -> float:
+        """The volume of the box, m^3."""
+        return self.length * self.width * self.height
+
+    @property
+    def text(self) -> str:
+        """The sides in millimetres."""
+        return " x ".join(f"{1e3 * side:.4g}" for side in self.sides) + " mm"
+
+    def fits(self, envelope: str) -> bool:
+        """Return whether the box goes into an envelope, named or in mm, with its sides parallel to those of it."""
+        pairs = zip(sorted(self.sides), sorted(envelope_sides(envelope)), strict=True)
+        return all(1e3 * side <= room + FIT_TOLERANCE_MM for side, room in pairs)
+
+
+FIT_TOLERANCE_MM = 1e-6
+"""Length (mm) by which rounding may make a box larger than an envelope into which it fits exactly."""
+
+
+@dataclass(frozen=True)
+class Stowage:
+    """The room that an array takes; mass of the panels with what is mounted on them, kg; area of flat panels, m^2."""
+
+    packed: UprightBox
+    flat: UprightBox
+    mass: float
+    area: float
+
+    @property
+    def area_per_volume(self) -> float:
+        """Area of the flat panels over the volume of the packed box, 1/m."""
+        return self.area / self.packed.volume
+
+
+def stowage_of(linkage: Linkage, density: float) -> Stowage:
+    """Return the room that a linkage takes with panels of a density (kg/m^3)."""
+    area = linkage.pattern.area
+    mass = density * area * linkage.pattern.thickness
+    return Stowage(upright_box_at(linkage, linkage.folded), upright_box_at(linkage, linkage.flat), mass, area)
+
+
+def upright_box_at(linkage: Linkage, angles: Reals) -> UprightBox:
+    """Return the box around a linkage at a state, upright on the base panel, with its base of minimal area.
+
+    A side of the base of minimal area lies along a side of the convex hull (Freeman and Shapira 1975), so it is exact.
+    """
+    points = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2])))
+    sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist(), reverse=True)
+    return UprightBox(sides[0], sides[1], float(np.ptp(points[:, 2])))
