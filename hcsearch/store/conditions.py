@@ -8,7 +8,8 @@ A condition contains no white space. Keywords may be written in capitals. Paired
 
 A name alone requires that a yes/no column is 1. A value never becomes part of the SQL text. NULL satisfies neither a
 condition nor its negation. `array=` takes any array specification and `circuit=` a circuit in any position, order or
-direction: both select congruent designs.
+direction: both select congruent designs. `fits=` takes an envelope, such as 3U or 340x640x130 in mm, into which
+the folded array must go with its sides parallel to it.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from hcsearch.basics.errors import ArrayError, NotationError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.scenes.envelopes import envelope_sides, placements
 from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_view_in
 
@@ -38,6 +40,11 @@ EXAMPLE_CONDITIONS = "write conditions as in 'grid=hex n=12 (untwisted or dof<=6
 
 _CONDITION = re.compile(r"([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)(.*)|(?=[()]|$))", re.DOTALL)
 _WORDS = ("and", "or", "not")
+FITS = "fits"
+"""The condition on the three columns of the stowed box; no column has this name."""
+_STOWED_SIDES = ("stowed_length", "stowed_width", "stowed_height")
+_FIT_TOLERANCE_MM = 1e-6
+"""By how much a box may be larger than an envelope into which it fits exactly: the rounding of the columns."""
 
 
 @dataclass(frozen=True)
@@ -249,6 +256,8 @@ def _names_grid(condition: Condition) -> bool:
 
 def _compared(source: FromClause, view: str, condition: Condition, grids: Sequence[str]) -> ColumnElement[bool]:
     name, sign, value = condition.name, condition.sign, condition.value
+    if name == FITS and set(_STOWED_SIDES) <= set(column_names(view)):
+        return _fitted(source, condition)
     quantity = find_quantity(view, name)
     source_column = source.c[name]
     if sign is None or value is None:
@@ -261,6 +270,19 @@ def _compared(source: FromClause, view: str, condition: Condition, grids: Sequen
         return source_column.in_(congruent) if sign == "=" else source_column.not_in(congruent)
     compared: ColumnElement[bool] = _OPERATORS[sign](source_column, literal(read))
     return compared
+
+
+def _fitted(source: FromClause, condition: Condition) -> ColumnElement[bool]:
+    """Return the condition that the stowed box goes into an envelope, or with `!=` that it does not."""
+    if condition.sign not in ("=", "!=") or not condition.value:
+        raise QueryError(f"{condition.text!r} names no envelope: write fits=3U, or fits=340x640x130 in mm")
+    sides = [source.c[name] for name in _STOWED_SIDES]
+    laid = (
+        and_(*(side <= literal(room + _FIT_TOLERANCE_MM) for side, room in zip(sides, rooms, strict=True)))
+        for rooms in placements(envelope_sides(condition.value))
+    )
+    fitted = or_(*laid)
+    return fitted if condition.sign == "=" else not_(fitted)
 
 
 def _arrays(spec: str, grids: Sequence[str]) -> list[str]:

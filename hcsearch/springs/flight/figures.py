@@ -5,40 +5,57 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.records import FlightNumbers
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
+from hcsearch.springs.flight.craft import craft_clearance
 from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along, path_rates
 from hcsearch.springs.flight.shape_errors import shape_errors
+from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
 
 
 def figures_of(travel: Travel) -> FlightNumbers:
-    """Return the figures of a folding in a scene."""
-    figures = _shape(travel)
+    """Return the figures of a folding in a scene; those of its motion only where there is one."""
+    figures = _stowage(travel) | _shape(travel)
     if travel.source != "none":
-        figures |= _margins(travel) | _clearance(travel)
+        figures |= _margins(travel) | _gaps(travel)
     return FlightNumbers(**figures)
 
 
 def tolerances_of(travel: Travel) -> BuildTolerances:
     """Return the tolerances with which an array is built."""
     hardware = travel.hardware
-    return BuildTolerances(
-        tuple(hardware.stop_tolerance.tolist()),
-        tuple(hardware.play.tolist()),
-        hardware.offset_tolerance,
-        hardware.thickness_tolerance,
+    angles = (tuple(values.tolist()) for values in (hardware.stop_tolerance, hardware.play))
+    return BuildTolerances(*angles, hardware.offset_tolerance, hardware.thickness_tolerance)
+
+
+def root_of(travel: Travel) -> int:
+    """Return the panel to which places of the flat array refer: its root, or the held panel of a free array."""
+    return travel.setup.held if travel.hardware.root is None else travel.hardware.root
+
+
+def travel_margins(travel: Travel, torques: Reals | None = None, resistance: Reals | None = None) -> PathMargins:
+    """Return the torque margins at the states of a travel.
+
+    torques : (k, n_hinges), and resistance : (n_hinges,), N m; those of the scene unless given.
+    """
+    return margins_along(
+        path_rates(travel.linkage, travel.states),
+        law_torques(travel.setup.laws, travel.states) if torques is None else torques,
+        travel.hardware.resistance if resistance is None else resistance,
     )
 
 
-def travel_margins(travel: Travel) -> PathMargins:
-    """Return the torque margins at the states of a travel."""
-    rates = path_rates(travel.linkage, travel.states)
-    return margins_along(rates, law_torques(travel.setup.laws, travel.states), travel.hardware.resistance)
+def _stowage(travel: Travel) -> dict[str, Any]:
+    stowage = stowage_of(travel.linkage, travel.setup.density)
+    sides = zip(("stowed_length", "stowed_width", "stowed_height"), stowage.packed.sides, strict=True)
+    return {**dict(sides), "area_per_volume": stowage.area_per_volume, "mass": stowage.mass}
 
 
 def _margins(travel: Travel) -> dict[str, Any]:
@@ -56,8 +73,7 @@ def _margins(travel: Travel) -> dict[str, Any]:
 
 
 def _shape(travel: Travel) -> dict[str, Any]:
-    root = travel.setup.held if travel.hardware.root is None else travel.hardware.root
-    shape = shape_errors(travel.linkage, tolerances_of(travel), root)
+    shape = shape_errors(travel.linkage, tolerances_of(travel), root_of(travel))
     return {
         "self_stresses": shape.self_stresses,
         "flatness": shape.flatness_per_rad,
@@ -65,17 +81,28 @@ def _shape(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _clearance(travel: Travel) -> dict[str, Any]:
-    tolerances = tolerances_of(travel)
-    if not (any(tolerances.angles) or tolerances.offset or tolerances.thickness):
+def _gaps(travel: Travel) -> dict[str, Any]:
+    """Return the figures that need the motion at all times; none where neither tolerances nor a craft are given."""
+    tolerances, craft = tolerances_of(travel), travel.hardware.craft
+    is_exact = not (any(tolerances.angles) or tolerances.offset or tolerances.thickness)
+    if is_exact and not craft:
         return {}
     try:
-        course, slack = travel.course
+        course, slack = _course(travel)
     except HcsearchError:
         return {}
-    greatest = slack if isinstance(slack, float) else float(slack.max(initial=0.0))
-    ratio = clearance_ratio(travel.linkage, course, greatest, tolerances, travel.setup.margin)
-    return {"clearance_ratio": None if ratio is None else ratio.ratio}
+    figures: dict[str, Any] = {}
+    if not is_exact:
+        ratio = clearance_ratio(travel.linkage, course, slack, tolerances, travel.setup.margin)
+        figures["clearance_ratio"] = None if ratio is None else ratio.ratio
+    if craft:
+        figures["craft_clearance"] = craft_clearance(travel.linkage, course, slack, craft, root_of(travel))
+    return figures
+
+
+def _course(travel: Travel) -> tuple[Course, float]:
+    course, slack = travel.course
+    return course, slack if isinstance(slack, float) else float(slack.max(initial=0.0))
 
 
 def _finite(value: float) -> float | None:

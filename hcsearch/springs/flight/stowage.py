@@ -35,14 +35,13 @@ class UprightBox:
         """The sides in millimetres."""
         return " x ".join(f"{1e3 * side:.4g}" for side in self.sides) + " mm"
 
-    def fits(self, envelope: str) -> bool:
-        """Return whether the box goes into an envelope, named or in mm, with its sides parallel to those of it."""
+    def room_in(self, envelope: str) -> float:
+        """Return how much longer each side could be at least in an envelope, m; negative where the box does not fit.
+
+        envelope : a name or lengths in mm. Sides are parallel to those of the envelope: sorted, they must not be longer.
+        """
         pairs = zip(sorted(self.sides), sorted(envelope_sides(envelope)), strict=True)
-        return all(1e3 * side <= room + FIT_TOLERANCE_MM for side, room in pairs)
-
-
-FIT_TOLERANCE_MM = 1e-6
-"""Length (mm) by which rounding may make a box larger than an envelope into which it fits exactly."""
+        return round(min(1e-3 * room - side for side, room in pairs), 9) + 0.0
 
 
 @dataclass(frozen=True)
