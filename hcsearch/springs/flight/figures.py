@@ -31,8 +31,8 @@ def figures_of(travel: Travel) -> FlightNumbers:
 def tolerances_of(travel: Travel) -> BuildTolerances:
     """Return the tolerances with which an array is built."""
     hardware = travel.hardware
-    angles = (tuple(values.tolist()) for values in (hardware.stop_tolerance, hardware.play))
-    return BuildTolerances(*angles, hardware.offset_tolerance, hardware.thickness_tolerance)
+    stops, play = (tuple(values.tolist()) for values in (hardware.stop_tolerance, hardware.play))
+    return BuildTolerances(stops, play, hardware.offset_tolerance, hardware.thickness_tolerance)
 
 
 def root_of(travel: Travel) -> int:
