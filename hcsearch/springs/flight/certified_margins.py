@@ -81,7 +81,7 @@ def wander_of(linkage: Linkage, proof: PathProof) -> float:
 
 
 def steepest_slopes(laws: Sequence[Law]) -> Reals:
-    """Return the greatest slopes of laws between stops, (n_hinges,), N m/rad, without sign; infinite with a snap."""
+    """Return the greatest slopes of laws between the stops, (n_hinges,), N m/rad, unsigned; infinite with a snap."""
     return np.array([math.inf if law.bent is not None else _steepest(law) for law in laws])
 
 

@@ -1,9 +1,9 @@
 """Torque margins at the states of a path from packed to flat, with the worst spring failed, and at its singular ends.
 
-At a singular state more rates close the loops to first order than belong to motions. There the linear program bounds the
-margin from above, and true motions bound it from below: that of the path, and at ends the one nearest to the best rates
-of the linear program (docs/explanation/flight_margins.md, 4). The flat end is arrived at, so stops count for the motion
-reversed. Between states nothing is known: `certified_margin` bounds margins there.
+At a singular state more rates close the loops to first order than belong to motions. There the linear program bounds
+the margin from above, and true motions bound it from below: that of the path, and at ends better ones to which rates
+climb (docs/explanation/flight_margins.md, 4). The flat end is arrived at, so stops count for the motion reversed.
+Between states nothing is known: `certified_margin` bounds margins there.
 """
 
 from __future__ import annotations
@@ -31,8 +31,12 @@ MarginKind = Literal["exact", "bound", "sampled"]
 """How a least margin is known: exactly; as a lower bound at all states of a path; or at the states given only."""
 MIN_LEAVING_RATE = 1e-6
 """Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
-MAX_FAILURES_TRIED = 4
+STILL_RATE = 1e-12
+"""Rates below this, of unit vectors, are rounding."""
+MAX_FAILURES_TRIED = 3
 """Greatest number of failed springs for which motions at an end are searched for."""
+MAX_CLIMBING_STEPS, MIN_CLIMB = 6, 1e-3
+"""Greatest number of steps from motion to motion at an end, and least relative gain of a step's margin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +45,7 @@ class PathRates(ByValue):
 
     angles : (k, n_hinges), rad. rates : of first order. senses : (k, n_hinges), of `allowed_senses`. singular : (k,),
     where more rates close the loops to first order than elsewhere on the path. tangents : (k, n_hinges), unit rates at
-    which hinges open along the path; 0 where they are not known.
+    which hinges open along the path; 0 where they are not known. ends : by state, the motions of singular ends.
     """
 
     linkage: Linkage
@@ -50,6 +54,7 @@ class PathRates(ByValue):
     senses: Signs
     singular: Flags
     tangents: Reals
+    ends: dict[int, EndMotions]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +112,29 @@ def path_rates(linkage: Linkage, angles: Reals) -> PathRates:
     senses = allowed_senses(angles)
     senses[-1] = allowed_senses(angles[-1], arriving=True)
     tangents = rates.projected(-np.gradient(angles, np.r_[0.0, np.cumsum(steps)], axis=0))
-    tangents[(senses * tangents < -MIN_LEAVING_RATE).any(axis=1)] = 0.0
+    for state in np.flatnonzero((senses * tangents < 0.0).any(axis=1)):
+        tangents[state] = _within_stops(rates.jacobians[state], tangents[state], senses[state])
+    singular, ends = rates.nullities > rates.nullities.min(), {}
+    for state in (0, len(angles) - 1):
+        if singular[state] and senses[state].all():  # every hinge is at a stop
+            beside = angles[1] if state == 0 else angles[-2]
+            ends[state] = EndMotions(linkage, angles[state], beside, arriving=state > 0)
+            tangents[state] = ends[state].of_path
     sizes = np.linalg.norm(tangents, axis=1, keepdims=True)
     tangents /= np.where(sizes > 0.0, sizes, 1.0)
-    return PathRates(linkage, angles, rates, senses, rates.nullities > rates.nullities.min(), tangents)
+    return PathRates(linkage, angles, rates, senses, singular, tangents, ends)
+
+
+def _within_stops(jacobian: Reals, rates: Reals, senses: Signs) -> Reals:
+    """Return closed rates near given ones that stops allow: hinges that would turn beyond a stop rest. 0 if none do."""
+    held = np.zeros(len(rates), bool)
+    while (senses * rates < 0.0).any():
+        held |= senses * rates < 0.0
+        closed = closed_rates(jacobian[None][:, :, ~held])
+        own = closed.projected(rates[None][:, ~held])[0]
+        rates = np.zeros(len(rates))
+        rates[~held] = np.where(np.abs(own) > STILL_RATE, own, 0.0)
+    return rates
 
 
 def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargins:
@@ -122,12 +146,10 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     program = torque_margins(path.rates, torques, friction, path.senses)
     failed_bounds, failed_hinges = torque_margins_failed(path.rates, torques, friction, path.senses, program)
     margins, rates, failed = program.margins.copy(), program.rates.copy(), failed_bounds.copy()
-    tangents = path.tangents.copy()
     for state in np.flatnonzero(path.singular).tolist():
-        motions = tangents[state][None]
-        if state in (0, len(tangents) - 1) and path.senses[state].all():  # every hinge is at a stop
-            motions = _End(path, state, torques[state], friction).motions(program.rates[state])
-            tangents[state] = motions[0]
+        motions = path.tangents[state][None]
+        if state in path.ends:
+            motions = np.r_[motions, path.ends[state].climbed(torques[state], friction, motions)]
         ratios = np.maximum(power_ratios(np.broadcast_to(torques[state], motions.shape), friction, motions), 0.0)
         margins[state], rates[state] = ratios.max(), motions[ratios.argmax()]
         failed[state], failed_hinges[state] = _failed_of(torques[state], friction, motions)
@@ -135,7 +157,7 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     return PathMargins(
         margins=margins,
         bounds=program.bounds,
-        along=power_ratios(torques, friction, tangents),
+        along=power_ratios(torques, friction, path.tangents),
         rates=rates,
         hinges=np.where(losses.any(axis=1), losses.argmax(axis=1), -1),
         failed=failed,
@@ -144,35 +166,61 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     )
 
 
-class _End:
-    """The motions that leave the packed end of a path, or arrive at the flat one, as rates at which hinges open."""
+class EndMotions:
+    """The motions that leave the packed end of a path, or arrive at the flat one, as rates at which hinges open.
 
-    def __init__(self, path: PathRates, state: int, torques: Reals, friction: Reals) -> None:
-        angles = path.angles
-        self.closure = EndClosure(path.linkage, angles[state], group_of_all(loops_of(path.linkage)))
-        self.leaving = -1.0 if state == 0 else 1.0  # at the flat end angles grow where a motion leaves
-        self.path = self.leaving * ((angles[1] if state == 0 else angles[-2]) - angles[state])
-        self.rates, self.senses = closed_rates(self.closure.jacobian[None]), path.senses[state][None]
-        self.torques, self.friction = torques, friction
+    of_path : (n_hinges,), of the motion nearest to the path, which begins or ends with a given state beside the end; 0
+    where none is found.
+    """
 
-    def motions(self, best: Reals) -> Reals:
-        """Return the motion of the path, 0 where none is found near it, and others that may have greater margins.
+    def __init__(self, linkage: Linkage, angles: Reals, beside: Reals, *, arriving: bool) -> None:
+        self.closure = EndClosure(linkage, angles, group_of_all(loops_of(linkage)))
+        self.leaving = 1.0 if arriving else -1.0  # at the flat end angles grow where a motion leaves
+        self.rates = closed_rates(self.closure.jacobian[None])
+        self.senses = allowed_senses(angles, arriving=arriving)[None]
+        found = self._motion_near(self.leaving * (beside - angles), regular=False)
+        self.of_path = np.zeros(len(angles)) if found is None else found
 
-        best : rates of the linear program. Others are regular motions nearest to these, and to those of the linear
-        program without the spring whose failure leaves the least to the motions so far.
+    def climbed(self, torques: Reals, friction: Reals, known: Reals) -> Reals:
+        """Return motions, (k, n_hinges), that may have greater margins than known ones, with all springs or all but one.
+
+        They climb from the regular motions nearest to the best rates of the linear program, or to the path: first with
+        all springs, then without the one whose failure leaves the least to the motions so far.
         """
-        found = self._motion_near(self.path, regular=False)
-        motions = np.array([np.zeros(len(best)) if found is None else found])
+        motions, left = known, torques
         for _ in range(1 + MAX_FAILURES_TRIED):
-            found = self._motion_near(best, regular=True) if best.any() else None
-            if found is not None:
-                motions = np.r_[motions, found[None]]
-            left = self.torques.copy()
-            left[_failed_of(self.torques, self.friction, motions)[1]] = 0.0
-            before, best = best, torque_margins(self.rates, left[None], self.friction, self.senses).rates[0]
-            if np.array_equal(before, best):
+            program = torque_margins(self.rates, left[None], friction, self.senses)
+            ratio = power_ratios(np.broadcast_to(left, motions.shape), friction, motions).max()
+            if ratio < program.bounds[0] * (1.0 - MIN_CLIMB):
+                starts = (program.rates[0], self.of_path)
+                found = next((own for start in starts if (own := self._climb(left, friction, start)) is not None), None)
+                if found is not None:
+                    motions = np.r_[motions, found[None]]
+            failed = _failed_of(torques, friction, motions)[1]
+            if failed < 0 or (left[failed] == 0.0 and left is not torques):
                 break
-        return motions
+            left = torques.copy()
+            left[failed] = 0.0
+        return motions[len(known) :]
+
+    def _climb(self, torques: Reals, friction: Reals, rates: Reals) -> Reals | None:
+        """Return a regular motion near given rates, or None: the last of those of ever greater margins.
+
+        Each is nearest to the best rates in the plane that touches the motions of second order at the one before.
+        """
+        best: Reals | None = None
+        ratio = -1.0
+        for _ in range(MAX_CLIMBING_STEPS):
+            found = self._motion_near(rates, regular=True)
+            own = -1.0 if found is None else float(power_ratios(torques, friction, found[None])[0])
+            if found is None or own <= ratio * (1.0 + MIN_CLIMB):
+                break
+            best, ratio = found, own
+            touching = closed_rates(self.closure.equations(found)[1][None])
+            rates = torque_margins(touching, torques[None], friction, self.senses).rates[0]
+            if not rates.any():
+                break
+        return best
 
     def _motion_near(self, rates: Reals, *, regular: bool) -> Reals | None:
         """Return the motion nearest to given rates, or None; regular : whether it has to be one by itself."""
