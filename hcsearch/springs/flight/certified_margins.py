@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.array_values import Reals, WholeNumbers
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.series import centre_screws
@@ -181,7 +181,7 @@ def _boxes_of(cubics: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
     return middles, turns
 
 
-def _corrections(linkage: Linkage, jacobians: Reals, turns: Reals, rates: Reals, free: np.ndarray) -> Reals:  # type: ignore[type-arg]
+def _corrections(linkage: Linkage, jacobians: Reals, turns: Reals, rates: Reals, free: Flags) -> Reals:
     """Return how far rates of each middle are from closed ones at all states of its interval at most, (k,).
 
     turns : (k, n_hinges), of each hinge from the middle. free : hinges whose rates may be corrected. Infinite where the

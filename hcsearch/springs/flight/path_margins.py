@@ -115,11 +115,10 @@ def path_rates(linkage: Linkage, angles: Reals) -> PathRates:
     for state in np.flatnonzero((senses * tangents < 0.0).any(axis=1)):
         tangents[state] = _within_stops(rates.jacobians[state], tangents[state], senses[state])
     singular, ends = rates.nullities > rates.nullities.min(), {}
-    for state in (0, len(angles) - 1):
-        if singular[state] and senses[state].all():  # every hinge is at a stop
-            beside = angles[1] if state == 0 else angles[-2]
-            ends[state] = EndMotions(linkage, angles[state], beside, arriving=state > 0)
-            tangents[state] = ends[state].of_path
+    for end, beside, arriving in ((0, 1, False), (len(angles) - 1, len(angles) - 2, True)):
+        if singular[end] and senses[end].all():  # every hinge is at a stop
+            ends[end] = EndMotions(linkage, angles[end], angles[beside], arriving=arriving)
+            tangents[end] = ends[end].of_path
     sizes = np.linalg.norm(tangents, axis=1, keepdims=True)
     tangents /= np.where(sizes > 0.0, sizes, 1.0)
     return PathRates(linkage, angles, rates, senses, singular, tangents, ends)
@@ -147,11 +146,8 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     failed_bounds, failed_hinges = torque_margins_failed(path.rates, torques, friction, path.senses, program)
     margins, rates, failed = program.margins.copy(), program.rates.copy(), failed_bounds.copy()
     for state in np.flatnonzero(path.singular).tolist():
-        motions = path.tangents[state][None]
-        if state in path.ends:
-            motions = np.r_[motions, path.ends[state].climbed(torques[state], friction, motions)]
-        ratios = np.maximum(power_ratios(np.broadcast_to(torques[state], motions.shape), friction, motions), 0.0)
-        margins[state], rates[state] = ratios.max(), motions[ratios.argmax()]
+        motions = _motions_at(path, state, torques[state], friction, MAX_FAILURES_TRIED)
+        margins[state], rates[state] = _best_of(torques[state], friction, motions)
         failed[state], failed_hinges[state] = _failed_of(torques[state], friction, motions)
     losses = friction * np.abs(rates)
     return PathMargins(
@@ -164,6 +160,28 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
         failed_bounds=failed_bounds,
         failed_hinges=failed_hinges,
     )
+
+
+def best_rates_along(path: PathRates, torques: Reals, friction: Reals) -> Reals:
+    """Return the rates of `margins_along`, (k, n_hinges), which takes longer as it looks at failed springs too."""
+    rates = torque_margins(path.rates, torques, friction, path.senses).rates
+    for state in np.flatnonzero(path.singular).tolist():
+        rates[state] = _best_of(torques[state], friction, _motions_at(path, state, torques[state], friction, 0))[1]
+    return rates
+
+
+def _motions_at(path: PathRates, state: int, torques: Reals, friction: Reals, failures: int) -> Reals:
+    """Return known motions at a singular state, that of the path first; failures : as of `EndMotions.climbed`."""
+    motions = path.tangents[state][None]
+    if state not in path.ends:
+        return motions
+    return np.concatenate([motions, path.ends[state].climbed(torques, friction, motions, failures)])
+
+
+def _best_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, Reals]:
+    """Return the greatest margin of motions, and the one that attains it."""
+    ratios = np.maximum(power_ratios(np.broadcast_to(torques, motions.shape), friction, motions), 0.0)
+    return float(ratios.max()), motions[ratios.argmax()]
 
 
 class EndMotions:
@@ -181,14 +199,14 @@ class EndMotions:
         found = self._motion_near(self.leaving * (beside - angles), regular=False)
         self.of_path = np.zeros(len(angles)) if found is None else found
 
-    def climbed(self, torques: Reals, friction: Reals, known: Reals) -> Reals:
-        """Return motions, (k, n_hinges), that may have greater margins than known ones, with all springs or all but one.
+    def climbed(self, torques: Reals, friction: Reals, known: Reals, failures: int) -> Reals:
+        """Return motions, (k, n_hinges), that may have greater margins than known ones.
 
         They climb from the regular motions nearest to the best rates of the linear program, or to the path: first with
-        all springs, then without the one whose failure leaves the least to the motions so far.
+        all springs, then, as often as `failures`, without the one whose failure leaves the least to those so far.
         """
         motions, left = known, torques
-        for _ in range(1 + MAX_FAILURES_TRIED):
+        for _ in range(1 + failures):
             program = torque_margins(self.rates, left[None], friction, self.senses)
             ratio = power_ratios(np.broadcast_to(left, motions.shape), friction, motions).max()
             if ratio < program.bounds[0] * (1.0 - MIN_CLIMB):

@@ -1,8 +1,8 @@
 """Springs that pass a rule on torque margins: least preloads, and springs chosen from a catalogue.
 
-A state has a margin of K at least if some rates v that loops and stops allow have tau . v >= K sum f_i |v_i|. With one v
-chosen for each state this is linear in the preloads, so that the least ones follow from a linear program, and springs of
-a catalogue from one in whole numbers. Then the best v for the new springs replace the old ones, and so on: the total
+A state has a margin of K at least if some rates v that loops and stops allow have tau . v >= K sum f_i |v_i|. With one
+v chosen for each state this is linear in the preloads, so that the least ones follow from a linear program, and springs
+of a catalogue from one in whole numbers. Then the best v for the new springs replace the old ones, and so on: the total
 falls from round to round, and every round passes. For preloads each single state gives a lower bound of the total, its
 own least one (docs/explanation/flight_margins.md, 6).
 """
@@ -17,7 +17,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.springs.flight.path_margins import PathRates, margins_along
+from hcsearch.springs.flight.path_margins import PathRates, best_rates_along
 from hcsearch.springs.flight.torque_margin import power_ratios
 
 MAX_DESIGN_ROUNDS = 30
@@ -57,7 +57,7 @@ class SpringRule(ByValue):
     @cached_property
     def members(self) -> Reals:
         """Which hinges are in each group, (n_groups, n_hinges), 1 or 0."""
-        return (np.arange(self.groups.max() + 1)[:, None] == self.groups).astype(float)
+        return np.array(np.arange(self.groups.max() + 1)[:, None] == self.groups, float)
 
     @cached_property
     def working(self) -> Reals:
@@ -77,7 +77,7 @@ class SpringRule(ByValue):
         """
         if self.guided:
             return np.repeat(self.path.tangents[None], len(self.working), axis=0)
-        rates = np.array([margins_along(self.path, torques * works, self.friction).rates for works in self.working])
+        rates = np.array([best_rates_along(self.path, torques * works, self.friction) for works in self.working])
         if known is None:
             return rates
         better = self.ratios(torques, known) > self.ratios(torques, rates)
@@ -131,7 +131,9 @@ def least_preloads(rule: SpringRule, torques: Reals, greatest: float) -> Preload
     HcsearchError where no preloads up to the greatest were found to pass.
     """
     fields = np.repeat(rule.members[:, None], len(torques), axis=1)
-    starts = [torques + share * greatest * rule.members.sum(axis=0) for share in (1.0, 0.1)]
+    together = np.array([1.0, 0.3, 0.1])[:, None] * rule.members.sum(axis=0)
+    alone = () if rule.redundant else rule.members  # a spring that fails may not be alone
+    starts = [torques + greatest * members for members in (*together, *alone)]
     program = _Program(rule, torques, fields, rule.members.sum(axis=1), greatest)
     found = program.run(starts)
     if found is None:
@@ -160,7 +162,7 @@ def choose_springs(rule: SpringRule, torques: Reals, catalogue: Reals, costs: Re
     n_groups, n_springs = len(rule.members), len(catalogue)
     fields = (rule.members[:, None, None] * catalogue).reshape(-1, *torques.shape)
     prices = (rule.members.sum(axis=1)[:, None] * costs).ravel()
-    chosen_once = np.kron(np.eye(n_groups), np.ones(n_springs))
+    chosen_once = np.repeat(np.eye(n_groups), n_springs, axis=1)
     starts = [torques + rule.members.sum(axis=0) * spring for spring in catalogue]
     found = _Program(rule, torques, fields, prices, 1.0, chosen_once).run(starts)
     if found is None:
@@ -254,10 +256,9 @@ def _least_total_at(rule: SpringRule, torques: Reals, case: int, state: int) -> 
     senses = path.senses[state]
     # rates are basis z = opening - folding, both at least 0
     closed = np.c_[basis, -np.eye(n), np.eye(n)]
-    bounds = [(None, None)] * m
-    bounds += [(0.0, 0.0 if sense < 0 else None) for sense in senses] + [
-        (0.0, 0.0 if sense > 0 else None) for sense in senses
-    ]
+    opening = [(0.0, 0.0 if sense < 0 else None) for sense in senses]
+    folding = [(0.0, 0.0 if sense > 0 else None) for sense in senses]
+    bounds = [*[(None, None)] * m, *opening, *folding]
     pull = torques[state] * working
     cost = np.r_[np.zeros(m), rule.required * rule.friction - pull, rule.required * rule.friction + pull]
     least = np.inf
