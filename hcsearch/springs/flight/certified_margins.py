@@ -26,6 +26,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.path_margins import MarginKind
 from hcsearch.springs.flight.torque_margin import (
     CLOSED_RATE_TOLERANCE,
+    MARGIN_ROUNDING,
     allowed_senses,
     closed_rates,
     torque_margins,
@@ -41,23 +42,22 @@ MAX_INTERVAL_DEPTH, MAX_MARGIN_INTERVALS = 12, 40_000
 class CertifiedMargin:
     """A lower bound of the torque margins on a path.
 
-    bound : at all closed states beside the certified part of the path. certified : that part, as a share of the time of
-    the path. first, last : the times between which every interval is certified but for those in between that are not;
-    NaN where none is. least : the least margin at states that were tried, an upper bound of the least of the path, but
-    for singular states. intervals : number that were tried.
+    bound : at all closed states beside the path, but for the gaps; 0 where all of it is a gap. gaps : starts and ends,
+    in the time of the path, of parts without a bound. certified : the share of the time of the path without gaps.
+    least : the least margin at the states that were tried; hinges beyond a stop count as at it. intervals : number that
+    were tried.
     """
 
     bound: float
+    gaps: tuple[tuple[float, float], ...]
     certified: float
-    first: float
-    last: float
     least: float
     intervals: int
 
     @property
     def kind(self) -> MarginKind:
         """Whether the bound holds on the whole path."""
-        return "bound" if self.certified == 1.0 else "sampled"
+        return "sampled" if self.gaps else "bound"
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,10 @@ def wander_of(linkage: Linkage, proof: PathProof) -> float:
 
 
 def steepest_slopes(laws: Sequence[Law]) -> Reals:
-    """Return the greatest slopes of laws between the stops, (n_hinges,), N m/rad, unsigned; infinite with a snap."""
-    return np.array([math.inf if law.bent is not None else _steepest(law) for law in laws])
+    """Return the greatest slopes of laws between the stops, (n_hinges,), N m/rad; HcsearchError if one snaps."""
+    if any(law.bent is not None for law in laws):
+        raise HcsearchError("margins of springs that snap are known at states only: give laws without a snap")
+    return np.array([_steepest(law) for law in laws])
 
 
 def _steepest(law: Law) -> float:
@@ -115,31 +117,37 @@ def certified_margin(
     if not course.cubic:
         raise HcsearchError("margins are bounded along cubics: give the motion of a proof of its path")
     cubics = cubics_of(course.times, course.angles, course.rates)
-    lengths, span = np.diff(course.times), float(course.times[-1] - course.times[0])
+    lengths = np.diff(course.times)
     count = len(cubics)
     intervals = _Intervals(np.arange(count), np.zeros(count), np.ones(count))
     bound = least = math.inf
-    passed, first, last, tried = 0.0, math.nan, math.nan, 0
-    open_intervals = 0
+    tried = 0
     for depth in range(MAX_INTERVAL_DEPTH + 1):
         margins, bounds = _bounds_of(linkage, cubics, intervals, wander, torques_at, slopes, friction)
         tried += len(margins)
         least = min(least, float(margins.min()))
         reached = bounds >= CERTIFIED_SHARE * least
-        if reached.any():
-            bound = min(bound, float(bounds[reached].min()))
-            starts = course.times[intervals.steps] + lengths[intervals.steps] * intervals.starts
-            durations = lengths[intervals.steps] * (intervals.ends - intervals.starts)
-            passed += float(durations[reached].sum())
-            first = np.fmin(first, starts[reached].min())
-            last = np.fmax(last, (starts + durations)[reached].max())
-        halved = np.flatnonzero(~reached)
-        open_intervals = len(halved)
-        if not open_intervals or depth == MAX_INTERVAL_DEPTH or tried + 2 * open_intervals > MAX_MARGIN_INTERVALS:
+        bound = min(bound, float(bounds[reached].min(initial=math.inf)))
+        left = np.flatnonzero(~reached)
+        if not len(left) or depth == MAX_INTERVAL_DEPTH or tried + 2 * len(left) > MAX_MARGIN_INTERVALS:
             break
-        intervals = intervals.halves(halved)
-    share = 1.0 if not open_intervals else min(passed / span, 1.0)
-    return CertifiedMargin(0.0 if math.isinf(bound) else bound, share, float(first), float(last), least, tried)
+        intervals = intervals.halves(left)
+    starts = course.times[intervals.steps[left]] + lengths[intervals.steps[left]] * intervals.starts[left]
+    ends = course.times[intervals.steps[left]] + lengths[intervals.steps[left]] * intervals.ends[left]
+    gaps = _joined(starts, ends)
+    certified = 1.0 - sum(end - start for start, end in gaps) / float(course.times[-1] - course.times[0])
+    return CertifiedMargin(bound if math.isfinite(bound) else 0.0, gaps, certified, least, tried)
+
+
+def _joined(starts: Reals, ends: Reals) -> tuple[tuple[float, float], ...]:
+    """Join intervals that meet, in order."""
+    joined: list[tuple[float, float]] = []
+    for start, end in sorted(zip(starts.tolist(), ends.tolist(), strict=True)):
+        if joined and start <= joined[-1][1] * (1.0 + MARGIN_ROUNDING):
+            joined[-1] = joined[-1][0], end
+        else:
+            joined.append((start, end))
+    return tuple(joined)
 
 
 def _bounds_of(
@@ -162,7 +170,7 @@ def _bounds_of(
     margins = torque_margins(closed, torques, friction, allowed_senses(middles)).bounds
     rates = torque_margins(closed, torques, friction, senses).rates
     off = _corrections(linkage, jacobians, turns, rates, senses == 0)
-    changes = np.where(turns > 0.0, slopes, 0.0) * turns
+    changes = slopes * turns
     sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(changes, axis=1)
     power = (torques * rates).sum(axis=1) - (changes * np.abs(rates)).sum(axis=1) - off * sizes
     losses = (friction * np.abs(rates)).sum(axis=1) + off * np.linalg.norm(friction)

@@ -29,7 +29,7 @@ from hcsearch.springs.flight.torque_margin import (
 
 MarginKind = Literal["exact", "bound", "sampled"]
 """How a least margin is known: exactly; as a lower bound at all states of a path; or at the states given only."""
-MIN_LEAVING_RATE = 1e-6
+SURELY_LEAVING_RATE = 1e-6
 """Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
 STILL_RATE = 1e-12
 """Rates below this, of unit vectors, are rounding."""
@@ -172,10 +172,10 @@ def best_rates_along(path: PathRates, torques: Reals, friction: Reals) -> Reals:
 
 def _motions_at(path: PathRates, state: int, torques: Reals, friction: Reals, failures: int) -> Reals:
     """Return known motions at a singular state, that of the path first; failures : as of `EndMotions.climbed`."""
-    motions = path.tangents[state][None]
-    if state not in path.ends:
-        return motions
-    return np.concatenate([motions, path.ends[state].climbed(torques, friction, motions, failures)])
+    motions: Reals = path.tangents[state][None]
+    if state in path.ends:
+        motions = np.r_[motions, path.ends[state].climbed(torques, friction, motions, failures)]
+    return motions
 
 
 def _best_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, Reals]:
@@ -242,7 +242,7 @@ class EndMotions:
 
     def _motion_near(self, rates: Reals, *, regular: bool) -> Reals | None:
         """Return the motion nearest to given rates, or None; regular : whether it has to be one by itself."""
-        found = self.closure.direction(self.leaving * rates)
+        found = self.closure.direction(self.leaving * rates) if rates.any() else None
         if found is None or (regular and not self._is_regular(found)):
             return None
         return self.leaving * found
@@ -250,7 +250,7 @@ class EndMotions:
     def _is_regular(self, direction: Reals) -> bool:
         """Return whether a motion surely leaves an end in a direction: its equations are regular and no hinge rests."""
         _, derivative = self.closure.equations(direction)
-        leaves = np.abs(direction).min() > MIN_LEAVING_RATE
+        leaves = np.abs(direction).min() > SURELY_LEAVING_RATE
         return bool(leaves) and int(np.linalg.matrix_rank(derivative)) == len(derivative)
 
 

@@ -1,0 +1,121 @@
+"""Lower bounds of margins between the states of a path, against closed states in between."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.kinematics.closing import close_linkage
+from hcsearch.scenes.laws import law_named, linear_law
+from hcsearch.springs.flight import certified_margins
+from hcsearch.springs.flight.certified_margins import certified_margin, steepest_slopes, wander_of
+from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, torque_margins
+from tests.flight.paths import NAMES, springs_of
+from tests.planned import along, planned
+
+
+def bounded(name, laws, friction):
+    sample = planned(name)
+    wander = wander_of(sample.linkage, sample.proof)
+    assert wander == pytest.approx(sample.wander)
+    return certified_margin(
+        sample.linkage,
+        sample.proof.motion,
+        wander,
+        lambda angles: law_torques(laws, angles),
+        steepest_slopes(laws),
+        friction,
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_closed_state_between_the_gaps_has_less(name):
+    """Closed states at 2,000 times of the proved motion, nearer to it than the wander."""
+    sample, (laws, _, friction) = planned(name), springs_of(name)
+    found = bounded(name, laws, friction)
+    times = np.random.default_rng(1).uniform(*sample.proof.motion.times[[0, -1]], 2000)
+    for start, end in found.gaps:
+        times = times[(times < start) | (times > end)]
+    assert len(times) > 1900
+    assert found.certified > 0.99
+    states = np.array([close_linkage(sample.linkage, state).angles for state in along(sample, times)])
+    rates = closed_rates(np.array([sample.linkage.closure(state)[1] for state in states]))
+    dense = torque_margins(rates, law_torques(laws, states), friction, allowed_senses(states)).margins
+    assert found.bound <= dense.min()
+    assert found.bound >= 0.8 * min(found.least, dense.min())
+    assert found.least <= dense.min() * 1.05
+    assert found.kind == ("sampled" if found.gaps else "bound")
+
+
+def test_corrections_bound_the_distance_to_closed_rates():
+    """At random states near by, closed to no order: the statement is about Jacobians."""
+    sample, rng = planned(NAMES[0]), np.random.default_rng(2)
+    linkage = sample.linkage
+    state = along(sample, np.array([0.5 * sample.proof.motion.times[-1]]))[0]
+    jacobian = linkage.closure(state)[1]
+    basis = closed_rates(jacobian[None]).bases(np.array([0]), len(jacobian))[0]
+    rates = basis @ rng.normal(size=basis.shape[1])
+    seen = []
+    for widest in (1e-2, 1e-3, 1e-4):
+        turns = widest * rng.uniform(0.0, 1.0, linkage.n_hinges)
+        free = np.ones((1, linkage.n_hinges), bool)
+        off = certified_margins._corrections(linkage, jacobian[None], turns[None], rates[None], free)[0]
+        for _ in range(200):
+            near = linkage.closure(state + turns * rng.choice([-1.0, 1.0], linkage.n_hinges))[1]
+            distance = np.linalg.norm(np.linalg.pinv(near) @ (near @ rates))
+            assert distance <= off
+            seen.append(distance / off)
+    assert max(seen) > 0.02
+
+
+def test_corrections_are_unbounded_where_equations_depend_on_each_other():
+    linkage = planned(NAMES[0]).linkage
+    jacobian = linkage.closure(linkage.flat)[1][None]
+    some = np.full((1, linkage.n_hinges), 1e-9)
+    assert certified_margins._corrections(linkage, jacobian, some, 0 * some + 1.0, some > 0.0)[0] > 1.0
+
+
+def test_boxes_hold_the_cubics():
+    cubics = np.random.default_rng(4).normal(size=(5, 3, 4))
+    intervals = certified_margins._Intervals(
+        np.array([0, 3, 4]), np.array([0.0, 0.25, 0.5]), np.array([1.0, 0.5, 0.75])
+    )
+    middles, turns = certified_margins._boxes_of(cubics, intervals)
+    for k, (step, start, end) in enumerate(zip(intervals.steps, intervals.starts, intervals.ends, strict=True)):
+        values = cubics[step] @ np.linspace(start, end, 50) ** np.arange(4)[:, None]
+        assert (np.abs(values - middles[k][:, None]).max(axis=1) <= turns[k] * (1.0 + 1e-12)).all()
+
+
+def test_without_preload_bounds_fall_to_0_towards_the_flat_end():
+    laws, _, friction = springs_of(NAMES[0], preload=0.0)
+    found = bounded(NAMES[0], laws, friction)
+    assert found.least < 1e-4
+    assert 0.0 < found.bound < 1e-3
+    assert found.gaps[-1][1] == planned(NAMES[0]).proof.motion.times[-1]
+
+
+def test_slopes_are_the_steepest():
+    laws = [
+        law_named(text) for text in ("free", "linear:0.1+0.5", "quadratic:0.1,0.2", "table:0@0,0.1@1.5,0.9@2,1@3.1")
+    ]
+    angles = np.linspace(0.0, math.pi, 20_001)
+    for law, slope in zip(laws, steepest_slopes(laws), strict=True):
+        steepest = np.abs(np.diff([law.straight.moment(angle) for angle in angles]) / np.diff(angles)).max()
+        assert steepest <= slope * (1.0 + 1e-9)
+        assert slope <= steepest * 1.001 + 1e-12
+
+
+def test_laws_that_snap_are_refused():
+    with pytest.raises(HcsearchError, match="without a snap"):
+        steepest_slopes([linear_law(0.1), law_named("tape:0.2@0.05,0.03@0.01")])
+
+
+def test_courses_of_higher_degree_are_refused():
+    sample, laws = planned(NAMES[0]), [linear_law(0.1)] * planned(NAMES[0]).linkage.n_hinges
+    course = sample.proof.motion._replace(cubic=False)
+    with pytest.raises(HcsearchError, match="cubics"):
+        certified_margin(
+            sample.linkage, course, 0.0, lambda a: law_torques(laws, a), steepest_slopes(laws), np.ones(len(laws))
+        )
