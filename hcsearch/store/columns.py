@@ -5,7 +5,8 @@ The SQL views, the check of queries, ranks, reports and the help of commands use
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+import math
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hcsearch.basics.vocabulary import (
     DESIGN_STATUSES,
@@ -17,8 +18,12 @@ from hcsearch.basics.vocabulary import (
     UNIT_PATHS,
     VERDICTS,
     WAYS,
+    millimetres,
 )
 from hcsearch.designs.grid import GRIDS
+
+if TYPE_CHECKING:
+    from hcsearch.designs.records import FlightNumbers
 
 ColumnKind = Literal["integer", "boolean", "real", "text"]
 BetterDirection = Literal["higher", "lower", ""]
@@ -195,6 +200,15 @@ FLIGHT_QUANTITIES = (
         better="higher",
     ),
 )
+
+
+def flight_value(quantity: Quantity, numbers: FlightNumbers) -> int | float | str | None:
+    """Return a figure in the unit of its column; None where it is not known or not finite."""
+    value: int | float | str | None = getattr(numbers, quantity.name.removesuffix("_mm_per_mrad"))
+    if isinstance(value, float):
+        return millimetres(value) if quantity.unit == "mm" else value if math.isfinite(value) else None
+    return value
+
 
 DESIGN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the design in this database"),

@@ -23,7 +23,7 @@ from hcsearch.designs.records import (
     WorkKey,
     play_of_batch,
 )
-from hcsearch.store.columns import FLIGHT_QUANTITIES, Quantity
+from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of_circuits, insert_rows
 from hcsearch.store.failures import retry_if_changed
@@ -251,18 +251,9 @@ def _insert_flight(connection: Connection, foldings: VerdictColumns, numbers: Se
     known = [i for i, of_folding in enumerate(numbers) if of_folding is not None]
     columns: VerdictColumns = {name: [foldings[name][i] for i in known] for name in keys}
     values = [of_folding for of_folding in numbers if of_folding is not None]
-    columns |= {quantity.name: [_flight_value(quantity, one) for one in values] for quantity in FLIGHT_QUANTITIES}
+    columns |= {quantity.name: [flight_value(quantity, one) for one in values] for quantity in FLIGHT_QUANTITIES}
     if known:
         insert_rows(connection, flight, columns, [name for name in columns if name not in keys])
-
-
-def _flight_value(quantity: Quantity, numbers: FlightNumbers) -> Any:
-    """Return a figure in the unit of its column."""
-    name = "flatness" if quantity.name == "flatness_mm_per_mrad" else quantity.name
-    value = getattr(numbers, name)
-    if quantity.unit == "mm":
-        return millimetres(value)
-    return _finite(value) if isinstance(value, float) else value
 
 
 def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:

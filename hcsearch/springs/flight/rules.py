@@ -45,10 +45,9 @@ class MotorisationRule:
 
 @dataclass(frozen=True)
 class RedundancyRule:
-    """The motorisation with springs failed; failed_springs : how many at a time, 1 alone."""
+    """The motorisation with any one spring failed."""
 
     clause: str
-    failed_springs: float
 
 
 @dataclass(frozen=True)
@@ -152,6 +151,4 @@ def _rule(origin: str, key: str, table: Any) -> Any:
                 raise InputFileError(f'{origin} has {key}.clause = {value!r}: write a text, such as "4.7.5.3.1"')
         elif isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
             raise InputFileError(f"{origin} has {key}.{name} = {value!r}: write a number above 0")
-    if key == "redundancy" and table["failed_springs"] != 1:
-        raise InputFileError(f"{origin} has redundancy.failed_springs = {table['failed_springs']}: only 1 is computed")
     return _TABLES[key](**{name: value if name == "clause" else float(value) for name, value in table.items()})

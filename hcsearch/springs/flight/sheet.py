@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from hcsearch.designs.records import FlightNumbers
+from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
 
 SENSITIVITY_CHANGE = 0.2
 """Share by which values of a scene are changed for sensitivities."""
@@ -24,26 +25,24 @@ class SheetRow:
     rule: str
     clause: str
     figure: float | None
-    required: float | None
+    required: float
     unit: str = ""
     at_least: bool = True
     note: str = ""
 
     @property
     def verdict(self) -> SheetVerdict:
-        """Whether the rule passes; not known without a figure or without a requirement."""
-        if self.figure is None or self.required is None:
+        """Whether the rule passes; not known without a figure."""
+        if self.figure is None:
             return "not known"
-        return "pass" if (self.figure >= self.required) == self.at_least or self.figure == self.required else "fail"
+        return "pass" if self.figure == self.required or (self.figure > self.required) == self.at_least else "fail"
 
     @property
     def margin(self) -> float | None:
         """By how much the rule is passed, as a share of what is required; negative where it fails."""
-        if self.figure is None or self.required is None:
+        if self.figure is None or not self.required:
             return None
-        if self.at_least:
-            return None if self.required == 0.0 else self.figure / self.required - 1.0
-        return None if self.figure == 0.0 else self.required / self.figure - 1.0
+        return self.figure / self.required - 1.0 if self.at_least else 1.0 - self.figure / self.required
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class Sensitivity:
     """How a figure changes with one value of the scene.
 
     value : its name. figure : that changes, in a unit. low, high : the figure where the value is smaller and greater by
-    `SENSITIVITY_CHANGE`; None where it is not known.
+    `SENSITIVITY_CHANGE`; None where it is not known. spread : the change between both over the figure itself.
     """
 
     value: str
@@ -59,11 +58,7 @@ class Sensitivity:
     low: float | None
     high: float | None
     unit: str = ""
-
-    @property
-    def spread(self) -> float:
-        """The difference of both, by which rows are ordered; 0 where one is not known."""
-        return 0.0 if self.low is None or self.high is None else abs(self.high - self.low)
+    spread: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,9 @@ class FlightSheet:
     """A folding in a scene, held against the rules of a standard.
 
     title : the folding. scene : its name. source : what moves it, in a sentence. standard : title and issue. rows : the
-    rules. numbers : all figures. sensitivities : the most important first. omitted : sentences on what was left out.
+    rules. demands : name, value with its unit, and clause of what parts must bear. numbers : all figures.
+    sensitivities : the most important first. omitted : sentences on what was left out.
+    margins : places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
     """
 
     title: str
@@ -79,9 +76,11 @@ class FlightSheet:
     source: str
     standard: str
     rows: tuple[SheetRow, ...]
+    demands: tuple[tuple[str, str, str], ...]
     numbers: FlightNumbers
     sensitivities: tuple[Sensitivity, ...] = ()
     omitted: tuple[str, ...] = ()
+    margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
 
     @property
     def verdict(self) -> SheetVerdict:
@@ -89,27 +88,22 @@ class FlightSheet:
         verdicts = {row.verdict for row in self.rows}
         return "fail" if "fail" in verdicts else "not known" if "not known" in verdicts else "pass"
 
+    def figures(self) -> dict[str, int | float | str | None]:
+        """Return all figures by the names of columns, in their units."""
+        return {quantity.name: flight_value(quantity, self.numbers) for quantity in FLIGHT_QUANTITIES}
+
     def facts(self) -> dict[str, Any]:
         """Return the sheet as plain data."""
+        rules = [{**vars(row), "verdict": row.verdict, "margin": row.margin} for row in self.rows]
         return {
             "folding": self.title,
             "scene": self.scene,
             "motion": self.source,
             "standard": self.standard,
             "verdict": self.verdict,
-            "rules": [
-                {
-                    "rule": row.rule,
-                    "clause": row.clause,
-                    "figure": row.figure,
-                    "required": row.required,
-                    "unit": row.unit,
-                    "verdict": row.verdict,
-                    "margin": row.margin,
-                    "note": row.note,
-                }
-                for row in self.rows
-            ],
+            "rules": rules,
+            "demands": [dict(zip(("what", "value", "clause"), demand, strict=True)) for demand in self.demands],
+            "figures": self.figures(),
             "sensitivities": [vars(row) for row in self.sensitivities],
             "left_out": list(self.omitted),
         }
