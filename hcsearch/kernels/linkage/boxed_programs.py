@@ -21,6 +21,8 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 
 BOX_FEASIBILITY = 1e-9
 """By how much a coordinate of the best point may exceed its bound of 1."""
+MAX_DUALITY_GAP = 1e-10
+"""Relative difference of the bound and of the value at the point above which a program is solved anew."""
 LEAST_BOX_PIVOT = 1e-9
 """Entries of the table that count as zero: rows are orthonormal, so that entries are about 1."""
 
@@ -140,13 +142,28 @@ def _best(
     multipliers: Reals,
     point: Reals,
 ) -> float:
-    """Write the multipliers and the point of the best basis for a goal, and return the sum that bounds its value."""
+    """Write the multipliers and the point of the best basis for a goal, and return the sum that bounds its value.
+
+    work : the table and the basis of the last goal, which is often near the best one of the next. Where rounding has
+    piled up in them, the descent begins anew from `start`.
+    """
+    bound = _best_from(rows, goal, work, multipliers, point)
+    value = 0.0
+    for j in range(len(goal)):
+        value += goal[j] * point[j]
+    if bound - value > MAX_DUALITY_GAP * bound:
+        _copy_table(start, work)
+        bound = _best_from(rows, goal, work, multipliers, point)
+    return bound
+
+
+@lean
+def _best_from(
+    rows: Reals, goal: Reals, work: tuple[Reals, WholeNumbers, Reals], multipliers: Reals, point: Reals
+) -> float:
+    """As `_best`, from the basis of a table."""
     r, n = rows.shape
     table, basis, residuals = work
-    for i in range(r):  # entry by entry: assigning tables would copy them first
-        basis[i] = start[1][i]
-        for j in range(n + r):
-            table[i, j] = start[0][i, j]
     _climb(goal, table, basis, residuals, point)
     for k in range(r):
         multipliers[k] = 0.0
@@ -161,6 +178,15 @@ def _best(
     return bound
 
 
+@lean
+def _copy_table(start: tuple[Reals, WholeNumbers], work: tuple[Reals, WholeNumbers, Reals]) -> None:
+    """Copy the first table and its basis, entry by entry, as assigning tables would copy them first."""
+    for i in range(len(start[1])):
+        work[1][i] = start[1][i]
+        for j in range(start[0].shape[1]):
+            work[0][i, j] = start[0][i, j]
+
+
 @compiled
 def greatest_in_box(rows: Reals, goals: Reals, values: Reals, multipliers: Reals, points: Reals) -> None:
     """Write the greatest value of each goal over |y_i| <= 1 with R y = 0.
@@ -172,16 +198,17 @@ def greatest_in_box(rows: Reals, goals: Reals, values: Reals, multipliers: Reals
     start = (np.empty((r, n + r)), np.empty(r, np.int64))
     work = (np.empty((r, n + r)), np.empty(r, np.int64), np.empty(n))
     first_box_table(rows, start[0], start[1])
+    _copy_table(start, work)
     for k in range(len(goals)):
         values[k] = _best(rows, goals[k], start, work, multipliers[k], points[k])
 
 
 FARTHEST_PRECISION = 1e-9
 """Relative precision of the farthest point of a plane image."""
-FARTHEST_ROUNDING_SHARE = 1e-13
-"""Precision of the farthest point, as a share of the sum of all entries of the image, as rounding allows it."""
-MAX_FARTHEST_DIRECTIONS = 64
-"""Greatest number of directions searched at a time for a farthest point."""
+FARTHEST_ROUNDING = 1e-12
+"""Lengths below this share of the sum of all images of errors are rounding."""
+MAX_FARTHEST_DIRECTIONS = 256
+"""Greatest number of directions in which the farthest point of one image is searched."""
 
 
 @compiled
@@ -189,8 +216,7 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
     """Write the greatest length of plane vectors M y over |y_i| <= 1 with R y = 0.
 
     images : matrices M, shape (k, 2, n). distances : shape (k,), never below the greatest length, and above it by no
-    more than `FARTHEST_PRECISION` of it and `FARTHEST_ROUNDING_SHARE`, unless more than `MAX_FARTHEST_DIRECTIONS`
-    sectors are open at a time.
+    more than `FARTHEST_PRECISION` of it and rounding, unless that takes more than `MAX_FARTHEST_DIRECTIONS`.
 
     The image is a polygon, symmetric about 0. In the sector between two directions it lies within both support lines,
     so no point there is farther than where these meet: a sector is halved at the direction of that corner until it
@@ -200,14 +226,14 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
     start = (np.empty((r, n + r)), np.empty(r, np.int64))
     work = (np.empty((r, n + r)), np.empty(r, np.int64), np.empty(n))
     first_box_table(rows, start[0], start[1])
+    _copy_table(start, work)
     goal, multipliers, point = np.empty(n), np.empty(r), np.empty(n)
-    sectors = np.empty((MAX_FARTHEST_DIRECTIONS, 4))  # two angles and the support there
+    sectors = np.empty((MAX_FARTHEST_DIRECTIONS, 4))  # two angles and the supports there
     for k in range(len(images)):
         longest, farthest, rounding = 0.0, 0.0, 0.0
-        for i in range(2):
-            for j in range(n):
-                rounding += FARTHEST_ROUNDING_SHARE * abs(images[k, i, j])
-        top = 0
+        for j in range(n):
+            rounding += FARTHEST_ROUNDING * math.hypot(images[k, 0, j], images[k, 1, j])
+        top, searched = 0, 4
         supports = np.empty(4)
         for i in range(4):
             angle = i * math.pi / 3.0
@@ -222,7 +248,7 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
             top -= 1
             low, high, first, second = sectors[top]
             corner, place = _corner(high - low, first, second)
-            if corner <= longest * (1.0 + FARTHEST_PRECISION) + rounding or top + 2 > MAX_FARTHEST_DIRECTIONS:
+            if corner <= longest * (1.0 + FARTHEST_PRECISION) + rounding or searched == MAX_FARTHEST_DIRECTIONS:
                 farthest = max(farthest, corner)
                 continue
             middle = low + place
@@ -230,9 +256,7 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
                 goal[j] = math.cos(middle) * images[k, 0, j] + math.sin(middle) * images[k, 1, j]
             support = _best(rows, goal, start, work, multipliers, point)
             longest = max(longest, _length(images[k], point))
-            if high - low < 1e-7:  # the corner is as near to the polygon as rounding can tell
-                farthest = max(farthest, corner)
-                continue
+            searched += 1
             sectors[top] = low, middle, first, support
             sectors[top + 1] = middle, high, support, second
             top += 2
