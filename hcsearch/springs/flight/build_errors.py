@@ -93,7 +93,7 @@ class ErrorMap(ByValue):
         return heights
 
     def independent_rows(self, scale: Reals) -> tuple[Reals, Reals]:
-        """Return orthonormal rows R with R y = 0 where loops close with errors scale * y, and T with R = T closure.
+        """Return orthonormal rows R with R y = 0 where loops close with errors x = scale * y, and T: R y = T closure x.
 
         Rows are lost only where closure hardly depends on any error, which leaves more errors possible, not fewer.
         """
@@ -171,23 +171,26 @@ def _sizes(linkage: Linkage, tolerances: BuildTolerances) -> tuple[Reals, Reals]
 
 def _hinge_twists(linkage: Linkage, centre: Reals, radius: float) -> Reals:
     """Return how the second panel of each hinge moves against its first with each error; see `ErrorMap`."""
-    n = linkage.n_hinges
+    n, hinges = linkage.n_hinges, linkage.pattern.hinges
+    each = np.arange(n)
     twists = np.zeros((n, 6, 5 * n + linkage.n_panels))
-    points = linkage.points - centre
-    for k, hinge in enumerate(linkage.pattern.hinges):
-        direction, middle = linkage.directions[k], points[k]
-        twists[k, :3, k], twists[k, 3:, k] = direction, np.cross(middle, direction)
-        start, end = (np.array([*corner, linkage.points[k, 2]]) - centre for corner in (hinge.start, hinge.end))
-        length = float(np.linalg.norm(end - start))
-        along = (end - start) / length
-        upright = np.array([0.0, 0.0, 1.0])
-        for number, shift in enumerate((np.cross(upright, along), upright)):
-            # the axis turns so that one of its ends is shifted and the other is not
-            for end_number, (fixed, turn) in enumerate(((end, -1.0), (start, 1.0))):
-                column = n + 4 * k + 2 * number + end_number
-                axis = turn / length * np.cross(along, shift)
-                twists[k, :3, column], twists[k, 3:, column] = axis, np.cross(fixed, axis)
-        side = 0.5 if hinge.face == "top" else -0.5
-        twists[k, 5, [5 * n + hinge.first, 5 * n + hinge.second]] = side, -side
+    twists[each, :3, each] = linkage.directions
+    twists[each, 3:, each] = np.cross(linkage.points - centre, linkage.directions)
+    starts, ends = (
+        np.column_stack([np.reshape(corners, (-1, 2)), linkage.points[:, 2]]) - centre
+        for corners in ([hinge.start for hinge in hinges], [hinge.end for hinge in hinges])
+    )
+    lengths = np.linalg.norm(ends - starts, axis=1, keepdims=True)
+    along = (ends - starts) / lengths
+    upright = np.broadcast_to([0.0, 0.0, 1.0], along.shape)
+    for direction, shifts in enumerate((np.cross(upright, along), upright)):
+        # the axis turns so that one of its ends is shifted and the other is not
+        for end, (fixed, sense) in enumerate(((ends, -1.0), (starts, 1.0))):
+            axes = sense / lengths * np.cross(along, shifts)
+            columns = n + 4 * each + 2 * direction + end
+            twists[each, :3, columns], twists[each, 3:, columns] = axes, np.cross(fixed, axes)
+    sides = np.array([0.5 if hinge.face == "top" else -0.5 for hinge in hinges])
+    twists[each, 5, [5 * n + hinge.first for hinge in hinges]] = sides
+    twists[each, 5, [5 * n + hinge.second for hinge in hinges]] = -sides
     twists[:, 3:] /= radius
     return twists
