@@ -14,6 +14,7 @@ from hcsearch.api.querying import rank as rank
 from hcsearch.api.querying import read as read
 from hcsearch.api.replaying import replay as replay
 from hcsearch.api.reporting import report as report
+from hcsearch.api.reviewing import sheet as sheet
 from hcsearch.api.searching_units import search_units as search_units
 from hcsearch.api.serving import serve as serve
 from hcsearch.api.showing import show as show
@@ -54,6 +55,7 @@ from hcsearch.scenes import SCENES as SCENES
 from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.drive_facts import Drive as Drive
+from hcsearch.springs.flight.sheet import FlightSheet as FlightSheet
 from hcsearch.cases.replay import Replay as Replay
 from hcsearch.search.pipeline import Funnel as Funnel
 

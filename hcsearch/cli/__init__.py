@@ -29,6 +29,7 @@ from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
 from hcsearch.cli.serve import serve
+from hcsearch.cli.sheet import sheet
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
@@ -93,6 +94,7 @@ for command in (
     show,
     report,
     serve,
+    sheet,
     assembly,
     deploy,
     tune,

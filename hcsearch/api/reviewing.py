@@ -1,0 +1,69 @@
+"""Hold a folding against the rules of a standard: its flight sheet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.vocabulary import Way
+from hcsearch.cases.case import Case
+from hcsearch.cases.databases import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.cases.travels import travel_of_case
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
+from hcsearch.scenes import Scene
+from hcsearch.springs.flight.review import review
+from hcsearch.springs.flight.rules import read_rules
+from hcsearch.springs.flight.sheet import FlightSheet
+from hcsearch.springs.flight.sheet_texts import sheet_text
+from hcsearch.system.outputs import check_output, write_output
+
+SHEET_SUFFIXES = {".md": "markdown", ".tex": "latex", ".txt": "text", ".html": "html"}
+"""Formats of files by their suffix."""
+
+
+def sheet(
+    what: str | Folding | Circuit | Case,
+    scene: Scene | str | None = None,
+    *,
+    rules: str = "ecss",
+    measured: bool = False,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    **values: Any,
+) -> FlightSheet:
+    """Hold a folding in a scene against the rules of a standard, as `hcsearch sheet` does.
+
+    what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
+    rules : `ecss`, or a file `.toml` (docs/reference/rules.md). measured : whether friction and harness are measured.
+
+    Errors: HcsearchError where neither springs nor a proved path open the folding.
+    """
+    check_kinds(sheet, locals())
+    standard = read_rules(rules)
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
+    travel, source = travel_of_case(case)
+    return review(travel, standard, title=case.title, source=source, measured=measured)
+
+
+def check_sheet_file(path: str | Path) -> None:
+    """Check that a sheet can be written to a file; OutputError for other suffixes than those of `SHEET_SUFFIXES`."""
+    check_output(path, tuple(SHEET_SUFFIXES))
+
+
+def save_sheet(reviewed: FlightSheet, path: str | Path) -> None:
+    """Write a flight sheet to a file of a format of `SHEET_SUFFIXES`; OutputError for other suffixes."""
+    check_sheet_file(path)
+    write_output(path, sheet_in(reviewed, SHEET_SUFFIXES[Path(path).suffix.lower()]))
+
+
+def sheet_in(reviewed: FlightSheet, style: str) -> str:
+    """Return a flight sheet in a format: text, markdown, latex or html."""
+    if style != "html":
+        return sheet_text(reviewed, style)
+    from hcsearch.web.report.sheet_page import render_sheet  # noqa: PLC0415 - loads templates
+
+    return render_sheet(reviewed)

@@ -1,0 +1,116 @@
+"""Drawings of a flight sheet: torque margin along the travel, sensitivities, and the packed array in its envelope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+import shapely
+
+from hcsearch.scenes.envelopes import envelope_sides
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.flight.sheet import FlightSheet, Sensitivity
+from hcsearch.system.terminal import short_number
+from hcsearch.web.report.plots import DrawnPlot, PlotCurve, draw_plot
+
+_GREATEST_SHOWN = 4.0
+"""Margins beyond so many times the required one are cut off: they are much greater in the packed state."""
+
+
+def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
+    """Return the torque margin along the travel with the line of the rule; None where it is not known."""
+    if not sheet.margins:
+        return None
+    required = next((row.required for row in sheet.rows if row.rule.startswith("torque")), None)
+    places, margins = (list(values) for values in zip(*sheet.margins, strict=True))
+    highest = max(1.0, *margins) if required is None else _GREATEST_SHOWN * required
+    curves = [PlotCurve("torque margin", places, [margin if margin <= highest else None for margin in margins])]
+    if required is not None:
+        curves.append(PlotCurve("required", [0.0, 1.0], [required, required]))
+    title = "Torque margin along the travel"
+    svg = draw_plot(curves, title, "share of the travel, 0 packed, 1 flat", "torque margin")
+    note = f"Torque of springs over what resists, at each state; above {short_number(highest, 3)} it is not drawn."
+    return DrawnPlot(title, svg, tuple(curve.name for curve in curves), note)
+
+
+def tornado(rows: Sequence[Sensitivity], figure: float) -> str:
+    """Return bars from the figure at smaller to that at greater values of the scene, as inline SVG; `` without rows."""
+    drawn = [row for row in rows if row.low is not None and row.high is not None]
+    if not drawn:
+        return ""
+    ends = [value for row in drawn for value in (row.low, row.high) if value is not None]
+    low, high = min(*ends, figure), max(*ends, figure)
+    span = (high - low) or 1.0
+    width, left, step = 480.0, 170.0, 22.0
+
+    def place(value: float) -> float:
+        return left + (width - left - 10.0) * (value - low) / span
+
+    body = [f'<path class="grid" d="M{place(figure):.1f} 4V{step * len(drawn) + 4:.0f}"/>']
+    for k, row in enumerate(drawn):
+        begin, end = sorted((place(float(row.low or 0.0)), place(float(row.high or 0.0))))
+        y = 6.0 + step * k
+        body.append(f'<rect class="tornado" x="{begin:.1f}" y="{y:.0f}" width="{end - begin:.1f}" height="14"/>')
+        body.append(f'<text x="{left - 8}" y="{y + 12:.0f}" text-anchor="end">{escape(row.value)}</text>')
+    height = step * len(drawn) + 26.0
+    for value, anchor in ((low, "start"), (high, "end")):
+        body.append(
+            f'<text x="{place(value):.1f}" y="{height - 6:.0f}" text-anchor="{anchor}">{short_number(value, 3)}</text>'
+        )
+    view = f'viewBox="0 0 {width:.0f} {height:.0f}"'
+    return f'<svg class="plot" role="img" {view}><title>Sensitivities</title>{"".join(body)}</svg>'
+
+
+def stowed_drawing(linkage: Linkage, envelope: str = "") -> str:
+    """Return the packed array from above and from the side, in its envelope if there is one, as inline SVG.
+
+    Lengths in mm; the envelope is drawn in the placement that leaves most room along the height of the stacks.
+    """
+    solids = [1e3 * solid for solid in linkage.solids(linkage.folded)]
+    points = np.concatenate([solid.reshape(-1, 3) for solid in solids])
+    frame = _aligned(points[:, :2])
+    flat = [(solid[..., :2] @ frame, solid[..., 2]) for solid in solids]
+    least = np.concatenate([xy.reshape(-1, 2) for xy, _ in flat]).min(axis=0)
+    size = np.concatenate([xy.reshape(-1, 2) for xy, _ in flat]).max(axis=0) - least
+    bottom, height = float(points[:, 2].min()), float(np.ptp(points[:, 2]))
+    rooms = _rooms((float(size[0]), float(size[1]), height), envelope)
+    width, depth, tall = (max(side, room) for side, room in zip((*size.tolist(), height), rooms, strict=True))
+    gap = 0.08 * width
+    body = []
+    if envelope:
+        body.append(f'<rect class="envelope" x="0" y="0" width="{rooms[0]:.2f}" height="{rooms[1]:.2f}"/>')
+        body.append(
+            f'<rect class="envelope" x="0" y="{depth + gap:.2f}" width="{rooms[0]:.2f}" height="{rooms[2]:.2f}"/>'
+        )
+    for xy, z in flat:
+        corners = " ".join(f"{x:.2f},{y:.2f}" for x, y in (xy[0] - least).tolist())
+        body.append(f'<polygon class="stowed" points="{corners}"/>')
+        low, high = (xy.reshape(-1, 2) - least)[:, 0].min(), (xy.reshape(-1, 2) - least)[:, 0].max()
+        top = depth + gap + tall - (float(z.max()) - bottom)
+        body.append(
+            f'<rect class="stowed" x="{low:.2f}" y="{top:.2f}" width="{high - low:.2f}" '
+            f'height="{float(np.ptp(z)):.2f}"/>'
+        )
+    view = f"{-0.02 * width:.2f} {-0.02 * width:.2f} {1.04 * width:.2f} {depth + gap + tall + 0.04 * width:.2f}"
+    title = "The packed array from above, and from the side" + (f", in {escape(envelope)}" if envelope else "")
+    return f'<svg class="stowage" role="img" viewBox="{view}"><title>{title}</title>{"".join(body)}</svg>'
+
+
+def _aligned(points: np.ndarray) -> np.ndarray:
+    """Return the axes of the smallest rectangle around points as columns, (2, 2), the longer side first."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points)))
+    sides = np.diff(corners[:3], axis=0)
+    along = sides[np.linalg.norm(sides, axis=1).argmax()]
+    unit = along / np.linalg.norm(along)
+    return np.column_stack([unit, [-unit[1], unit[0]]])
+
+
+def _rooms(sides: tuple[float, float, float], envelope: str) -> tuple[float, float, float]:
+    """Return the sides of the envelope along those of the box: the longest beside the longest; zeros without one."""
+    if not envelope:
+        return 0.0, 0.0, 0.0
+    rooms = [0.0, 0.0, 0.0]
+    for k, room in zip(np.argsort(sides)[::-1].tolist(), envelope_sides(envelope), strict=True):
+        rooms[k] = room
+    return rooms[0], rooms[1], rooms[2]

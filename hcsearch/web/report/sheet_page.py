@@ -1,0 +1,88 @@
+"""The page of a flight sheet, which prints on one sheet of paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from markupsafe import Markup
+
+from hcsearch.springs.flight.sheet import FlightSheet
+from hcsearch.springs.flight.sheet_texts import RULE_HEADS, rule_cells
+from hcsearch.store.columns import FLIGHT_QUANTITIES
+from hcsearch.web.player.player_page import as_script
+from hcsearch.web.report.plots import DrawnPlot
+from hcsearch.web.report.sheet_drawings import margin_plot, tornado
+from hcsearch.web.report.templating import page_style, template_environment, written_value
+
+
+@dataclass(frozen=True)
+class SheetCells:
+    """The texts of a sheet: heads and cells of its rules, and name, value and note of each known figure."""
+
+    rule_heads: tuple[str, ...]
+    rules: tuple[tuple[str, ...], ...]
+    figures: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class SheetDrawings:
+    """The drawings of a sheet."""
+
+    plots: tuple[DrawnPlot, ...]
+
+
+def sheet_cells(sheet: FlightSheet) -> SheetCells:
+    """Return the texts of a sheet."""
+    known = [(quantity, sheet.figures()[quantity.name]) for quantity in FLIGHT_QUANTITIES]
+    figures = tuple(
+        (quantity.title, f"{written_value(value)} {quantity.unit}".rstrip(), quantity.note)
+        for quantity, value in known
+        if value is not None
+    )
+    return SheetCells(RULE_HEADS, tuple(map(rule_cells, sheet.rows)), figures)
+
+
+def sheet_drawings(sheet: FlightSheet) -> SheetDrawings:
+    """Return the drawings of a sheet."""
+    plots = [margin_plot(sheet)]
+    for quantity in FLIGHT_QUANTITIES:
+        rows = [row for row in sheet.sensitivities if row.figure == quantity.title]
+        value = sheet.figures()[quantity.name]
+        if rows and isinstance(value, float):
+            note = "Bars go from values of the scene that are 20 % smaller to values that are 20 % greater."
+            title = f"Sensitivities of {quantity.title}"
+            plots.append(DrawnPlot(title, tornado(rows, value), (), note))
+    return SheetDrawings(tuple(plot for plot in plots if plot is not None))
+
+
+@dataclass(frozen=True)
+class _Page:
+    """What the frame of a page shows of a sheet."""
+
+    title: str
+    meta: tuple[tuple[str, str], ...]
+
+
+def render_sheet(sheet: FlightSheet) -> str:
+    """Return the HTML page of a flight sheet, without scripts and with all text escaped."""
+    facts = (
+        ("scene", sheet.scene),
+        ("rules", sheet.standard),
+        ("verdict", sheet.verdict),
+        ("hcsearch", version("hcsearch")),
+    )
+    return (
+        template_environment()
+        .get_template("sheet.html")
+        .render(
+            data=_Page(f"Flight sheet of {sheet.title}", facts),
+            sheet=sheet,
+            drawn=sheet_drawings(sheet),
+            cells=sheet_cells(sheet),
+            payload=Markup(as_script([])),
+            style=Markup(page_style("style.css", "design.css")),
+            scripts=[],
+            digests=[],
+        )
+    )
