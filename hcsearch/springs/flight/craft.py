@@ -38,6 +38,18 @@ def craft_clearance(linkage: Linkage, motion: Course, slack: float, craft: Seque
     return float(least) - resolution - 2.0 * slack
 
 
+def placed_solids(linkage: Linkage, state: Reals, root: int) -> list[Reals]:
+    """Return the corners of each facet's prism, (n_corners, 3), m, with the root panel where it lies when flat."""
+    pose = linkage.poses(state)[root]
+    return [(solid.reshape(-1, 3) - pose[:, 3]) @ pose[:, :3] for solid in linkage.solids(state)]
+
+
+def craft_corners(linkage: Linkage, craft: Sequence[CraftBox], root: int) -> list[Reals]:
+    """Return the corners of each box of the craft in the axes of the flat sheet, (8, 3), m."""
+    boxes = _placed(linkage, craft, root)
+    return [np.array([(box[i, 0], box[j, 1], box[k, 2]) for i, j, k in np.ndindex(2, 2, 2)]) for box in boxes]
+
+
 def _placed(linkage: Linkage, craft: Sequence[CraftBox], root: int) -> Reals:
     """Return the least and the greatest corner of each box in the axes of the flat sheet, (n_boxes, 2, 3), m."""
     facets = [linkage.pattern.facets[k] for k in linkage.pattern.panels[root]]
@@ -112,10 +124,7 @@ def swept_box(linkage: Linkage, states: Reals, root: int) -> SweptBox:
         for share in np.arange(count) / count
     ]
     for state in [*places, states[-1]]:
-        poses = linkage.poses(state)
-        turn, shift = poses[root, :, :3], poses[root, :, 3]
-        points = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(state)])
-        points = (points - shift) @ turn
+        points = np.concatenate(placed_solids(linkage, state, root))
         least, greatest = np.minimum(least, points.min(axis=0)), np.maximum(greatest, points.max(axis=0))
     wider = 0.5 * float((turns / parts).max(initial=0.0)) * longest_way(linkage)
     low, high = least - wider, greatest + wider

@@ -41,6 +41,7 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
         sensitivities=sensitivities_of(travel, numbers),
         omitted=tuple(reviewed.omitted()),
         margins=reviewed.drawn_margins(),
+        travel=travel,
     )
 
 

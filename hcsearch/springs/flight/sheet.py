@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from hcsearch.designs.records import FlightNumbers
+from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
 
 SENSITIVITY_CHANGE = 0.2
@@ -68,7 +69,8 @@ class FlightSheet:
     title : the folding. scene : its name. source : what moves it, in a sentence. standard : title and issue. rows : the
     rules. demands : name, value with its unit, and clause of what parts must bear. numbers : all figures.
     sensitivities : the most important first. omitted : sentences on what was left out.
-    margins : places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
+    margins : places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing. travel : the states
+    of the motion, for drawings.
     """
 
     title: str
@@ -81,6 +83,7 @@ class FlightSheet:
     sensitivities: tuple[Sensitivity, ...] = ()
     omitted: tuple[str, ...] = ()
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
+    travel: Travel | None = field(default=None, repr=False, compare=False)
 
     @property
     def verdict(self) -> SheetVerdict:

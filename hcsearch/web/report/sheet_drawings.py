@@ -10,12 +10,15 @@ import shapely
 
 from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.flight.craft import craft_corners, placed_solids
+from hcsearch.springs.flight.figures import root_of
 from hcsearch.springs.flight.sheet import FlightSheet, Sensitivity
+from hcsearch.springs.flight.travel import Travel
 from hcsearch.system.terminal import short_number
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve, draw_plot
 
-_GREATEST_SHOWN = 4.0
-"""Margins beyond so many times the required one are cut off: they are much greater in the packed state."""
+SWEPT_STATE_COUNT = 24
+"""Number of states in a drawing of the swept volume."""
 
 
 def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
@@ -24,13 +27,13 @@ def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
         return None
     required = next((row.required for row in sheet.rows if row.rule.startswith("torque")), None)
     places, margins = (list(values) for values in zip(*sheet.margins, strict=True))
-    highest = max(1.0, *margins) if required is None else _GREATEST_SHOWN * required
-    curves = [PlotCurve("torque margin", places, [margin if margin <= highest else None for margin in margins])]
+    curves = [PlotCurve("torque margin", places, margins)]
     if required is not None:
         curves.append(PlotCurve("required", [0.0, 1.0], [required, required]))
     title = "Torque margin along the travel"
-    svg = draw_plot(curves, title, "share of the travel, 0 packed, 1 flat", "torque margin")
-    note = f"Torque of springs over what resists, at each state; above {short_number(highest, 3)} it is not drawn."
+    linear_to = 1.0 if required is None else required
+    svg = draw_plot(curves, title, "share of the travel, 0 packed, 1 flat", "torque margin", linear_to=linear_to)
+    note = f"Torque of springs over what resists, at each state. Logarithmic beyond {short_number(linear_to, 3)}."
     return DrawnPlot(title, svg, tuple(curve.name for curve in curves), note)
 
 
@@ -94,6 +97,35 @@ def stowed_drawing(linkage: Linkage, envelope: str = "") -> str:
         )
     view = f"{-0.02 * width:.2f} {-0.02 * width:.2f} {1.04 * width:.2f} {depth + gap + tall + 0.04 * width:.2f}"
     title = "The packed array from above, and from the side" + (f", in {escape(envelope)}" if envelope else "")
+    return f'<svg class="stowage" role="img" viewBox="{view}"><title>{title}</title>{"".join(body)}</svg>'
+
+
+def swept_drawing(travel: Travel) -> str:
+    """Return the places of all panels along a travel from above and from both sides, as inline SVG; in mm.
+
+    The root panel stays; boxes of the craft are drawn where they are.
+    """
+    chosen = np.unique(np.linspace(0, len(travel.states) - 1, SWEPT_STATE_COUNT).round().astype(int))
+    root = root_of(travel)
+    places = [1e3 * points for state in travel.states[chosen] for points in placed_solids(travel.linkage, state, root)]
+    boxes = [1e3 * corners for corners in craft_corners(travel.linkage, travel.hardware.craft, root)]
+    everything = np.concatenate([*places, *boxes])
+    least, greatest = everything.min(axis=0), everything.max(axis=0)
+    x, y, z = (greatest - least).tolist()
+    gap = 0.06 * max(x, y, z)
+    views = (((0, 1), 0.0, 0.0), ((0, 2), 0.0, y + gap), ((1, 2), x + gap, y + gap))
+    body = []
+    for (across, up), left, top in views:
+        high = float((greatest - least)[up])
+        for kind, solids in (("swept", places), ("craft", boxes)):
+            for solid in solids:
+                hull = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(solid[:, [across, up]])))
+                shown = hull - least[[across, up]]
+                corners = " ".join(f"{left + u:.1f},{top + high - v:.1f}" for u, v in shown.tolist())
+                body.append(f'<polygon class="{kind}" points="{corners}"/>')
+    width, height = max(x, x + gap + y), y + gap + z
+    view = f"{-gap:.1f} {-gap:.1f} {width + 2 * gap:.1f} {height + 2 * gap:.1f}"
+    title = "Places of the panels along the travel, from above and from two sides"
     return f'<svg class="stowage" role="img" viewBox="{view}"><title>{title}</title>{"".join(body)}</svg>'
 
 

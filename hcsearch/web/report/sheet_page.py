@@ -12,7 +12,7 @@ from hcsearch.springs.flight.sheet_texts import RULE_HEADS, rule_cells
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.plots import DrawnPlot
-from hcsearch.web.report.sheet_drawings import margin_plot, tornado
+from hcsearch.web.report.sheet_drawings import margin_plot, stowed_drawing, swept_drawing, tornado
 from hcsearch.web.report.templating import page_style, template_environment, written_value
 
 
@@ -53,6 +53,13 @@ def sheet_drawings(sheet: FlightSheet) -> SheetDrawings:
             note = "Bars go from values of the scene that are 20 % smaller to values that are 20 % greater."
             title = f"Sensitivities of {quantity.title}"
             plots.append(DrawnPlot(title, tornado(rows, value), (), note))
+    if sheet.travel is not None:
+        envelope = sheet.travel.hardware.envelope
+        note = f"From above, and from the side; dashed: {envelope}." if envelope else "From above, and from the side."
+        plots.append(DrawnPlot("Packed", stowed_drawing(sheet.travel.linkage, envelope), (), note))
+        if len(sheet.travel.states):
+            note = "From above and from two sides, with the root panel at rest."
+            plots.append(DrawnPlot("Swept volume", swept_drawing(sheet.travel), (), note))
     return SheetDrawings(tuple(plot for plot in plots if plot is not None))
 
 
