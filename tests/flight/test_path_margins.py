@@ -42,6 +42,10 @@ def test_margins_are_between_the_ratio_along_the_path_and_the_bound(name):
     assert (found.margins <= found.bounds * (1.0 + CLOSE)).all()
     assert (found.failed <= found.failed_bounds * (1.0 + CLOSE)).all()
     assert (found.along > 0.0).sum() > 0.9 * len(found.along)
+    working = 1.0 - np.eye(len(friction))
+    guided = np.min([power_ratios(torques * own, friction, path.tangents) for own in working], axis=0)
+    assert np.allclose(found.along_failed, guided, rtol=CLOSE, atol=CLOSE)
+    assert (found.along_failed <= found.failed + CLOSE).all()
     assert np.allclose(power_ratios(torques, friction, found.rates), found.margins, rtol=CLOSE)
     assert np.allclose(best_rates_along(path, torques, friction)[~path.singular], found.rates[~path.singular])
 
@@ -62,6 +66,24 @@ def test_motions_at_singular_ends_are_those_of_the_linkage(name):
             assert closed.closed
             moved.append(np.abs(closed.angles - guess).max())
         assert moved[1] < 0.35 * moved[0] < 0.35 * 0.01
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_motion_at_an_end_exceeds_the_bound_and_few_exceed_the_margin(name):
+    """Motions nearest to 100 random rates, found by Newton's method."""
+    path, (_, torques, friction) = rates_of(name), springs_of(name)
+    found, rng = margins_along(path, torques, friction), np.random.default_rng(5)
+    seen = 0
+    for state, end in path.ends.items():
+        guesses = path.senses[state] * rng.uniform(0.0, 1.0, (100, len(friction)))
+        motions = [own for guess in guesses if (own := end._motion_near(guess, regular=True)) is not None]
+        if not motions:  # some hinge rests in every motion
+            continue
+        seen += len(motions)
+        ratios = power_ratios(np.tile(torques[state], (len(motions), 1)), friction, np.array(motions))
+        assert ratios.max() <= found.bounds[state] * (1.0 + CLOSE)
+        assert (ratios > found.margins[state] * (1.0 + CLOSE)).mean() < 0.05
+    assert seen > 50
 
 
 def test_linear_springs_without_preload_have_no_margin_at_the_flat_state():

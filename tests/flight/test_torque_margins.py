@@ -59,6 +59,20 @@ def test_rates_and_wrench_certify_each_other_and_agree_with_both_linear_programs
         assert (-moments <= np.where(senses > 0, np.inf, limit)).all()
 
 
+@pytest.mark.parametrize("degenerate", [False, True])
+def test_many_freedoms_agree_with_the_linear_program(degenerate):
+    """30 hinges in one loop, as in arrays of 30 squares."""
+    rng = np.random.default_rng(11)
+    for _ in range(10):
+        jacobian = rng.integers(-1, 2, (6, 30)).astype(float) if degenerate else rng.normal(size=(6, 30))
+        torques, friction = np.ones(30), np.ones(30) if degenerate else rng.uniform(0.1, 1.0, 30)
+        senses = rng.choice([-1, 0, 1], 30).astype(np.int8)
+        found = margins_of(jacobian[None], torques[None], friction, senses[None])
+        expected = primal(jacobian, torques, friction, senses)
+        assert found.margins[0] == pytest.approx(expected, rel=CLOSE, abs=CLOSE)
+        assert found.bounds[0] == pytest.approx(expected, rel=CLOSE, abs=CLOSE)
+
+
 @given(states(nullity=1))
 def test_one_freedom_is_a_ratio(state):
     jacobian, torques, friction, _ = state

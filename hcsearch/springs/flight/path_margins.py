@@ -33,10 +33,12 @@ SURELY_LEAVING_RATE = 1e-6
 """Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
 STILL_RATE = 1e-12
 """Rates below this, of unit vectors, are rounding."""
-MAX_FAILURES_TRIED = 3
+MAX_FAILURES_TRIED = 2
 """Greatest number of failed springs for which motions at an end are searched for."""
 MAX_CLIMBING_STEPS, MIN_CLIMB = 6, 1e-3
 """Greatest number of steps from motion to motion at an end, and least relative gain of a step's margin."""
+CLIMBING_SHARES = (1.0, 0.5, 0.2)
+"""Shares of the way to the best rates that are tried in a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +64,9 @@ class PathMargins(ByValue):
     """Torque margins at the k states of a path.
 
     margins : (k,), attained by motions, less rounding: lower bounds. bounds : (k,), upper bounds of the linear program;
-    equal to the margins but for rounding, except where singular. along : (k,), power of the springs along the path over
-    what friction takes, negative where springs push back: margins are at least as great.
+    equal to the margins but for rounding, except where singular. along, along_failed : (k,), power of the springs along
+    the path over what friction takes, with all springs and with the worst one failed: the margins of an array that is
+    guided along its path. Negative where springs push back; margins are at least as great.
     rates : (k, n_hinges), of the best motions. hinges : (k,), the hinge whose friction takes most of their power; -1
     where there is none.
     failed, failed_bounds : (k,), as margins and bounds, with the worst spring failed; failed_hinges : (k,), its hinge,
@@ -73,6 +76,7 @@ class PathMargins(ByValue):
     margins: Reals
     bounds: Reals
     along: Reals
+    along_failed: Reals
     rates: Reals
     hinges: WholeNumbers
     failed: Reals
@@ -154,6 +158,7 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
         margins=margins,
         bounds=program.bounds,
         along=power_ratios(torques, friction, path.tangents),
+        along_failed=_ratios_failed(torques, friction, path.tangents).min(axis=1),
         rates=rates,
         hinges=np.where(losses.any(axis=1), losses.argmax(axis=1), -1),
         failed=failed,
@@ -224,21 +229,29 @@ class EndMotions:
     def _climb(self, torques: Reals, friction: Reals, rates: Reals) -> Reals | None:
         """Return a regular motion near given rates, or None: the last of those of ever greater margins.
 
-        Each is nearest to the best rates in the plane that touches the motions of second order at the one before.
+        Each is near the one before, towards the best rates in the plane that touches the motions of second order there.
         """
-        best: Reals | None = None
-        ratio = -1.0
-        for _ in range(MAX_CLIMBING_STEPS):
-            found = self._motion_near(rates, regular=True)
-            own = -1.0 if found is None else float(power_ratios(torques, friction, found[None])[0])
-            if found is None or own <= ratio * (1.0 + MIN_CLIMB):
+        best = self._motion_near(rates, regular=True)
+        for _ in range(MAX_CLIMBING_STEPS if best is not None else 0):
+            assert best is not None
+            touching = closed_rates(self.closure.equations(best)[1][None])
+            towards = torque_margins(touching, torques[None], friction, self.senses).rates[0]
+            higher = self._higher(torques, friction, best, towards) if towards.any() else None
+            if higher is None:
                 break
-            best, ratio = found, own
-            touching = closed_rates(self.closure.equations(found)[1][None])
-            rates = torque_margins(touching, torques[None], friction, self.senses).rates[0]
-            if not rates.any():
-                break
+            best = higher
         return best
+
+    def _higher(self, torques: Reals, friction: Reals, rates: Reals, towards: Reals) -> Reals | None:
+        """Return a regular motion of greater margin than rates, on the way to others; None where none is found."""
+        least = float(power_ratios(torques, friction, rates[None])[0]) * (1.0 + MIN_CLIMB)
+        # scaled alike, so that a share of the way is one of the turn
+        start, end = rates / np.linalg.norm(rates), towards / np.linalg.norm(towards)
+        for share in CLIMBING_SHARES:
+            found = self._motion_near(start + share * (end - start), regular=True)
+            if found is not None and power_ratios(torques, friction, found[None])[0] > least:
+                return found
+        return None
 
     def _motion_near(self, rates: Reals, *, regular: bool) -> Reals | None:
         """Return the motion nearest to given rates, or None; regular : whether it has to be one by itself."""
@@ -259,8 +272,14 @@ def _failed_of(torques: Reals, friction: Reals, motions: Reals) -> tuple[float, 
     hinges = np.flatnonzero(torques)
     if not len(hinges):
         return 0.0, -1
-    left = np.repeat(torques[None], len(hinges), axis=0)
-    left[np.arange(len(hinges)), hinges] = 0.0
-    ratios = [power_ratios(left, friction, np.broadcast_to(motion, left.shape)) for motion in motions]
-    best = np.maximum(np.max(ratios, axis=0), 0.0)
+    ratios = _ratios_failed(np.broadcast_to(torques, motions.shape), friction, motions)[:, hinges]
+    best = np.maximum(ratios.max(axis=0), 0.0)
     return float(best.min()), int(hinges[best.argmin()])
+
+
+def _ratios_failed(torques: Reals, friction: Reals, rates: Reals) -> Reals:
+    """Return `power_ratios` with each of the torques 0, (k, n_hinges)."""
+    powers = torques * rates
+    power, losses = powers.sum(axis=1, keepdims=True) - powers, (friction * np.abs(rates)).sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(power == 0.0, 0.0, power / losses)
