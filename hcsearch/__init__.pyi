@@ -20,6 +20,7 @@ from hcsearch.api.serving import serve as serve
 from hcsearch.api.showing import show as show
 from hcsearch.api.showing import show_page as show_page
 from hcsearch.api.tuning import tune as tune
+from hcsearch.api.tuning import tune_to_rules as tune_to_rules
 
 # What is meant by a name
 from hcsearch.cases.case import Case as Case

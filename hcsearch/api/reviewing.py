@@ -45,8 +45,8 @@ def sheet(
     check_kinds(sheet, locals())
     standard = read_rules(rules)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
-    travel, source = travel_of_case(case)
-    return review(travel, standard, title=case.title, source=source, measured=measured)
+    moved = travel_of_case(case)
+    return review(moved.travel, standard, title=case.title, source=moved.source, measured=measured)
 
 
 def check_sheet_file(path: str | Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
@@ -13,9 +14,15 @@ from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place, writing_database
 from hcsearch.cases.resolve import resolve
+from hcsearch.cases.travels import travel_of_case
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.flight.rules import read_rules
+from hcsearch.springs.flight.spring_choice import ChosenSprings, springs_that_pass
 from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
@@ -76,6 +83,54 @@ def tune(
             memory=None if database is None else DatabaseMemory(database, json.dumps(case.key, sort_keys=True)),
             progress=progress,
         )
+
+
+@dataclass(frozen=True)
+class RuledSprings:
+    """Springs that pass the motorisation of a standard.
+
+    title : the folding. source : what moves it. file_text : a file with the folding and these springs, for `deploy`.
+    """
+
+    title: str
+    source: str
+    springs: ChosenSprings
+    file_text: str
+
+    def __repr__(self) -> str:
+        return f"<{self.title}: torque margin {self.springs.margin:.4g}, required {self.springs.required:g}>"
+
+
+def tune_to_rules(
+    what: str | Folding | Circuit | Case,
+    scene: Scene | str | None = None,
+    *,
+    rules: str = "ecss",
+    measured: bool = False,
+    offers: Sequence[str] = (),
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    **values: Any,
+) -> RuledSprings:
+    """Choose springs with which a folding passes the motorisation of a standard, as `hcsearch tune --rule` does.
+
+    what, scene, panel, flat_pairs, db, values, rules, measured : as in `sheet`.
+    offers : laws of springs that can be bought, of which each hinge gets one or none; without them the springs of the
+    scene get the least preloads.
+
+    Errors: HcsearchError where no such springs were found, and where nothing resists.
+    """
+    check_kinds(tune_to_rules, locals())
+    standard = read_rules(rules)
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
+    moved = travel_of_case(case)
+    write_notice(moved.source)
+    chosen = springs_that_pass(moved.travel, standard, measured=measured, offers=tuple(offers))
+    scene = scene_of_setup(chosen.setup, moved.scene, labels_of(chosen.linkage))
+    return RuledSprings(
+        case.title, source=moved.source, springs=chosen, file_text=scene_file_text(case.facts, None, scene)
+    )
 
 
 def tuned_file_text(case: Case, tuning: Tuning) -> str:

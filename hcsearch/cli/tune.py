@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cli.cases import resolve_named, subject_options
+from hcsearch.cli.cases import case_options, resolve_named, subject_options
 from hcsearch.cli.options import examples_epilog, json_option, named_numbers
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.springs.tuning.tuning_options import SPREAD_NAMES, Spread, TuningOptions
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         "hcsearch tune thesis-4x4 --scene thesis --output springs.toml",
         "hcsearch deploy springs.toml",
         "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10",
+        "hcsearch tune hex:0234550132:4 --rule ecss --friction 0.001 --output flight.toml",
     ),
 )
 @subject_options
@@ -36,6 +37,20 @@ if TYPE_CHECKING:
     "--catalogue",
     metavar="K,K",
     help="Stiffnesses that can be bought, N m/rad; each hinge gets none, one or two of these springs.",
+)
+@click.option(
+    "--rule",
+    metavar="ecss|FILE.toml",
+    help="Instead, choose least preloads, or springs of --offer, that pass the motorisation of a standard all along "
+    "the travel.",
+)
+@click.option("--measured", is_flag=True, help="With --rule: friction and harness are measured values.")
+@click.option(
+    "--offer",
+    "offers",
+    multiple=True,
+    metavar="LAW",
+    help="With --rule: a spring that can be bought, such as linear:0.1+0.05; may be repeated.",
 )
 @click.option(
     "--evaluations",
@@ -82,6 +97,10 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     flat, certified free of collisions, it chooses the one that is least likely to fail within the tolerances. Every
     evaluation is stored in the database, so that the same command continues an interrupted search.
 
+    With --rule it chooses springs by linear programs instead: the least preloads with which the torque of the springs
+    passes the motorisation of a standard at every point of the travel, with any one spring failed if the standard asks
+    for it. `hcsearch sheet` reviews the result.
+
     Exit code: 0 if the array becomes flat with the chosen springs, certified free of collisions; 1 if there are no such
     springs; 2 for wrong input.
     """
@@ -90,6 +109,11 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
+    if options["rule"] is not None:
+        _tune_to_rule(name, options, as_json=as_json)
+        return
+    if options["measured"] or options["offers"]:
+        raise HcsearchError("--measured and --offer apply to a rule: add --rule ecss")
     case = resolve_named(name, options)
     with ProgressMeter("set") as meter:
         tuning = tunings.tune(
@@ -112,6 +136,34 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
         raise KeyboardInterrupt
     if not tuning.chosen.confirmed:
         click.get_current_context().exit(1)
+
+
+def _tune_to_rule(name: str, options: dict[str, Any], *, as_json: bool) -> None:
+    """Choose springs that pass a rule; write and print them."""
+    from hcsearch.api import tuning as tunings
+
+    if options["catalogue"] or options["spreads"] or options["formulation"]:
+        raise HcsearchError(
+            "--rule chooses preloads or springs of --offer: leave out --catalogue, --spread and --formulation"
+        )
+    given = {option: options[option] for option in ("measured", "offers")}
+    ruled = tunings.tune_to_rules(name, rules=options["rule"], **given, **case_options(options))
+    if options["output"]:
+        write_output(options["output"], ruled.file_text)
+    facts = ruled.springs.facts()
+    if as_json:
+        click.echo(json.dumps({"motion": ruled.source, **facts}, indent=2, allow_nan=False))
+        return
+    failed = ", with any one spring failed" if facts["one_spring_failed"] else ""
+    click.echo(f"{'motion':24}{ruled.source}")
+    click.echo(f"{'torque margin':24}{facts['torque_margin']:.4g}, at least {facts['required']:g} is required{failed}")
+    if facts["no_smaller_total_passes_N_m"] is not None:
+        least = facts["no_smaller_total_passes_N_m"]
+        click.echo(f"{'preloads':24}{facts['total_preload_N_m']:.4g} N m in all; below {least:.4g} N m none pass")
+    wide = max(map(len, map(str, (*facts["hinges"], "hinge")))) + 2
+    click.echo(f"\n{'hinge':{wide}}spring")
+    for hinge, law in zip(facts["hinges"], facts["springs"], strict=True):
+        click.echo(f"{hinge!s:{wide}}{law}")
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:

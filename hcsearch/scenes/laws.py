@@ -215,6 +215,26 @@ def scaled_law(law: Law, factor: float) -> Law:
     return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
 
 
+def preloaded_law(law: Law, preload: float) -> Law:
+    """Return a law with a further constant moment (N m); a law `free` becomes `linear:0` with this preload."""
+    _finite(preload)
+    if not preload:
+        return law
+    if law.text == FREE_LAW.text:
+        return linear_law(0.0, preload)
+    match = re.fullmatch(rf"(?P<factors>(?:{_NUMBER}\*\s*)*)(?P<plain>.*?)(?P<preload>(?<![eE]){_PRELOAD})?", law.text)
+    if match is None or not law.text:
+        raise HcsearchError("a law without a notation takes no preload: read it with law_named")
+    factor = math.prod(float(number) for number in match["factors"].split("*")[:-1])
+    inner = float(match["preload"] or 0.0) + preload / factor
+    sign = "+" if inner >= 0.0 else "-"
+    return law_named(
+        f"{match['factors']}{match['plain']}{sign}{_short(abs(inner))}"
+        if inner
+        else f"{match['factors']}{match['plain']}"
+    )
+
+
 def law_named(text: str) -> Law:
     """Parse the notation of a law described at the top of this module; `law_named(law.text) == law`.
 

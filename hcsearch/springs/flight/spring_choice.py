@@ -1,0 +1,133 @@
+"""Springs with which a folding passes the motorisation of a standard: least preloads, or springs that are offered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.scenes.laws import FREE_LAW, Law, law_named, preloaded_law
+from hcsearch.scenes.setup import Setup
+from hcsearch.shape.labels import label_data, labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.spring_sets import tied_hinges
+from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.flight.path_margins import path_rates
+from hcsearch.springs.flight.rules import Rules
+from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
+from hcsearch.springs.flight.travel import Travel
+
+GREATEST_PRELOAD_FACTOR = 1000.0
+"""Greatest preload that is tried, over the greatest resisting torque times the required margin."""
+PRELOAD_DIGITS = 3
+"""Digits to which preloads are rounded up, where the rounded ones pass, too."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenSprings(ByValue):
+    """Springs that pass the motorisation rule at all states of a travel.
+
+    setup : with their laws. preloads : (n_hinges,), N m, added to the springs of the scene; zeros where springs that
+    are offered were chosen. margin, required : torque margins, also with any one spring failed where `redundant`.
+    lower_bound : no preloads of a smaller sum pass, N m; None for springs that are offered.
+    """
+
+    linkage: Linkage
+    setup: Setup
+    preloads: Reals
+    margin: float
+    required: float
+    redundant: bool
+    lower_bound: float | None
+
+    def facts(self) -> dict[str, Any]:
+        """Return the springs as plain data, in the order of `hinges`."""
+        hinges = [label_data(name) for name in labels_of(self.linkage).hinges]
+        return {
+            "hinges": hinges,
+            "springs": [law.text for law in self.setup.laws],
+            "preload_N_m": self.preloads.tolist(),
+            "total_preload_N_m": float(self.preloads.sum()),
+            "no_smaller_total_passes_N_m": self.lower_bound,
+            "torque_margin": self.margin,
+            "required": self.required,
+            "one_spring_failed": self.redundant,
+        }
+
+
+def springs_that_pass(
+    travel: Travel, rules: Rules, *, measured: bool = False, offers: Sequence[str] = ()
+) -> ChosenSprings:
+    """Choose springs with which a folding passes the motorisation of a standard, also with one failed if it asks so.
+
+    offers : laws of springs that can be bought, of which each hinge gets one or none; without them the springs of the
+    scene get the least preloads. Mirror hinges get equal springs. The states are those of the travel: with other
+    springs a deployment takes another way, which `hcsearch sheet` reviews.
+    HcsearchError where nothing resists, the standard has no motorisation, or no springs pass.
+    """
+    rule, required = spring_rule(travel, rules, measured=measured)
+    if offers:
+        return _of_offers(travel, rule, required, [law_named(text) for text in offers])
+    torques = law_torques(travel.setup.laws, travel.states)
+    greatest = GREATEST_PRELOAD_FACTOR * required * float(rule.friction.max())
+    design = least_preloads(rule, torques, greatest)
+    preloads = _rounded_up(design.preloads)
+    margin = _least(rule, torques + preloads)
+    if margin < required:
+        preloads, margin = design.preloads, design.margin
+    laws = tuple(preloaded_law(law, float(preload)) for law, preload in zip(travel.setup.laws, preloads, strict=True))
+    setup = replace(travel.setup, laws=laws)
+    return ChosenSprings(travel.linkage, setup, preloads, margin, required, rule.redundant, design.lower_bound)
+
+
+def spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> tuple[SpringRule, float]:
+    """Return what springs have to satisfy along a travel, and the required margin."""
+    if rules.motorisation is None:
+        raise HcsearchError(f"{rules.standard} asks for no torque of springs: name rules with a table [motorisation]")
+    if travel.source == "none":
+        raise HcsearchError("springs are chosen along a motion: name a folding that moves")
+    friction, harness = rules.motorisation.weights(measured=measured)
+    resistance = travel.hardware.friction + harness / friction * travel.hardware.harness
+    if not resistance.any():
+        raise HcsearchError("nothing resists the springs: give friction or harness in the scene, or --friction 0.001")
+    path = path_rates(travel.linkage, travel.states)
+    groups = _groups(travel)
+    return SpringRule(path, resistance, friction, groups, redundant=rules.redundancy is not None), friction
+
+
+def _groups(travel: Travel) -> WholeNumbers:
+    groups = np.empty(travel.linkage.n_hinges, np.int64)
+    for number, hinges in enumerate(tied_hinges(travel.linkage, travel.setup.held)):
+        groups[list(hinges)] = number
+    return groups
+
+
+def _least(rule: SpringRule, torques: Reals) -> float:
+    """Return the least margin of springs at all states, in all cases that the rule asks for."""
+    return float(rule.ratios(torques, rule.best_rates(torques)).min())
+
+
+def _rounded_up(preloads: Reals) -> Reals:
+    """Round numbers up to `PRELOAD_DIGITS`."""
+    steps = np.array(
+        [10.0 ** (math.floor(math.log10(value)) + 1 - PRELOAD_DIGITS) if value > 0.0 else 1.0 for value in preloads]
+    )
+    rounded: Reals = np.array([float(f"{value:.10g}") for value in np.ceil(preloads / steps - 1e-9) * steps]) + 0.0
+    return rounded
+
+
+def _of_offers(travel: Travel, rule: SpringRule, required: float, offers: Sequence[Law]) -> ChosenSprings:
+    """Choose one of some springs, or none, at each hinge: as few as pass."""
+    catalogue = [FREE_LAW, *offers]
+    fields = np.array([law_torques([law] * travel.linkage.n_hinges, travel.states) for law in catalogue])
+    costs = np.array([0.0, *(1.0 for _ in offers)])
+    design = choose_springs(rule, np.zeros_like(fields[0]), fields, costs)
+    laws = tuple(catalogue[k] for k in design.springs.tolist())
+    setup = replace(travel.setup, laws=laws)
+    nothing = np.zeros(len(laws))
+    return ChosenSprings(travel.linkage, setup, nothing, design.margin, required, rule.redundant, None)
