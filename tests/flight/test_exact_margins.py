@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.springs.flight.exact_margins import exact_end_margin
+from hcsearch.springs.flight.exact_margins import _proved_margin, exact_end_margin
 from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, torque_margins
 from tests.linkages import linkage_named
 
@@ -50,3 +50,13 @@ def test_off_the_ends_and_without_friction_nothing_is_exact():
     some = np.ones(linkage.n_hinges)
     assert exact_end_margin(linkage, 0.5 * linkage.folded, some, some) is None
     assert exact_end_margin(linkage, linkage.folded, some, 0.0 * some) is None
+
+
+def test_only_the_right_hinges_prove_a_margin():
+    """Three parallel hinges with x0 = x1 + 2 x2: the margin is that of x = (2, 0, 1)."""
+    columns = [[1], [-1], [-2]]
+    powers, losses = [Fraction(1), Fraction(1), Fraction(5)], [Fraction(1)] * 3
+    assert _proved_margin(columns, powers, losses, [0, 2], []) == Fraction(7, 3)
+    assert _proved_margin(columns, powers, losses, [0, 1], []) is None  # x = (1, 1, 0) has the ratio 1
+    assert _proved_margin(columns, powers, losses, [1, 2], []) is None  # they would have to turn against each other
+    assert _proved_margin(columns, powers, losses, [0, 1, 2], []) is None  # several x vanish elsewhere

@@ -112,6 +112,20 @@ def test_no_random_rates_are_better(name):
     assert np.allclose(found.margins, found.bounds, rtol=CLOSE)
 
 
+@pytest.mark.parametrize("name", ["unit-ii", "unit-iii", "array-6r", "modules-i-four-b", "module-iii-4-1"])
+@pytest.mark.parametrize("arriving", [False, True])
+def test_linkages_of_several_loops_agree_with_both_linear_programs_at_their_ends(name, arriving):
+    linkage, rng = linkage_named(name), np.random.default_rng(0)
+    angles = linkage.flat if arriving else linkage.folded
+    jacobian, senses = linkage.closure(angles)[1], allowed_senses(angles, arriving=arriving)
+    torques, friction = rng.uniform(0.1, 0.5, linkage.n_hinges), rng.uniform(0.01, 0.02, linkage.n_hinges)
+    found = margins_of(jacobian[None], torques[None], friction, senses[None])
+    for margin in (found.margins[0], found.bounds[0]):
+        assert margin == pytest.approx(primal(jacobian, torques, friction, senses), rel=CLOSE)
+        assert margin == pytest.approx(dual(jacobian, torques, friction, senses), rel=CLOSE)
+    assert found.margins[0] > 1.0
+
+
 @given(states(), st.floats(0.01, 100.0))
 def test_margins_scale_with_torques_and_against_friction(state, factor):
     jacobian, torques, friction, senses = state
