@@ -37,6 +37,9 @@ CERTIFIED_SHARE = 0.9
 MAX_INTERVAL_DEPTH, MAX_MARGIN_INTERVALS = 12, 40_000
 """How often an interval between two states is halved, and the greatest number of intervals that are tried."""
 
+LAW_RANGE_EXCESS = 0.01
+"""How far beyond the stops slopes of laws are bounded (rad): paths are proved to pass them by less."""
+
 
 @dataclass(frozen=True)
 class CertifiedMargin:
@@ -88,13 +91,14 @@ def steepest_slopes(laws: Sequence[Law]) -> Reals:
 
 
 def _steepest(law: Law) -> float:
-    """Return the greatest slope of a law's straight branch between the stops; slopes are quadratic in each piece."""
+    """Return the greatest slope of a law's straight branch about the stops; slopes are quadratic in each piece."""
     slopes = [0.0]
     ends = [*law.straight.breaks[1:], math.inf]
     for number, (start, end, (_, b, c, d)) in enumerate(
         zip(law.straight.breaks, ends, law.straight.cubics, strict=True)
     ):
-        low, high = max(0.0, -math.inf if number == 0 else start) - start, min(math.pi, end) - start
+        low = (-LAW_RANGE_EXCESS if number == 0 else max(-LAW_RANGE_EXCESS, start)) - start
+        high = min(math.pi + LAW_RANGE_EXCESS, end) - start
         places = [low, high, *([-c / (3.0 * d)] if d else [])]
         slopes += [abs(b + x * (2.0 * c + 3.0 * x * d)) for x in places if low <= x <= high]
     return max(slopes)
