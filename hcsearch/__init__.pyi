@@ -56,7 +56,7 @@ from hcsearch.scenes import SCENES as SCENES
 from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.drive_facts import Drive as Drive
-from hcsearch.springs.flight.sheet import FlightSheet as FlightSheet
+from hcsearch.springs.flight.flight_sheet import FlightSheet as FlightSheet
 from hcsearch.cases.replay import Replay as Replay
 from hcsearch.search.pipeline import Funnel as Funnel
 

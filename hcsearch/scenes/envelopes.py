@@ -40,7 +40,7 @@ def envelope_sides(text: str) -> EnvelopeSides:
     return _ordered([float(length) for length in match.groups()])
 
 
-def placements(sides: EnvelopeSides) -> list[EnvelopeSides]:
+def box_placements(sides: EnvelopeSides) -> list[EnvelopeSides]:
     """Return the ways to lay a box into another one with parallel sides: its sides in every order, each once."""
     return sorted({(a, b, c) for a, b, c in permutations(sides)})
 

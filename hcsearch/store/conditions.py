@@ -28,7 +28,7 @@ from hcsearch.basics.errors import ArrayError, NotationError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.scenes.envelopes import envelope_sides, placements
+from hcsearch.scenes.envelopes import envelope_sides, box_placements
 from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_view_in
 
@@ -279,7 +279,7 @@ def _fitted(source: FromClause, condition: Condition) -> ColumnElement[bool]:
     sides = [source.c[name] for name in _STOWED_SIDES]
     laid = (
         and_(*(side <= literal(room + _FIT_TOLERANCE_MM) for side, room in zip(sides, rooms, strict=True)))
-        for rooms in placements(envelope_sides(condition.value))
+        for rooms in box_placements(envelope_sides(condition.value))
     )
     fitted = or_(*laid)
     return fitted if condition.sign == "=" else not_(fitted)

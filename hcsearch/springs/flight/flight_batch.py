@@ -11,7 +11,7 @@ from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.records import CircuitBatch, DeploymentBatch, FlightNumbers, FoldingBatch, MotionBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.scene_file import read_scene_text, scene_in
-from hcsearch.springs.flight.figures import figures_of
+from hcsearch.springs.flight.flight_figures import figures_of
 from hcsearch.springs.flight.travel import Travel, travel_along, travel_by_springs
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.flight.figures import figures_of, root_of, tolerances_of, travel_margins
+from hcsearch.springs.flight.flight_figures import figures_of, root_of, tolerances_of, travel_margins
+from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, FlightSheet, Sensitivity, SheetRow
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules
 from hcsearch.springs.flight.shape_errors import shape_errors
-from hcsearch.springs.flight.sheet import SENSITIVITY_CHANGE, FlightSheet, Sensitivity, SheetRow
 from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value

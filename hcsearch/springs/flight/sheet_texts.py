@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hcsearch.springs.flight.sheet import FlightSheet, Sensitivity, SheetRow
+from hcsearch.springs.flight.flight_sheet import FlightSheet, Sensitivity, SheetRow
 from hcsearch.system.terminal import short_number
 
 RULE_HEADS = ("rule", "clause", "figure", "required", "verdict", "margin", "note")

@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 from markupsafe import Markup
 
-from hcsearch.springs.flight.sheet import FlightSheet
+from hcsearch.springs.flight.flight_sheet import FlightSheet
 from hcsearch.springs.flight.sheet_texts import RULE_HEADS, rule_cells
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.web.player.player_page import as_script
