@@ -125,7 +125,6 @@ def tune_to_rules(
     standard = read_rules(rules)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
     moved = travel_of_case(case)
-    write_notice(moved.source)
     chosen = springs_that_pass(moved.travel, standard, measured=measured, offers=tuple(offers))
     scene = scene_of_setup(chosen.setup, moved.scene, labels_of(chosen.linkage))
     return RuledSprings(

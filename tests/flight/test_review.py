@@ -1,0 +1,246 @@
+"""Flight sheets: each rule against its figure, sensitivities, springs that pass, and what a scene leaves out."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.resolve import resolve
+from hcsearch.cases.travels import travel_of_case
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.records import FlightNumbers
+from hcsearch.scenes import SCENES, Scene
+from hcsearch.springs.flight.flight_figures import figures_of, travel_margins
+from hcsearch.springs.flight.flight_sheet import FlightSheet, SheetRow
+from hcsearch.springs.flight.review import review
+from hcsearch.springs.flight.rules import FlatnessRule, FrequencyRule, read_rules
+from hcsearch.springs.flight.sheet_texts import SHEET_STYLES, sheet_text
+from hcsearch.springs.flight.spring_choice import springs_that_pass
+
+NAME = "hex:0234550132:4"
+ECSS = read_rules("ecss")
+BUILT = Scene(
+    "built",
+    spring="linear:0.1+0.02",
+    friction=0.002,
+    harness=0.001,
+    latch_stiffness=100.0,
+    stop_tolerance=1e-3,
+    play=5e-4,
+    thickness_tolerance=1e-5,
+    offset_tolerance=1e-5,
+    envelope="180x110x40",
+    craft=((-0.02, -0.02, -0.1, 0.04, 0.04, 0.09),),
+)
+
+
+def moved(scene, name=NAME):
+    return travel_of_case(resolve(name, scene=scene))
+
+
+def reviewed(scene, rules=ECSS, **options) -> FlightSheet:
+    travel, _, source = moved(scene)
+    return review(travel, rules, title=NAME, source=source, **options)
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    return reviewed(BUILT)
+
+
+def row(sheet, name):
+    (found,) = (one for one in sheet.rows if one.rule == name)
+    return found
+
+
+def test_a_row_passes_from_what_is_required_on():
+    at_least = SheetRow("a", "1", 3.0, 3.0)
+    assert (at_least.verdict, at_least.margin) == ("pass", 0.0)
+    assert replace(at_least, figure=2.999).verdict == "fail"
+    assert replace(at_least, figure=6.0).margin == 1.0
+    at_most = SheetRow("a", "1", 3.0, 3.0, at_least=False)
+    assert (at_most.verdict, replace(at_most, figure=3.1).verdict) == ("pass", "fail")
+    assert replace(at_most, figure=1.5).margin == 0.5
+    assert replace(at_least, figure=None).verdict == "not known"
+    assert (replace(at_least, figure=None).margin, replace(at_least, required=0.0).margin) == (None, None)
+
+
+def test_a_sheet_passes_where_all_rows_do():
+    passes, fails, unknown = (SheetRow("a", "1", figure, 1.0) for figure in (2.0, 0.5, None))
+    for rows, verdict in (
+        ((passes,), "pass"),
+        ((passes, unknown), "not known"),
+        ((unknown, fails), "fail"),
+        ((), "pass"),
+    ):
+        assert FlightSheet("a", "b", "c", "d", rows, (), FlightNumbers()).verdict == verdict
+
+
+def test_rules_are_held_against_the_figures(sheet):
+    numbers = sheet.numbers
+    torque = row(sheet, "torque of springs over resistance")
+    # friction and harness count alike in this standard, so the figure is that of the columns
+    assert torque.figure == numbers.torque_margin == pytest.approx(0.02 / 0.003)
+    assert (torque.clause, torque.required, torque.verdict) == ("4.7.5.3.1", 7.5, "fail")
+    assert "least at 100 % of the travel" in torque.note
+    failed = row(sheet, "the same, one spring failed")
+    assert failed.figure == numbers.torque_margin_failed < torque.figure
+    clearance = row(sheet, "clearance over tolerances")
+    assert clearance.figure == numbers.clearance_ratio > 0.0
+    room = row(sheet, "room in the envelope")
+    assert room.figure == pytest.approx(180.0 - 100.0 * math.sqrt(3.0), abs=1e-5)
+    assert room.verdict == "pass"
+    assert row(sheet, "gap to the craft").figure == pytest.approx(1e3 * numbers.craft_clearance)
+    assert sheet.verdict == "fail"
+    assert sheet.source.startswith("springs, flat after")
+
+
+def test_measured_resistance_has_smaller_factors(sheet):
+    measured = reviewed(BUILT, measured=True)
+    assert row(measured, "torque of springs over resistance").required == 3.75
+    assert row(measured, "torque of springs over resistance").verdict == "pass"
+    assert measured.numbers == sheet.numbers
+
+
+def test_a_harness_may_count_more_than_friction():
+    motorisation = replace(ECSS.motorisation, harness=6.0)
+    own = reviewed(BUILT, replace(ECSS, motorisation=motorisation))
+    # at flat each hinge has its preload against its friction and twice its harness
+    assert row(own, "torque of springs over resistance").figure == pytest.approx(0.02 / 0.004)
+
+
+def test_own_rules_on_frequency_and_flatness_are_judged():
+    rules = replace(ECSS, frequency=FrequencyRule("3", 0.1), flatness=FlatnessRule("4", 0.5))
+    own = reviewed(BUILT, rules)
+    flat = row(own, "flatness as built")
+    assert (flat.unit, flat.required, flat.at_least) == ("mm", 0.5, False)
+    assert flat.figure >= 1.5 * own.numbers.flatness  # stops and play alone are 1.5 mrad off
+    frequency = row(own, "deployed frequency")
+    assert (frequency.figure, frequency.required) == (own.numbers.deployed_hz, 0.1)
+
+
+def test_the_scene_default_has_no_margin_when_flat():
+    """Linear springs without preload drive nothing there, whatever the friction."""
+    default = reviewed(SCENES["default"])
+    torque = row(default, "torque of springs over resistance")
+    assert (torque.figure, torque.verdict) == (0.0, "fail")
+    assert default.numbers.torque_margin == 0.0
+    assert default.numbers.torque_margin_at == 1.0
+    assert row(default, "clearance over tolerances").verdict == "not known"
+    left_out = " ".join(default.omitted)
+    for what in ("clearance over tolerances", "gaps to the craft", "torque of latches", "gravity"):
+        assert what in left_out
+
+
+def test_where_nothing_resists_the_margin_is_not_known():
+    preloaded = reviewed(replace(BUILT, friction=0.0, harness=0.0))
+    torque = row(preloaded, "torque of springs over resistance")
+    assert (torque.figure, torque.verdict, torque.note) == (None, "not known", "no friction and no harness given")
+    assert preloaded.numbers.torque_margin is None
+    assert preloaded.margins == ()
+
+
+def test_margins_follow_springs_and_friction_in_the_sensitivities(sheet):
+    rows = {(one.value, one.figure): one for one in sheet.sensitivities}
+    margin = sheet.numbers.torque_margin
+    springs = rows["torque of springs", "torque margin"]
+    assert (springs.low, springs.high) == pytest.approx((0.8 * margin, 1.2 * margin))
+    friction = rows["friction", "torque margin"]
+    assert (friction.low, friction.high) == pytest.approx((0.02 / 0.0026, 0.02 / 0.0034))
+    assert [one.spread for one in sheet.sensitivities] == sorted(
+        (one.spread for one in sheet.sensitivities), reverse=True
+    )
+    assert all(one.spread > 0.0 for one in sheet.sensitivities)
+
+
+def test_the_margin_is_drawn_along_the_whole_travel(sheet):
+    places, margins = np.array(sheet.margins).T
+    assert (places[0], places[-1]) == (0.0, 1.0)
+    assert (np.diff(places) > 0.0).all()
+    assert margins.min() == sheet.numbers.torque_margin
+
+
+@pytest.mark.parametrize("style", SHEET_STYLES)
+def test_texts_have_every_rule(sheet, style):
+    text = sheet_text(sheet, style)
+    for one in sheet.rows:
+        assert one.rule in text
+        assert one.clause in text
+    assert "4.7.5.3.2 f" in text
+    assert ("\\toprule" in text) == (style == "latex")
+    assert text.endswith("\n")
+
+
+def test_marks_of_markdown_and_latex_are_escaped(sheet):
+    marked = replace(sheet, title="a|b_c%d&e")
+    assert "a\\|b_c%d&e" in sheet_text(marked, "markdown")
+    assert "a|b\\_c\\%d\\&e" in sheet_text(marked, "latex")
+
+
+def test_facts_are_plain_data(sheet):
+    facts = json.loads(json.dumps(sheet.facts(), allow_nan=False))
+    assert facts["verdict"] == "fail"
+    assert [one["rule"] for one in facts["rules"]] == [one.rule for one in sheet.rows]
+    assert facts["figures"]["stowed_height"] == pytest.approx(30.0)
+
+
+def test_chosen_preloads_pass_with_any_one_spring_failed():
+    travel, _, _ = moved(BUILT)
+    chosen = springs_that_pass(travel, ECSS)
+    assert chosen.margin >= chosen.required == 7.5
+    assert chosen.lower_bound <= chosen.preloads.sum() * (1.0 + 1e-9)
+    assert (chosen.preloads >= 0.0).all()
+    with_them = replace(travel, setup=chosen.setup)
+    margins = travel_margins(with_them)
+    # at singular ends the best motion that is found may be less than the one that the design uses
+    regular = slice(1, -1)
+    assert margins.bounds.min() >= 7.5
+    assert margins.failed[regular].min() >= 7.5 * (1.0 - 1e-9)
+    weaker = springs_that_pass(travel, replace(ECSS, redundancy=None))
+    assert weaker.preloads.sum() < chosen.preloads.sum()
+    assert not weaker.redundant
+
+
+def test_offered_springs_are_chosen_where_they_pass():
+    travel, _, _ = moved(BUILT)
+    offers = ["linear:0.1+0.05", "linear:0.05+0.1"]
+    chosen = springs_that_pass(travel, ECSS, offers=offers)
+    assert {law.text for law in chosen.setup.laws} <= {"free", *offers}
+    assert chosen.margin >= 7.5
+    assert chosen.lower_bound is None
+    with pytest.raises(HcsearchError, match=r"no springs|none"):
+        springs_that_pass(travel, ECSS, offers=["linear:0.1"])
+
+
+def test_springs_are_chosen_only_against_what_resists():
+    travel, _, _ = moved(SCENES["default"])
+    with pytest.raises(HcsearchError, match="nothing resists the springs: give friction or harness"):
+        springs_that_pass(travel, ECSS)
+    with pytest.raises(HcsearchError, match="asks for no torque of springs"):
+        springs_that_pass(travel, replace(ECSS, motorisation=None, redundancy=None))
+
+
+def test_a_path_is_the_travel_where_springs_do_not_open_it():
+    travel, scene, source = moved(SCENES["default"], "hex:0234435011:1")
+    assert travel.source == "path"
+    assert "a proved path" in source
+    assert scene.flat_pairs == ("hinged",)
+    assert travel.shares[0] == 0.0
+    numbers = figures_of(travel)
+    assert numbers.torque_margin == 0.0
+
+
+def test_figures_do_not_depend_on_how_a_circuit_is_written():
+    """The same folding from another panel on."""
+    later = next(one for one in foldings(Circuit.from_notation("hex:3455013202")) if one.crease == 2)
+    assert later != Folding.from_notation(NAME)
+    figures = [figures_of(moved(BUILT, name).travel) for name in (NAME, later)]
+    names = ("torque_margin", "torque_margin_failed", "flatness", "tilt", "clearance_ratio", "mass", "stowed_length")
+    for name in names:
+        first, second = (getattr(one, name) for one in figures)
+        assert first == pytest.approx(second, rel=1e-5), name
+    assert figures[0].self_stresses == figures[1].self_stresses

@@ -1,0 +1,75 @@
+"""Rules of standards: those that come with the program, and files of one's own."""
+
+import pytest
+
+from hcsearch.basics.errors import InputFileError
+from hcsearch.springs.flight.rules import STANDARDS, read_rules
+
+OWN = """
+title = "House rules"
+issue = "2"
+[motorisation]
+clause = "1.1"
+overall = 2
+springs = 1
+friction = 1.5
+harness = 3
+friction_measured = 1
+harness_measured = 1.2
+[frequency]
+clause = "2.1"
+hz = 0.1
+"""
+
+
+def test_the_factors_of_ecss_are_those_of_its_issue():
+    assert STANDARDS == ("ecss",)
+    rules = read_rules("ecss")
+    assert rules.standard == "ECSS-E-ST-33-01C, 6 March 2009"
+    # 2 x 3 / 0.8, and 2 x 1.5 / 0.8 where measured
+    assert rules.motorisation.weights(measured=False) == (7.5, 7.5)
+    assert rules.motorisation.weights(measured=True) == (3.75, 3.75)
+    assert (rules.clearance.ratio, rules.latch.factor) == (3.0, 2.0)
+    clauses = [rules.motorisation.clause, rules.redundancy.clause, rules.latch.clause, rules.clearance.clause]
+    assert clauses == ["4.7.5.3.1", "4.7.5.3.2 f", "4.7.5.4.4", "4.7.5.4.8 d"]
+    assert (rules.frequency, rules.flatness) == (None, None)
+
+
+def test_a_file_has_the_rules_that_it_names(tmp_path):
+    path = tmp_path / "house.toml"
+    path.write_text(OWN)
+    rules = read_rules(str(path))
+    assert rules.motorisation.weights(measured=False) == (3.0, 6.0)
+    assert rules.motorisation.weights(measured=True) == (2.0, 2.4)
+    assert (rules.frequency.hz, rules.clearance, rules.redundancy) == (0.1, None, None)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("title = 'A'", "has no issue: write issue"),
+        ("issue = '1'", "has no title: write title"),
+        (OWN + "[colour]\nred = 1", "has the unknown key 'colour': it has title, issue, motorisation"),
+        (OWN.replace("hz = 0.1", ""), r"must have all of \[frequency\] and nothing else there: clause, hz"),
+        (OWN.replace("hz = 0.1", "hz = 0.1\nmm = 2"), r"must have all of \[frequency\]"),
+        (OWN.replace("hz = 0.1", "hz = 0"), "has frequency.hz = 0: write a number above 0"),
+        (OWN.replace("hz = 0.1", "hz = inf"), "has frequency.hz = inf: write a number above 0"),
+        (OWN.replace("hz = 0.1", "hz = true"), "has frequency.hz = True: write a number above 0"),
+        (OWN.replace('clause = "2.1"', "clause = 2.1"), "has frequency.clause = 2.1: write a text"),
+        ("title = 'A'\nissue = '1'\n[redundancy]\nclause = '3'", "has redundancy without motorisation"),
+        ("frequency = 3\n" + OWN.replace("[frequency]", "[flatness]"), r"must have all of \[frequency\]"),
+        ("title = ", "is no TOML"),
+    ],
+)
+def test_files_that_are_no_rules_are_refused_with_a_remedy(tmp_path, text, message):
+    path = tmp_path / "house.toml"
+    path.write_text(text)
+    with pytest.raises(InputFileError, match=message):
+        read_rules(str(path))
+
+
+def test_unknown_standards_and_missing_files_are_refused():
+    with pytest.raises(InputFileError, match=r"there are no rules 'nasa': name ecss, or a file \.toml"):
+        read_rules("nasa")
+    with pytest.raises(InputFileError, match=r"cannot read none\.toml"):
+        read_rules("none.toml")
