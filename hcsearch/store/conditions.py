@@ -28,7 +28,7 @@ from hcsearch.basics.errors import ArrayError, NotationError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.scenes.envelopes import envelope_sides, box_placements
+from hcsearch.scenes.envelopes import box_placements, envelope_sides
 from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_view_in
 

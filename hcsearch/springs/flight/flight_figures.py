@@ -13,6 +13,8 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
 from hcsearch.springs.flight.craft import craft_clearance
+from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, hinge_stiffness
+from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along, path_rates
 from hcsearch.springs.flight.shape_errors import shape_errors
@@ -22,9 +24,9 @@ from hcsearch.springs.flight.travel import Travel
 
 def figures_of(travel: Travel) -> FlightNumbers:
     """Return the figures of a folding in a scene; those of its motion only where there is one."""
-    figures = _stowage(travel) | _shape(travel)
+    figures = _stowage(travel) | _shape(travel) | _modes(travel)
     if travel.source != "none":
-        figures |= _margins(travel) | _gaps(travel)
+        figures |= _margins(travel) | _latches(travel) | _gaps(travel)
     return FlightNumbers(**figures)
 
 
@@ -56,6 +58,25 @@ def _stowage(travel: Travel) -> dict[str, Any]:
     stowage = stowage_of(travel.linkage, travel.setup.density)
     sides = zip(("stowed_length", "stowed_width", "stowed_height"), stowage.packed.sides, strict=True)
     return {**dict(sides), "area_per_volume": stowage.area_per_volume, "mass": stowage.mass}
+
+
+def modes_of(travel: Travel) -> DeployedModes:
+    """Return the modes of the flat array on its latches."""
+    hardware, setup = travel.hardware, travel.setup
+    stiffness = hinge_stiffness(setup.laws, hardware.latch_stiffness)
+    return deployed_modes(travel.linkage, stiffness, setup.density, hardware.root)
+
+
+def _modes(travel: Travel) -> dict[str, Any]:
+    modes = modes_of(travel)
+    return {"deployed_hz": modes.first, "soft_modes": modes.soft_modes}
+
+
+def _latches(travel: Travel) -> dict[str, Any]:
+    """Return what latches bear; the state next to the flat one is the last that is regular."""
+    before = travel.states[-2] if len(travel.states) > 2 else None
+    bounds = latch_bounds(travel.linkage, travel.setup, travel.hardware.latch_stiffness, travel.states[0], before)
+    return {"latch_torque": bounds.torque, "latch_impulse": bounds.impulse}
 
 
 def _margins(travel: Travel) -> dict[str, Any]:
