@@ -24,6 +24,7 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason
+from hcsearch.springs.flight.deployed_modes import DeployedModes
 from hcsearch.store import Database, StoredPath, find_paths
 from hcsearch.system.terminal import short_number
 
@@ -124,6 +125,36 @@ def replay_of_path(
         error=error,
         title=title,
         source=f"planned path from packed to flat, {proved}",
+    )
+
+
+MODE_AMPLITUDE = 0.15
+"""Greatest fold angle in the replay of a mode, rad: enlarged, so that it is seen."""
+MODE_STATE_COUNT = 24
+"""States of the replay of one period."""
+
+
+def replay_of_mode(linkage: Linkage, modes: DeployedModes, number: int, title: str, *, design: bool = True) -> Replay:
+    """Return one period of a mode of the flat array, enlarged; number : from 0 on.
+
+    Loops are closed to first order only, as in the mode itself.
+    """
+    period = 1.0 / float(modes.frequencies[number])
+    phases = np.linspace(0.0, 2.0 * np.pi, MODE_STATE_COUNT + 1)
+    angles = MODE_AMPLITUDE * np.sin(phases)[:, None] * modes.shapes[:, number]
+    hertz = short_number(1.0 / period, 3)
+    return Replay(
+        linkage=linkage,
+        labels=labels_of(linkage, design=design),
+        axis="time",
+        at=period * phases / (2.0 * np.pi),
+        angles=angles,
+        certified=(),
+        collision=None,
+        margin=0.0,
+        error=0.0,
+        title=title,
+        source=f"mode {number + 1} of the flat array on its latches, {hertz} Hz, enlarged",
     )
 
 

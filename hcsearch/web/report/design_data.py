@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import millimetres, play_sentence
+from hcsearch.basics.vocabulary import STATUSES, millimetres, play_sentence
 from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
 from hcsearch.cases.names import deployment_scene_name, way_option_text
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, stored_replays
+from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_mode, stored_replays
 from hcsearch.cases.resolve import resolve
 from hcsearch.cases.stored_scenes import stored_scene
+from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import panel_text
@@ -22,6 +23,10 @@ from hcsearch.designs.twisting import twist
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
 from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.flight.flight_figures import modes_of
+from hcsearch.springs.flight.flight_sheet import FlightSheet
+from hcsearch.springs.flight.review import review
+from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
@@ -52,7 +57,7 @@ class ShownFolding:
 
     row : of the view `foldings`, empty if not stored. status : a word, or `twisted`.
     reason : the reason for the status. deployments : rows of `deployments`. locks : sentences on each end state,
-    followed by more precise ones.
+    followed by more precise ones. sheet : the flight sheet of the best folding, if it moves.
     """
 
     folding: Folding
@@ -65,6 +70,7 @@ class ShownFolding:
     freedoms: Sequence[Freedoms] = ()
     locks: Sequence[Sequence[str]] = ()
     motions: Sequence[ShownMotion] = ()
+    sheet: FlightSheet | None = None
 
 
 @dataclass(frozen=True)
@@ -107,6 +113,9 @@ def fetch_design_data(
     stored = _Known() if database is None else _known(database, number, circuit, scene)
     ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
     shown = [_folding(folding, stored, values, db) for folding in ordered]
+    best = min(range(len(shown)), key=lambda k: _order(shown[k].status), default=None)
+    if best is not None and shown[best].motions:
+        shown[best] = _with_sheet(shown[best], stored, values, db)
     return DesignData(
         title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
         notation=circuit.notation,
@@ -188,6 +197,27 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         locks=() if turns else lock_sentences(folding, panel),
         motions=motions,
     )
+
+
+def _order(status: str) -> int:
+    """Return the place of a status in the order from best to worst."""
+    return STATUSES.index(status) if status in STATUSES else len(STATUSES)  # type: ignore[arg-type]
+
+
+def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
+    """Return a folding with its flight sheet and its first mode; unchanged where it has no proved motion."""
+    notation = shown.folding.notation
+    try:
+        moved = travel_of_case(resolve(notation, db, scene=scene if stored.paths is None else stored.scene, path=True))
+    except HcsearchError:
+        return shown
+    sheet, modes = review(moved.travel, read_rules("ecss"), title=notation, source=moved.source), modes_of(moved.travel)
+    command = f"hcsearch sheet {notation}{scene_option_text(stored.scene, stored.database_option)}"
+    motions = list(shown.motions)
+    if modes.first is not None:
+        payload = payload_of(replay_of_mode(moved.travel.linkage, modes, 0, notation))
+        motions.append(ShownMotion("First mode of the flat array", payload["source"], command, payload, ()))
+    return replace(shown, sheet=sheet, motions=motions)
 
 
 def _shown(motions: Sequence[ShownMotion]) -> str:

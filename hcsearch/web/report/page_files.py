@@ -22,6 +22,7 @@ from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_
 from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.script_data import page_data
+from hcsearch.web.report.sheet_page import sheet_cells, sheet_drawings
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
@@ -40,6 +41,8 @@ def render_design(data: DesignData) -> str:
             facts=_facts(DESIGN_QUANTITIES, data.row),
             status=data.row.get("status"),
             folding_facts=folding_facts,
+            sheet_drawings=sheet_drawings,
+            sheet_cells=sheet_cells,
             picture=lambda folding: _picture(folding.circuit, data.size, folding.notation, folding.assignment),
             circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
             # Trusted: plots escape their texts.
