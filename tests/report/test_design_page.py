@@ -54,7 +54,9 @@ def page_of(path: str, number: int, name: str, scene: str = "default"):
 
 def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):
     (shown,) = computed.foldings
-    path, springs = shown.motions
+    path, springs, mode = shown.motions
+    assert (mode.title, mode.shows, mode.plots) == ("First mode of the flat array", "", ())
+    assert mode.command == "hcsearch sheet hex:0234550132:4"
     assert (shown.status, path.shows, springs.shows) == ("deploys", "movable", "deploys")
     assert "proved with" in path.source
     assert path.command == "hcsearch drive hex:0234550132:4"
@@ -66,7 +68,7 @@ def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(co
 
 
 def test_curves_are_named_by_crease_and_there_is_one_for_each_hinge(computed):
-    for motion in computed.foldings[0].motions:
+    for motion in computed.foldings[0].motions[:2]:
         angles = motion.plots[1]
         names = motion.payload["labels"]["hinges"]
         assert angles.names == tuple(f"crease {name}" for name in names)
@@ -84,7 +86,10 @@ def test_the_page_says_what_is_known_and_holds_the_motions(computed):
         assert known in joined
     assert data_of(text) == [motion.payload for motion in computed.foldings[0].motions]
     assert page.count("script") == 3  # data, player, program
-    assert [attrs["data-motion"] for attrs in page.with_class("player")] == ["0", "1"]
+    assert [attrs["data-motion"] for attrs in page.with_class("player")] == ["0", "1", "2"]
+    (shown,) = computed.foldings
+    for row in shown.sheet.rows:
+        assert {row.rule, row.clause, row.verdict} <= {text for _, text in page.texts}
     for freedoms in freedoms_of(FOLDING, (0.05, 0.05, 0.006)):
         assert freedoms.sentence in joined
     for sentence, *_ in lock_sentences(FOLDING, (0.05, 0.05, 0.006)):
@@ -101,7 +106,9 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
         "leave 0.02 mm between faces: certified clear with panels 0.01 mm smaller on every face, and hinges where they "
         "are"
     )
-    assert [motion.title for motion in first.motions] == ["Planned path", "Motion by springs"]
+    assert [motion.title for motion in first.motions] == [
+        *("Planned path", "Motion by springs", "First mode of the flat array")
+    ]
     assert "loops closed exactly: panels 1 and 5 collide at 0.01 s" in first.motions[1].source  # as it was stored
     assert np.isclose(first.room.packed.height, 0.024)
     assert all(shown.status == "twisted" for shown in data.foldings[1:])

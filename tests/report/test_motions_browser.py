@@ -80,5 +80,5 @@ def test_motions_that_were_never_seen_are_printed(tab, tmp_path):
     show(tab, text, tmp_path)
     tab.value("dispatchEvent(new Event('beforeprint'))")
     stills = "p.firstElementChild.shadowRoot.querySelectorAll('.stills canvas').length"
-    assert tab.value(f"[...document.querySelectorAll('.player')].map((p) => {stills})") == [5, 5]
+    assert tab.value(f"[...document.querySelectorAll('.player')].map((p) => {stills})") == [5, 5, 5]
     assert tab.complaints == []

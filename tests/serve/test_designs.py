@@ -25,7 +25,8 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
     answer = asking(f"/designs/{number}")
     assert answer.status == 200
     assert MOVES in answer.text
-    (motion,) = data_of(answer.text)
+    motion, mode = data_of(answer.text)
+    assert mode["source"].startswith("mode 1 of the flat array on its latches")
     assert motion["title"] == f"{MOVES}:1"
     policy = re.search('Content-Security-Policy" content="(.*?)"', answer.text)[1]
     for script in re.findall("<script>(.*?)</script>", answer.text, re.DOTALL):

@@ -201,7 +201,7 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
 
 def _order(status: str) -> int:
     """Return the place of a status in the order from best to worst."""
-    return STATUSES.index(status) if status in STATUSES else len(STATUSES)  # type: ignore[arg-type]
+    return STATUSES.index(status) if status in STATUSES else len(STATUSES)
 
 
 def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
