@@ -226,7 +226,7 @@ def preloaded_law(law: Law, preload: float) -> Law:
     if match is None or not law.text:
         raise HcsearchError("a law without a notation takes no preload: read it with law_named")
     factor = math.prod(float(number) for number in match["factors"].split("*")[:-1])
-    inner = float(match["preload"] or 0.0) + preload / factor
+    inner = float(f"{float(match['preload'] or 0.0) + preload / factor:.12g}")
     sign = "+" if inner >= 0.0 else "-"
     return law_named(
         f"{match['factors']}{match['plain']}{sign}{_short(abs(inner))}"
