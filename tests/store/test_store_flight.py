@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import pytest
 from test_store_verdicts import CUT, FLAT, LOCKED, list_designs
 
-from hcsearch.basics.errors import QueryError
+from hcsearch.basics.errors import QueryError, SceneError
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.store import select
 from hcsearch.store.columns import FLIGHT_QUANTITIES
@@ -80,3 +80,36 @@ def test_figures_are_words_of_queries(listed):
     assert not select(listed, "clearance_ratio>=3.6").rows
     with pytest.raises(QueryError, match="did you mean torque_margin"):
         select(listed, "torque_margins>1")
+
+
+def test_designs_are_selected_by_the_envelope_into_which_they_fit(listed):
+    judge(listed, [FLAT], flight=[NUMBERS])  # 340 x 100 x 90 mm
+    for envelope, fits in (
+        ("3U", True),
+        ("340x100x90", True),
+        ("90x340x100", True),
+        ("340x100x89", False),
+        ("2U", False),
+    ):
+        assert len(select(listed, f"fits={envelope}").rows) == fits
+        assert len(select(listed, f"fits!={envelope}").rows) == (not fits)
+        assert len(select(listed, f"crease=3 fits={envelope}", view="foldings").rows) == fits
+    assert len(select(listed, "untwisted (fits=2U or fits=3U) not fits=1U").rows) == 1
+
+
+def test_a_design_without_figures_neither_fits_nor_does_not(listed):
+    judge(listed, [CUT])
+    assert select(listed, "fits=12U").rows == select(listed, "fits!=12U").rows == ()
+
+
+@pytest.mark.parametrize("query", ["fits", "fits>3U", "fits=", "fits<=3U"])
+def test_an_envelope_is_named_by_one_condition(listed, query):
+    with pytest.raises(QueryError, match=r"write fits=3U, or fits=340x640x130 in mm"):
+        select(listed, query)
+
+
+def test_an_unknown_envelope_names_the_catalogue(listed):
+    with pytest.raises(SceneError, match="there is no envelope '4U': write one of 1U"):
+        select(listed, "fits=4U")
+    with pytest.raises(QueryError, match="no column 'fits' in runs"):
+        select(listed, "fits=3U", view="runs")
