@@ -9,6 +9,7 @@ from hcsearch_bench.deployability.deployability import DEPLOYABILITY
 from hcsearch_bench.dynamics.dynamics import DYNAMICS
 from hcsearch_bench.enumeration.enumeration import ENUMERATION
 from hcsearch_bench.experiment.experiment import EXPERIMENT
+from hcsearch_bench.flight.flight import FLIGHT
 from hcsearch_bench.folding import FOLDING
 from hcsearch_bench.identification.identification import IDENTIFICATION
 from hcsearch_bench.iftomm.iftomm import IFTOMM
@@ -37,5 +38,6 @@ BENCHES: dict[str, Bench[Any]] = {
         IDENTIFICATION,
         TABLES,
         DEPLOYABILITY,
+        FLIGHT,
     )
 }

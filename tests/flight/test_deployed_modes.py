@@ -1,7 +1,6 @@
 """Modes of flat arrays: by hand, by inverse dynamics, by laws of scale, and against MuJoCo."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +12,13 @@ from hcsearch.motion.kinematics.local import local_at
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.laws import law_named
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.dynamics.inverse import joint_forces
 from hcsearch.springs.flight.deployed_modes import deployed_modes, hinge_stiffness
 from hcsearch.springs.flight.mass_matrix import mass_matrix
+from hcsearch_bench.flight.frequency_rows import mujoco_frequencies
 from tests.flight.arrays import SIDE, THICKNESS, strip
+from tests.linkages import linkage_named
 from tests.planned import planned
 
 DENSITY = 547.0
@@ -30,7 +31,7 @@ def linkage_of(name, way="hinged"):
 
 def naive_masses(linkage, angles, held):
     """The mass matrix by inverse dynamics, a column for each unit acceleration; of closed rates alone."""
-    compiled = compile_scene(linkage, SCENES["default"], keep=frozenset({"half", "third dimension", "stops"}))
+    compiled = compile_scene(linkage, SCENES["default"], keep=frozenset(OMISSIONS))
     assert compiled.setup.held == held
     hinge_of = np.argsort(compiled.joint_of)
     n = linkage.n_hinges
@@ -160,27 +161,9 @@ def test_frequencies_do_not_depend_on_how_a_folding_is_written():
 @pytest.mark.parametrize("name", [*NAMES, "thesis-4x4"])
 def test_mujoco_has_the_same_frequencies(name):
     """Its own mass matrix, and its own Jacobian of the welds that close the loops."""
-    mujoco = pytest.importorskip("mujoco")
-    from hcsearch_bench.peers import mujoco_system
-    from tests.linkages import linkage_named
-
+    pytest.importorskip("mujoco")
     linkage = linkage_named(name) if name == "thesis-4x4" else linkage_of(name)
-    rng = np.random.default_rng(2)
-    scene = replace(SCENES["default"], spring="linear:0.1")
-    compiled = compile_scene(linkage, scene, keep=frozenset({"half", "third dimension", "stops"}))
-    stiffness = rng.uniform(50.0, 100.0, linkage.n_hinges)
-    drives = tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives)
-    model = mujoco.MjModel.from_xml_string(mujoco_system.text_of(replace(compiled.system, drives=drives), 1e-3))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    masses = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, masses)
-    rows = np.array(data.efc_J, float).reshape(-1, model.nv)[: data.ne]
-    order = mujoco_system.depth_first(compiled.system)
-    of_joint = np.empty(model.nv)
-    of_joint[compiled.joint_of] = stiffness
-    closed = null_space(rows, rcond=1e-7)
-    squares = eigh(closed.T @ (of_joint[order][:, None] * closed), closed.T @ masses @ closed, eigvals_only=True)
-    theirs = np.sqrt(squares) / (2.0 * math.pi)
+    compiled = compile_scene(linkage, SCENES["default"], keep=frozenset(OMISSIONS))
+    stiffness = np.random.default_rng(2).uniform(50.0, 100.0, linkage.n_hinges)
     own = deployed_modes(linkage, stiffness, compiled.setup.density, compiled.setup.held)
-    assert own.frequencies == pytest.approx(theirs, rel=1e-5)
+    assert own.frequencies == pytest.approx(mujoco_frequencies(compiled, stiffness), rel=1e-9)
