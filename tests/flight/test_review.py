@@ -99,6 +99,15 @@ def test_rules_are_held_against_the_figures(sheet):
     assert sheet.source.startswith("springs, flat after")
 
 
+def test_springs_that_pass_are_named_where_those_of_the_scene_fail(sheet):
+    assert len(sheet.springs) == len(dict(sheet.springs)) == 8
+    for style in SHEET_STYLES:
+        assert "Springs that pass" in sheet_text(sheet, style)
+    assert reviewed(BUILT, replace(ECSS, motorisation=None, redundancy=None)).springs == ()
+    mild = replace(ECSS, motorisation=replace(ECSS.motorisation, overall=0.1))
+    assert reviewed(BUILT, mild).springs == ()
+
+
 def test_measured_resistance_has_smaller_factors(sheet):
     measured = reviewed(BUILT, measured=True)
     assert row(measured, "torque of springs over resistance").required == 3.75

@@ -68,7 +68,8 @@ class FlightSheet:
 
     title : the folding. scene : its name. source : what moves it, in a sentence. standard : title and issue. rows : the
     rules. demands : name, value with its unit, and clause of what parts must bear. numbers : all figures.
-    sensitivities : the most important first. omitted : sentences on what was left out.
+    sensitivities : the most important first. omitted : sentences on what was left out. springs : hinge and law of
+    springs with which the motorisation passes, where those of the scene fail.
     margins : places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing. travel : the states
     of the motion, for drawings.
     """
@@ -82,6 +83,7 @@ class FlightSheet:
     numbers: FlightNumbers
     sensitivities: tuple[Sensitivity, ...] = ()
     omitted: tuple[str, ...] = ()
+    springs: tuple[tuple[str, str], ...] = ()
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     travel: Travel | None = field(default=None, repr=False, compare=False)
 
@@ -108,5 +110,6 @@ class FlightSheet:
             "demands": [dict(zip(("what", "value", "clause"), demand, strict=True)) for demand in self.demands],
             "figures": self.figures(),
             "sensitivities": [vars(row) for row in self.sensitivities],
+            "springs_that_pass": dict(self.springs),
             "left_out": list(self.omitted),
         }

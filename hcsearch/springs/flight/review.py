@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.shape.labels import labels_of
@@ -16,6 +17,7 @@ from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, FlightSheet
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules
 from hcsearch.springs.flight.shape_errors import shape_errors
+from hcsearch.springs.flight.spring_choice import springs_that_pass
 from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
@@ -30,16 +32,18 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
     """
     numbers = figures_of(travel)
     reviewed = _Review(travel, rules, numbers, measured)
+    rows = tuple(reviewed.rows())
     return FlightSheet(
         title=title,
         scene=travel.setup.name,
         source=source,
         standard=rules.standard,
-        rows=tuple(reviewed.rows()),
+        rows=rows,
         demands=tuple(reviewed.demands()),
         numbers=numbers,
         sensitivities=sensitivities_of(travel, numbers),
         omitted=tuple(reviewed.omitted()),
+        springs=reviewed.springs(rows),
         margins=reviewed.drawn_margins(),
         travel=travel,
     )
@@ -133,6 +137,18 @@ class _Review:
         if rule is not None and torque is not None:
             strength = f"{short_number(rule.factor * torque, 4)} N m"
             yield "strength of latches at yield, at least", strength, rule.clause
+
+    def springs(self, rows: Sequence[SheetRow]) -> tuple[tuple[str, str], ...]:
+        """Return springs with which the motorisation passes, by hinge; none where it passes, or none are found."""
+        rule = self.rules.motorisation
+        if rule is None or not any(row.verdict == "fail" and row.figure is not None for row in rows[:2]):
+            return ()
+        try:
+            chosen = springs_that_pass(self.travel, self.rules, measured=self.measured)
+        except HcsearchError:
+            return ()
+        labels = labels_of(self.travel.linkage).hinges
+        return tuple((label, law.text) for label, law in zip(labels, chosen.setup.laws, strict=True))
 
     def omitted(self) -> Iterator[str]:
         """Yield sentences on what was left out, since the scene does not need it."""

@@ -39,6 +39,9 @@ def sheet_text(sheet: FlightSheet, style: str) -> str:
     table, heading = _STYLES[style]
     parts = [_table(head_cells(sheet), ("sheet", ""), table)]
     parts.append(_table([rule_cells(row) for row in sheet.rows], RULE_HEADS, table))
+    if sheet.springs:
+        parts.append(heading.format("Springs that pass"))
+        parts.append(_table(sheet.springs, ("hinge", "spring"), table))
     if sheet.sensitivities:
         parts.append(heading.format("Sensitivities"))
         parts.append(_table([sensitivity_cells(row) for row in sheet.sensitivities], SENSITIVITY_HEADS, table))
