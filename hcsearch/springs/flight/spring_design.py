@@ -223,7 +223,13 @@ class _Program:
             powers = own * working / np.where(losses > 0.0, losses, 1.0)[:, None]
             rows.append(np.einsum("jkn,kn->kj", self.fields, powers))
             least.append(np.where(losses > 0.0, required, 0.0) - (self.torques * powers).sum(axis=1))
-        constraints = [LinearConstraint(np.concatenate(rows), np.concatenate(least), np.inf)]
+        table, needed = np.concatenate(rows), np.concatenate(least)
+        # rows of states at which hinges hardly resist are many times larger, which the solver does not bear
+        sizes = np.abs(table).max(axis=1)
+        if (needed > sizes * self.greatest * len(self.costs)).any():
+            return None
+        kept = sizes > 0.0
+        constraints = [LinearConstraint(table[kept] / sizes[kept, None], needed[kept] / sizes[kept], np.inf)]
         whole = self.chosen_once is not None
         if self.chosen_once is not None:
             constraints.append(LinearConstraint(self.chosen_once, 1.0, 1.0))
@@ -264,9 +270,11 @@ def _least_total_at(rule: SpringRule, torques: Reals, case: int, state: int) -> 
     least = np.inf
     for members in rule.members:
         power = np.r_[np.zeros(m), members * working, -members * working]
-        found = linprog(cost, A_eq=np.r_[closed, power[None]], b_eq=np.r_[np.zeros(n), 1.0], bounds=bounds)
-        if found.status == 3:  # some rates need no preload
-            return 0.0
+        table, ends = np.r_[closed, power[None]], np.r_[np.zeros(n), 1.0]
+        # its presolve takes some of these for neither bounded nor unbounded, and says so on standard output
+        found = linprog(cost, A_eq=table, b_eq=ends, bounds=bounds, options={"presolve": False})
         if found.status == 0:
             least = min(least, max(0.0, float(found.fun)) * float(members.sum()))
+        elif found.status != 2:  # some rates need no preload, or the solver does not tell
+            return 0.0
     return least if np.isfinite(least) else 0.0
