@@ -135,13 +135,14 @@ MODE_STATE_COUNT = 24
 
 
 def replay_of_mode(linkage: Linkage, modes: DeployedModes, number: int, title: str, *, design: bool = True) -> Replay:
-    """Return one period of a mode of the flat array, enlarged; number : from 0 on.
+    """Return one period of a mode of the flat array, enlarged; number : from 0 on, of those that are not soft.
 
     Loops are closed to first order only, as in the mode itself.
     """
     period = 1.0 / float(modes.frequencies[number])
     phases = np.linspace(0.0, 2.0 * np.pi, MODE_STATE_COUNT + 1)
-    angles = MODE_AMPLITUDE * np.sin(phases)[:, None] * modes.shapes[:, number]
+    shape = modes.rates[modes.soft_modes + number]
+    angles = MODE_AMPLITUDE * np.sin(phases)[:, None] * shape / np.abs(shape).max()
     hertz = short_number(1.0 / period, 3)
     return Replay(
         linkage=linkage,

@@ -163,7 +163,8 @@ FLIGHT_QUANTITIES = (
         weight=0.0,
     ),
     Quantity(
-        *("latch_impulse", "real", "N m s", "impulse at a hinge that arrives flat, an upper bound"), better="lower"
+        *("latch_impulse", "real", "N m s", "greatest impulse at a hinge that arrives flat, in the simulation"),
+        better="lower",
     ),
     Quantity(
         *(

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh, null_space
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.designs.folding import folding_at
 from hcsearch.scenes import SCENES, panel_of
+from hcsearch.scenes.laws import linear_law
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
+from hcsearch.springs.dynamics.system import JointDrive
 from hcsearch.springs.flight.deployed_modes import deployed_modes
 from hcsearch_bench.peers import mujoco_system
-from hcsearch_bench.peers.states import depth_first, installed
 from hcsearch_bench.subjects.foldings import packed, search_of, untwisted
 
 SUBJECTS = (("hex", "10", 20), ("square", "12", 15), ("triangle", "14", 5), ("kite", "8", 5), ("square", "5x4", 5))
 QUICK = (("hex", "8", 1),)
-DEPENDENT = 1e-7
-"""Singular values of MuJoCo's Jacobian below this share of the greatest count as zero."""
 
 
 @dataclass(frozen=True)
@@ -51,28 +47,13 @@ def frequency_rows(*, quick: bool) -> list[FrequencyRow]:
 
 def _row(name: str, linkage: Linkage, stiffness: Reals) -> FrequencyRow:
     compiled = compile_scene(linkage, SCENES["default"], keep=frozenset(OMISSIONS))
-    theirs = mujoco_frequencies(compiled, stiffness)
+    drives = [JointDrive() for _ in compiled.system.joints]
+    for hinge, joint in enumerate(compiled.joint_of.tolist()):
+        drives[joint] = JointDrive(linear_law(float(stiffness[hinge])))
+    system = replace(compiled.system, drives=tuple(drives))
+    theirs = mujoco_system.frequencies(system, np.zeros(system.n_joints))
     modes = deployed_modes(linkage, stiffness, compiled.setup.density, compiled.setup.held)
     ratios = modes.frequencies / theirs - 1.0
     return FrequencyRow(
         name, len(theirs), float(modes.frequencies[0]), float(theirs[0]), float(ratios[0]), float(np.abs(ratios).max())
     )
-
-
-def mujoco_frequencies(compiled: Any, stiffness: Reals) -> Reals:
-    """Frequencies of a compiled scene when flat, with a stiffness at each hinge, Hz, from MuJoCo's own matrices."""
-    mujoco = installed("mujoco")
-    drives = tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives)
-    model = mujoco.MjModel.from_xml_string(mujoco_system.text_of(replace(compiled.system, drives=drives), 1e-3))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    masses = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, masses)
-    rows = np.array(data.efc_J, float).reshape(-1, model.nv)[: data.ne]
-    of_joint = np.empty(model.nv)
-    of_joint[compiled.joint_of] = stiffness
-    closed = null_space(rows, rcond=DEPENDENT) if len(rows) else np.eye(model.nv)
-    stiffnesses = closed.T @ (of_joint[depth_first(compiled.system)][:, None] * closed)
-    squares = eigh(stiffnesses, closed.T @ masses @ closed, eigvals_only=True)
-    frequencies: Reals = np.sqrt(squares) / (2.0 * math.pi)
-    return frequencies

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 SMALL = 60
 """Joints up to which matrices are dense."""
+SINGULAR = 1e-9
+"""Singular values of constraints below this count as zero when motions are projected onto the closed ones."""
 STAGES = {"RK44": 4, "RK67": 9}
 
 
@@ -38,6 +40,18 @@ def run(
         if motion is not None:
             return motion
     raise UnableError("the solver failed")
+
+
+def frequencies(system: System, q: Reals) -> Reals:
+    """Frequencies of small vibrations about a state, Hz, by its own projection onto the closed motions; rising."""
+    exudyn = installed("exudyn")
+    exudyn.config.printToConsole = False
+    container = exudyn.SystemContainer()
+    model = container.AddSystem()
+    _build(exudyn, system, q, np.zeros_like(q), model)
+    model.Assemble()
+    found, _ = model.ComputeODE2Eigenvalues(convert2Frequencies=True, singularValuesTolerance=SINGULAR)
+    return np.sort(np.asarray(found, float))
 
 
 def _solved(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as Xml
 
 import numpy as np
+from scipy.linalg import eigh, null_space
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.dynamics.body_trees import GROUND
@@ -21,6 +22,8 @@ LEAST = 1e-12
 """MuJoCo wants every body to have inertia about every axis: where there is none, this share of mass by size squared."""
 ITERATIONS = 3
 """Of its solver; with equality constraints alone one is enough but for rounding."""
+SINGULAR_SHARE = 1e-9
+"""Singular values of constraints below this share of the greatest count as zero."""
 IMPEDANCE = 0.9999
 """The stiffest constraints that MuJoCo has; they settle within two steps."""
 
@@ -48,6 +51,26 @@ def run(system: System, q: Reals, v: Reals, times: Reals, *, step: float = 1e-3,
     if _warned(mujoco, data) or not np.isfinite(qs).all():
         raise UnableError("the motion diverged")
     return Trajectory(times, qs, vs, seconds, (len(times) - 1) * each * (4 if integrator == "RK4" else 1))
+
+
+def frequencies(system: System, q: Reals) -> Reals:
+    """Frequencies of small vibrations about a state, Hz, rising.
+
+    Its constraints are soft, so that its mass matrix is projected here onto the kernel of its constraint Jacobian.
+    """
+    mujoco = installed("mujoco")
+    model = mujoco.MjModel.from_xml_string(text_of(system, 1e-4))
+    data = mujoco.MjData(model)
+    data.qpos[:] = q[depth_first(system)]
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    for column, unit in zip(mass, np.eye(model.nv), strict=True):
+        mujoco.mj_mulM(model, data, column, unit)
+    rows = np.asarray(data.efc_J).reshape(-1, model.nv)
+    basis = null_space(rows, rcond=SINGULAR_SHARE) if len(rows) else np.eye(model.nv)
+    eigenvalues = eigh(basis.T @ np.diag(model.jnt_stiffness) @ basis, basis.T @ mass @ basis, eigvals_only=True)
+    found: Reals = np.sqrt(np.maximum(eigenvalues, 0.0)) / (2.0 * np.pi)
+    return found
 
 
 def _silent(_: str) -> None:

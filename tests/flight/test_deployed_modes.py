@@ -1,169 +1,225 @@
-"""Modes of flat arrays: by hand, by inverse dynamics, by laws of scale, and against MuJoCo."""
+"""Frequencies of flat arrays: hand formulas, laws of scale, roots that are held or float, and lower bounds."""
 
 import math
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh, null_space
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.designs.folding import Folding
-from hcsearch.motion.kinematics.local import local_at
-from hcsearch.scenes import SCENES
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
 from hcsearch.scenes.laws import law_named
-from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
-from hcsearch.springs.dynamics.inverse import joint_forces
-from hcsearch.springs.flight.deployed_modes import deployed_modes, hinge_stiffness
-from hcsearch.springs.flight.mass_matrix import mass_matrix
-from hcsearch_bench.flight.frequency_rows import mujoco_frequencies
+from hcsearch.springs.flight.deployed_modes import (
+    deployed_modes,
+    flat_rates,
+    flat_stiffness,
+    geometric_stiffness,
+)
+from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
 from tests.flight.arrays import SIDE, THICKNESS, strip
+from tests.flight.vibrating import closed_states_near_flat
 from tests.linkages import linkage_named
-from tests.planned import planned
+from tests.strategies import rewritten
 
-DENSITY = 547.0
-NAMES = ("hex:0234550132:4", "hex:0234435011:1", "square:012233230011:4")
-
-
-def linkage_of(name, way="hinged"):
-    return Folding.from_notation(name).linkage(flat_pairs=way)
-
-
-def naive_masses(linkage, angles, held):
-    """The mass matrix by inverse dynamics, a column for each unit acceleration; of closed rates alone."""
-    compiled = compile_scene(linkage, SCENES["default"], keep=frozenset(OMISSIONS))
-    assert compiled.setup.held == held
-    hinge_of = np.argsort(compiled.joint_of)
-    n = linkage.n_hinges
-    at, still = np.tile(angles[hinge_of], (n, 1)), np.zeros((n, n))
-    return joint_forces(compiled.system, at, still, np.eye(n)[:, hinge_of]).joints[:, compiled.joint_of]
+DENSITY, LATCH = 547.0, 20.0
+MASS = DENSITY * SIDE**2 * THICKNESS
+OWN = MASS * (SIDE**2 + THICKNESS**2) / 12.0
+"""Moment of inertia of a panel about a line through its centre, along a hinge."""
+NAMES = ("thesis-4x4", "hex:023224350400:4", "square:0121222323030001:5")
 
 
-@pytest.mark.parametrize("name", [NAMES[0], NAMES[2]])
-def test_the_mass_matrix_is_that_of_inverse_dynamics_on_closed_rates(name):
-    sample = planned(name)
-    linkage = sample.linkage
-    held = compile_scene(linkage, SCENES["default"]).setup.held
-    for state in (linkage.flat, linkage.folded, sample.states[len(sample.states) // 2]):
-        basis = local_at(linkage, state).null_space()
-        own = basis.T @ mass_matrix(linkage, state, DENSITY, held) @ basis
-        if linkage.twin is None:
-            naive = basis.T @ naive_masses(linkage, state, held) @ basis
-            assert own == pytest.approx(naive, rel=1e-7, abs=1e-7 * np.abs(naive).max())
-        assert np.linalg.eigvalsh(own).min() > 0.0
+def modes_of(linkage, root=0, latch=LATCH, density=DENSITY, **options):
+    return deployed_modes(linkage, np.full(linkage.n_hinges, latch), density, root, **options)
 
 
-def test_one_hinge_swings_as_a_pendulum_does():
-    linkage = strip(["top"])
-    mass = DENSITY * SIDE * SIDE * THICKNESS
-    # a plate about an axis on the face at its edge
-    inertia = mass * (SIDE**2 + THICKNESS**2) / 12.0 + mass * ((0.5 * SIDE) ** 2 + (0.5 * THICKNESS) ** 2)
-    modes = deployed_modes(linkage, np.array([3.0]), DENSITY, 0)
-    assert modes.first == pytest.approx(math.sqrt(3.0 / inertia) / (2.0 * math.pi))
-    assert (modes.soft_modes, modes.shapes.tolist()) == (0, [[1.0]])
-    # two free panels swing against each other, each about the common axis: half the inertia felt, less what moves along
-    free = deployed_modes(linkage, np.array([3.0]), DENSITY, None)
-    centre = 0.25 * mass * (SIDE**2) / 2.0  # of both, about their common centre, which does not move
-    assert free.first > modes.first
-    assert centre > 0.0
+def hertz(eigenvalues):
+    return np.sqrt(eigenvalues) / (2.0 * math.pi)
 
 
-@pytest.mark.parametrize("root", [0, None])
-def test_an_open_chain_is_the_dense_problem(root):
-    linkage = strip(["top", "bottom", "top"])
-    stiffness = np.array([2.0, 3.0, 0.0])
-    squares = eigh(np.diag(stiffness), mass_matrix(linkage, linkage.flat, DENSITY, root), eigvals_only=True)
-    modes = deployed_modes(linkage, stiffness, DENSITY, root)
-    assert modes.soft_modes == 1
-    assert modes.frequencies == pytest.approx(np.sqrt(squares[1:]) / (2.0 * math.pi))
+@pytest.mark.parametrize("face", ["top", "bottom"])
+def test_one_hinge_has_its_own_frequency(face):
+    modes = modes_of(strip([face]))
+    inertia = OWN + MASS * (SIDE**2 + THICKNESS**2) / 4.0
+    assert modes.deployed_hz == pytest.approx(hertz(LATCH / inertia), rel=1e-12)
+    assert (modes.soft_modes, modes.gap) == (0, None)
 
 
-def test_the_kinetic_energy_of_a_free_chain_has_no_momentum():
-    """Of all motions with the same rates the one with the least energy, by trying others."""
-    linkage, rng = strip(["top", "bottom"]), np.random.default_rng(1)
-    free = mass_matrix(linkage, linkage.flat, DENSITY, None)
-    for root in range(linkage.n_panels):
-        clamped = mass_matrix(linkage, linkage.flat, DENSITY, root)
-        for rates in rng.normal(size=(20, 2)):
-            assert rates @ free @ rates <= rates @ clamped @ rates * (1.0 + 1e-9)
+def test_two_panels_that_float_swing_against_each_other():
+    modes = modes_of(strip(["top"]), base=FloatingBase())
+    assert modes.deployed_hz == pytest.approx(hertz(2.0 * LATCH / (OWN + MASS * THICKNESS**2 / 4.0)), rel=1e-12)
+
+
+def test_three_panels_held_at_one_end():
+    s, t = SIDE, THICKNESS
+    own = MASS * (s**2 + t**2) / 12.0
+    far, near, both = ((9.0 * s**2 + t**2) / 4.0, (s**2 + t**2) / 4.0, (3.0 * s**2 + t**2) / 4.0)
+    outer, inner, coupled = own + MASS * near, 2.0 * own + MASS * (far + near), own + MASS * both
+    expected = np.sort(np.linalg.eigvals(np.linalg.inv([[inner, coupled], [coupled, outer]]) * LATCH))
+    modes = modes_of(strip(["top", "top"]))
+    assert modes.frequencies == pytest.approx(hertz(expected), rel=1e-11)
+    assert modes.gap == pytest.approx(expected[1] / expected[0])
+
+
+def test_three_panels_held_in_the_middle_swing_apart():
+    modes = modes_of(strip(["top", "bottom"]), root=1)
+    assert modes.frequencies == pytest.approx(2 * [hertz(LATCH / (OWN + MASS * (SIDE**2 + THICKNESS**2) / 4.0))])
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_frequencies_follow_stiffness_and_density(name):
-    linkage, rng = linkage_of(name), np.random.default_rng(0)
-    stiffness = rng.uniform(50.0, 100.0, linkage.n_hinges)
-    modes = deployed_modes(linkage, stiffness, DENSITY, 0)
-    stiff, heavy = (
-        deployed_modes(linkage, 4.0 * stiffness, DENSITY, 0),
-        deployed_modes(linkage, stiffness, 4.0 * DENSITY, 0),
+@settings(max_examples=15, deadline=None)
+@given(latch=st.floats(0.1, 1e4), by=st.floats(0.1, 10.0), heavier=st.floats(0.1, 10.0))
+def test_frequencies_scale_with_stiffness_and_density(name, latch, by, heavier):
+    linkage = linkage_named(name)
+    one, other = modes_of(linkage, latch=latch), modes_of(linkage, latch=by * latch, density=heavier * DENSITY)
+    assert other.frequencies == pytest.approx(one.frequencies * math.sqrt(by / heavier), rel=1e-8)
+
+
+@pytest.mark.parametrize("base", [FloatingBase(), FloatingBase(0.05, (1e-5, 1e-5, 2e-5))])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_floating_array_is_never_slower_than_a_held_one(name, base):
+    linkage = linkage_named(name)
+    for root in range(0, linkage.n_panels, 3):
+        held, floating = modes_of(linkage, root), modes_of(linkage, root, base=base)
+        assert (floating.frequencies >= held.frequencies * (1.0 - 1e-12)).all()
+        heavy = modes_of(linkage, root, base=FloatingBase(1e6, (1e6, 1e6, 1e6)))
+        assert heavy.frequencies == pytest.approx(held.frequencies, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_array_that_floats_by_itself_has_no_root(name):
+    linkage = linkage_named(name)
+    first = modes_of(linkage, 0, base=FloatingBase()).frequencies
+    for root in range(1, linkage.n_panels):
+        assert modes_of(linkage, root, base=FloatingBase()).frequencies == pytest.approx(first, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_closed_rates_have_a_lower_rayleigh_quotient(name, seed):
+    linkage, rng = linkage_named(name), np.random.default_rng(seed)
+    latches, root = rng.uniform(1.0, 50.0, linkage.n_hinges), int(rng.integers(linkage.n_panels))
+    modes = deployed_modes(linkage, latches, DENSITY, root)
+    basis = flat_rates(linkage)
+    rates = basis @ rng.normal(size=basis.shape[1])
+    mass = panel_rates(linkage, DENSITY, root, linkage.flat).mass_matrix
+    quotient = rates @ (latches * rates) / (rates @ mass @ rates)
+    assert modes.deployed_hz <= hertz(quotient) * (1.0 + 1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_true_motions_beside_the_flat_state_are_not_slower(name):
+    linkage, distance = linkage_named(name), 1e-5
+    lowest = modes_of(linkage).deployed_hz
+    mass = panel_rates(linkage, DENSITY, 0, linkage.flat).mass_matrix
+    for rates in closed_states_near_flat(linkage, 20, distance):
+        quotient = LATCH * (rates @ rates) / (rates @ mass @ rates)
+        assert lowest <= hertz(quotient) * (1.0 + 100.0 * distance)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_modes_are_closed_vibrations(name):
+    linkage = linkage_named(name)
+    modes, jacobian = modes_of(linkage), linkage.closure(linkage.flat)[1]
+    motions = panel_rates(linkage, DENSITY, 0, linkage.flat)
+    assert jacobian @ modes.rates.T == pytest.approx(np.zeros((len(jacobian), len(modes.rates))), abs=1e-9)
+    assert modes.rates @ motions.mass_matrix @ modes.rates.T == pytest.approx(np.eye(len(modes.rates)), abs=1e-9)
+    assert LATCH * modes.rates @ modes.rates.T == pytest.approx(
+        np.diag(modes.eigenvalues), abs=1e-9 * modes.eigenvalues.max()
     )
-    assert stiff.frequencies == pytest.approx(2.0 * modes.frequencies)
-    assert heavy.frequencies == pytest.approx(0.5 * modes.frequencies)
-    assert modes.soft_modes == 0
-    assert len(modes.frequencies) == local_at(linkage, linkage.flat).nullity
-    # a stiffer latch lowers no frequency, and a free array is nowhere slower than a clamped one
-    for k in range(linkage.n_hinges):
-        more = stiffness.copy()
-        more[k] *= 2.0
-        assert (deployed_modes(linkage, more, DENSITY, 0).frequencies >= modes.frequencies * (1.0 - 1e-9)).all()
-    assert (deployed_modes(linkage, stiffness, DENSITY, None).frequencies >= modes.frequencies * (1.0 - 1e-9)).all()
+    energies = np.einsum("mpi,pij,mpj->m", modes.panels, motions.inertias, modes.panels)
+    assert energies == pytest.approx(np.ones(len(modes.rates)))
+    assert (modes.panels[:, 0] == 0.0).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(latched=st.lists(st.booleans(), min_size=12, max_size=12))
+def test_directions_without_latches_are_soft(latched):
+    linkage = linkage_named("thesis-4x4")
+    latches = np.where(latched, LATCH, 0.0)
+    modes = deployed_modes(linkage, latches, DENSITY, 0)
+    held = flat_rates(linkage)[np.array(latched)]
+    stiff = int(np.linalg.matrix_rank(held, tol=1e-9)) if len(held) else 0
+    assert modes.soft_modes == len(modes.eigenvalues) - stiff
+    assert (modes.deployed_hz is None) == (stiff == 0)
+    assert modes.deployed_hz is None or modes.deployed_hz > 1.0
+
+
+def test_a_chain_is_soft_where_latches_are_missing():
+    linkage = strip(["top", "bottom", "top"])
+    modes = deployed_modes(linkage, np.array([LATCH, 0.0, 0.0]), DENSITY, 0)
+    assert modes.soft_modes == 2
+    assert len(modes.frequencies) == 1
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("notation", ["hex:0234550132", "square:0112223300"])
+def test_frequencies_do_not_depend_on_how_a_design_is_written(notation, backwards):
+    circuit = Circuit.from_notation(notation)
+    own = rewritten(circuit, circuit.grid.point_group[1], 3, backwards)
+    linkage = foldings(own)[0].linkage(flat_pairs="hinged")
+    twin = linkage.twin
+    latches = np.random.default_rng(1).uniform(1.0, 50.0, linkage.n_hinges)
+    for base in (None, FloatingBase(0.1, (1e-4, 1e-4, 1e-4))):
+        one = deployed_modes(linkage, latches, DENSITY, 3, base=base)
+        other = deployed_modes(twin.linkage, latches[np.argsort(twin.hinges)], DENSITY, twin.panels[3], base=base)
+        assert one.frequencies == pytest.approx(other.frequencies, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_first_frequency_is_the_least_of_all_closed_rates(name):
-    linkage, rng = linkage_of(name), np.random.default_rng(0)
-    stiffness = rng.uniform(50.0, 100.0, linkage.n_hinges)
-    modes = deployed_modes(linkage, stiffness, DENSITY, 0)
-    masses, jacobian = mass_matrix(linkage, linkage.flat, DENSITY, 0), linkage.closure(linkage.flat)[1]
-    shape = modes.shapes[:, 0]
-    assert np.abs(jacobian @ shape).max() < 1e-9
-    square = (2.0 * math.pi * modes.first) ** 2
-    assert (stiffness * shape**2).sum() / (shape @ masses @ shape) == pytest.approx(square)
-    closed = null_space(jacobian, rcond=1e-9)
-    for rates in (closed @ rng.normal(size=(closed.shape[1], 200))).T:
-        assert (stiffness * rates**2).sum() / (rates @ masses @ rates) >= square * (1.0 - 1e-9)
+def test_balanced_moments_change_the_energy_of_closed_states_by_their_stiffness(name):
+    linkage = linkage_named(name)
+    jacobian = linkage.closure(linkage.flat)[1]
+    moments = jacobian.T @ np.random.default_rng(3).normal(size=len(jacobian))
+    stiffness = geometric_stiffness(linkage, moments)
+    errors = []
+    for distance in (1e-2, 1e-3):
+        closed = np.array(closed_states_near_flat(linkage, 10, distance))
+        energies, expected = closed @ moments, 0.5 * np.einsum("ki,ij,kj->k", closed, stiffness, closed)
+        errors.append(np.abs(energies - expected).max() / distance**2)
+    assert errors[1] < 0.2 * errors[0]  # what is left is of third order
 
 
-def test_directions_without_a_stiff_latch_are_soft():
-    linkage = linkage_of(NAMES[0])
-    nullity = local_at(linkage, linkage.flat).nullity
-    none = deployed_modes(linkage, np.zeros(linkage.n_hinges), DENSITY, 0)
-    assert (none.soft_modes, none.first) == (nullity, None)
-    one = np.zeros(linkage.n_hinges)
-    one[0] = 100.0
-    assert deployed_modes(linkage, one, DENSITY, 0).soft_modes == nullity - 1
-    with pytest.raises(HcsearchError, match="one number of 0 or more"):
-        deployed_modes(linkage, -one, DENSITY, 0)
+def test_moments_raise_frequencies_or_lower_them():
+    linkage = linkage_named("thesis-4x4")
+    jacobian = linkage.closure(linkage.flat)[1]
+    moments = 0.05 * jacobian.T @ np.random.default_rng(3).normal(size=len(jacobian))
+    plain = modes_of(linkage).eigenvalues
+    one, other = (modes_of(linkage, moments=sign * moments).eigenvalues for sign in (1.0, -1.0))
+    assert one == pytest.approx(modes_of(linkage, moments=moments).eigenvalues)
+    # both matrices add up to twice that of the latches
+    assert one[0] + other[0] <= 2.0 * plain[0] * (1.0 + 1e-12)
+    assert one[-1] + other[-1] >= 2.0 * plain[-1] * (1.0 - 1e-12)
+    assert np.abs(one / plain - 1.0).max() > 1e-3
 
 
-def test_a_hinge_without_a_latch_has_the_slope_of_its_law():
-    laws = [law_named(text) for text in ("linear:0.1+0.02", "quadratic:0.02,0.03", "table:0@0,0.1@1.5,0.3@3.1", "free")]
-    latches = np.array([0.0, 0.0, 0.0, 0.0])
-    slopes = [(law.straight.moment(1e-6) - law.straight.moment(-1e-6)) / 2e-6 for law in laws]
-    assert hinge_stiffness(laws, latches) == pytest.approx(slopes, abs=1e-6)
-    assert hinge_stiffness(laws, latches + 7.0).tolist() == [7.0] * 4
+def test_moments_without_balance_are_refused():
+    linkage = linkage_named("thesis-4x4")
+    with pytest.raises(HcsearchError, match="without balance"):
+        modes_of(linkage, moments=np.full(linkage.n_hinges, 0.1))
+    with pytest.raises(HcsearchError, match="give 12 finite ones"):
+        modes_of(linkage, moments=np.ones(3))
 
 
-def test_frequencies_do_not_depend_on_how_a_folding_is_written():
-    linkage = Folding.from_notation("hex:0223344000:4").linkage()
-    twin = linkage.twin
-    assert twin is not None
-    stiffness = np.linspace(50.0, 90.0, linkage.n_hinges)
-    of_twin = np.empty_like(stiffness)
-    of_twin[list(twin.hinges)] = stiffness
-    own = deployed_modes(linkage, stiffness, DENSITY, 2)
-    other = deployed_modes(twin.linkage, of_twin, DENSITY, twin.panels[2])
-    assert own.frequencies == pytest.approx(other.frequencies, rel=1e-8)
-    assert len(labels_of(linkage).hinges) == linkage.n_hinges
+def test_the_stiffness_of_a_flat_hinge_is_that_of_latch_and_spring():
+    laws = [law_named(text) for text in ("free", "linear:0.1+0.2", "quadratic:0.02,0.03", "tape:0.2@0.05,0.03@0.01")]
+    assert flat_stiffness(laws, np.array([1.0, 0.0, 0.0, 2.0])) == pytest.approx([1.0, 0.1, 0.02, 2.0 + 0.2 / 0.05])
+    table = law_named("table:0.2@-1,0.1@0,0.3@2")
+    step = 1e-7
+    slope = (table.straight.moment(step) - table.straight.moment(0.0)) / step
+    assert flat_stiffness([table], np.zeros(1)) == pytest.approx([slope], abs=1e-6)
 
 
-@pytest.mark.extra
-@pytest.mark.parametrize("name", [*NAMES, "thesis-4x4"])
-def test_mujoco_has_the_same_frequencies(name):
-    """Its own mass matrix, and its own Jacobian of the welds that close the loops."""
-    pytest.importorskip("mujoco")
-    linkage = linkage_named(name) if name == "thesis-4x4" else linkage_of(name)
-    compiled = compile_scene(linkage, SCENES["default"], keep=frozenset(OMISSIONS))
-    stiffness = np.random.default_rng(2).uniform(50.0, 100.0, linkage.n_hinges)
-    own = deployed_modes(linkage, stiffness, compiled.setup.density, compiled.setup.held)
-    assert own.frequencies == pytest.approx(mujoco_frequencies(compiled, stiffness), rel=1e-9)
+@pytest.mark.parametrize("latches", [np.zeros(2), np.array([-1.0]), np.array([math.nan])])
+def test_wrong_latches_are_refused(latches):
+    with pytest.raises(HcsearchError, match="latch"):
+        flat_stiffness([law_named("free")], latches)
+    with pytest.raises(HcsearchError, match="latch"):
+        flat_stiffness([law_named("free")], np.full(1, -1.0))
+
+
+def test_wrong_numbers_of_stiffnesses_are_refused():
+    with pytest.raises(HcsearchError, match="give 1 finite"):
+        deployed_modes(strip(["top"]), np.ones(2), DENSITY, 0)

@@ -1,8 +1,12 @@
-"""Vibration of the flat array on its latches: rigid panels, and springs at the hinges.
+"""Frequencies and modes of a flat array of rigid panels on latched hinges.
 
-The rates that close the loops of the flat state to first order include those of all true motions, so that the first
-frequency is a lower bound within the model of rigid panels (docs/explanation/flight.md). A preload presses each hinge
-on its own stop: the torques at every hinge are in balance, loops carry nothing, and no stiffness comes of it.
+With closure Jacobian A in the flat state and a basis B of its kernel, modes are those of
+
+    B' (K + G) B x = w^2 B' M B x,
+
+with latches K, the mass matrix M, and the geometric stiffness G of moments in hinges, if there are any. In the flat
+state more rates close the loops at first order than true motions have, so each eigenvalue is a lower bound of that of
+the rigid model. Proofs: docs/explanation/flight_modes.md, 1 to 4.
 """
 
 from __future__ import annotations
@@ -16,64 +20,142 @@ from scipy.linalg import eigh
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.kinematics.local import local_at
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.body_trees import Body
-from hcsearch.springs.flight.mass_matrix import mass_matrix
+from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
+from hcsearch.springs.flight.torque_margin import closed_rates
 
-SOFT_SHARE = 1e-10
-"""Squares of frequencies below this share of the greatest are those of soft modes; rounding is 1e-14."""
+SOFT_EIGENVALUE_SHARE = 1e-10
+"""Eigenvalues below this share of the greatest count as those of modes without stiffness; rounding is 1e-14."""
+BALANCE_TOLERANCE = 1e-6
+"""Share of moments of hinges (of their norm) that loops may leave without balance."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeployedModes(ByValue):
-    """Modes of the flat array.
+    """Modes of the flat array, from the lowest eigenvalue.
 
-    frequencies : (k,), Hz, rising, of the modes that are not soft. shapes : (n_hinges, k), rates of the hinges in each
-    mode, scaled to a greatest of 1. soft_modes : number of directions in which nothing is stiff.
+    eigenvalues : (m,), w^2, 1/s^2; those of soft modes are 0 up to rounding, or negative where moments in hinges make
+    the flat state unstable. rates : (m, n_hinges), fold angles of each mode, with kinetic energy 1/2 at unit speed.
+    panels : (m, n_panels, 6), turn (rad) and displacement of the centre (m) of each panel, in the axes of the base of
+    the linkage. soft_modes : number of modes without stiffness.
     """
 
-    frequencies: Reals
-    shapes: Reals
+    eigenvalues: Reals
+    rates: Reals
+    panels: Reals
     soft_modes: int
 
     @property
-    def first(self) -> float | None:
-        """The first frequency above the soft modes, Hz; None where there is none."""
+    def frequencies(self) -> Reals:
+        """Frequencies of the modes that are not soft, Hz, in rising order."""
+        frequencies: Reals = np.sqrt(self.eigenvalues[self.soft_modes :]) / (2.0 * math.pi)
+        return frequencies
+
+    @property
+    def deployed_hz(self) -> float | None:
+        """The first frequency above those of soft modes, Hz; None where nothing has stiffness or can move.
+
+        A lower bound if there are no soft modes; with some, only if each of them belongs to a true motion.
+        """
         return float(self.frequencies[0]) if len(self.frequencies) else None
 
+    @property
+    def gap(self) -> float | None:
+        """The ratio of the second eigenvalue to the first, of modes that are not soft; None where there is none."""
+        stiff = self.eigenvalues[self.soft_modes :]
+        return float(stiff[1] / stiff[0]) if len(stiff) > 1 else None
 
-def hinge_stiffness(laws: Sequence[Law], latch_stiffness: Reals) -> Reals:
-    """Return the stiffness of each hinge when flat, (n_hinges,), N m/rad: of its latch, else the slope of its law."""
-    slopes = np.array([max(0.0, _slope_when_flat(law)) for law in laws])
-    return np.where(latch_stiffness > 0.0, latch_stiffness, slopes)
+
+def flat_stiffness(laws: Sequence[Law], latch_stiffness: Reals) -> Reals:
+    """Return the stiffness of each hinge in the flat state, (n_hinges,), N m/rad: of its latch and of its spring."""
+    slopes = [_slope(law) for law in laws]
+    if latch_stiffness.shape != (len(slopes),) or not (np.isfinite(latch_stiffness).all()):
+        raise HcsearchError(f"stiffnesses of latches are one number for each hinge: give {len(slopes)} finite ones")
+    if (latch_stiffness < 0.0).any():
+        raise HcsearchError("the stiffness of a latch is negative: give 0 where a hinge has no latch")
+    stiffness: Reals = latch_stiffness + np.array(slopes)
+    return stiffness
 
 
-def _slope_when_flat(law: Law) -> float:
-    k = max((k for k, start in enumerate(law.straight.breaks) if start <= 0.0), default=0)
-    _, b, c, d = law.straight.cubics[k]
-    x = -law.straight.breaks[k]
-    return b + x * (2.0 * c + 3.0 * d * x)
+def _slope(law: Law) -> float:
+    """Return the slope of a law at the flat state, as the hinge begins to fold, N m/rad."""
+    branch = law.straight
+    piece = max((k for k, start in enumerate(branch.breaks) if start <= 0.0), default=0)
+    _, b, c, d = branch.cubics[piece]
+    x = -branch.breaks[piece]
+    return b + x * (2.0 * c + x * 3.0 * d)
 
 
 def deployed_modes(
-    linkage: Linkage, stiffness: Reals, density: float, root: int | None, base: Body | None = None
+    linkage: Linkage,
+    stiffness: Reals,
+    density: float,
+    root: int,
+    *,
+    base: FloatingBase | None = None,
+    moments: Reals | None = None,
 ) -> DeployedModes:
-    """Return the modes of a flat array.
+    """Compute the modes of a flat array.
 
-    stiffness : (n_hinges,), N m/rad. density, root, base : as of `mass_matrix`. HcsearchError for a negative stiffness.
+    stiffness : (n_hinges,), N m/rad, as of `flat_stiffness`. density : of the panels, kg/m^3. root : the panel that is
+    held, or that floats with a base. base : None where the root is held. moments : (n_hinges,), N m, that hinges have
+    in the flat state and that loops balance, see `geometric_stiffness`; none unless given.
+    HcsearchError for numbers of hinges that differ, and for moments without balance.
     """
-    if stiffness.shape != (linkage.n_hinges,) or not (stiffness >= 0.0).all():
-        raise HcsearchError("the stiffness of each hinge is one number of 0 or more: give one for each")
-    basis = local_at(linkage, linkage.flat).null_space()
+    if np.shape(stiffness) != (linkage.n_hinges,) or not np.isfinite(stiffness).all():
+        raise HcsearchError(f"stiffnesses are one number for each hinge: give {linkage.n_hinges} finite ones")
+    motions = panel_rates(linkage, density, root, linkage.flat, base)
+    basis = flat_rates(linkage)
+    stiff = np.diag(stiffness)
+    if moments is not None:
+        stiff = stiff + geometric_stiffness(linkage, moments)
     if not basis.shape[1]:
-        return DeployedModes(np.empty(0), np.empty((linkage.n_hinges, 0)), 0)
-    masses = basis.T @ mass_matrix(linkage, linkage.flat, density, root, base) @ basis
-    stiffnesses = basis.T @ (stiffness[:, None] * basis)
-    squares, vectors = eigh(stiffnesses, masses)
-    soft = int(np.count_nonzero(squares <= SOFT_SHARE * max(squares[-1], 0.0))) if squares[-1] > 0.0 else len(squares)
-    shapes = basis @ vectors[:, soft:]
-    return DeployedModes(
-        np.sqrt(squares[soft:]) / (2.0 * math.pi), shapes / np.abs(shapes).max(axis=0, initial=1e-300), soft
-    )
+        return DeployedModes(np.zeros(0), np.zeros((0, linkage.n_hinges)), np.zeros((0, linkage.n_panels, 6)), 0)
+    eigenvalues, shapes = eigh(_symmetric(basis.T @ stiff @ basis), _symmetric(basis.T @ motions.mass_matrix @ basis))
+    rates = (basis @ shapes).T
+    soft = int((eigenvalues <= SOFT_EIGENVALUE_SHARE * np.abs(eigenvalues).max()).sum())
+    panels = np.einsum("pij,mj->mpi", motions.maps, rates)
+    return DeployedModes(eigenvalues, rates, panels, soft)
+
+
+def flat_rates(linkage: Linkage) -> Reals:
+    """Return an orthonormal basis of the rates that close the loops of the flat array at first order, (n_hinges, m)."""
+    rates = closed_rates(linkage.closure(linkage.flat)[1][None])
+    basis: Reals = rates.bases(np.array([0]), int(rates.ranks[0]))[0]
+    return basis
+
+
+def geometric_stiffness(linkage: Linkage, moments: Reals) -> Reals:
+    """Return the stiffness G of moments that hinges have in the flat state, (n_hinges, n_hinges), N m/rad.
+
+    moments : (n_hinges,), N m, derivatives of the energy by the fold angles: positive where the hinge is driven to open
+    beyond flat, as by springs, less what its own stop bears. Loops must balance them: moments = A' y for a wrench y in
+    the loops. A motion with rates v then changes the energy by v' G v / 2 = -y . bend(v) / 2 at second order; this
+    raises frequencies or lowers them. y is the wrench of least norm: others differ by self-stresses, which true motions
+    do not feel. HcsearchError for moments that are not balanced.
+    """
+    moments = np.asarray(moments, float)
+    if moments.shape != (linkage.n_hinges,) or not np.isfinite(moments).all():
+        raise HcsearchError(f"moments are one number for each hinge: give {linkage.n_hinges} finite ones")
+    jacobian = linkage.closure(linkage.flat)[1]
+    wrench = np.linalg.lstsq(jacobian.T, moments, rcond=1e-9)[0]
+    left = np.linalg.norm(moments - jacobian.T @ wrench)
+    if left > BALANCE_TOLERANCE * np.linalg.norm(moments):
+        raise HcsearchError(
+            f"moments of hinges leave {left:.3g} N m without balance in the flat state: give what remains when stops "
+            "bear their share, or none"
+        )
+    n = linkage.n_hinges
+    stiffness, rows = np.empty((n, n)), np.eye(n)
+    own = np.array([wrench @ linkage.bend(jacobian, row) for row in rows])
+    for i in range(n):
+        for j in range(i, n):
+            both = own[i] if i == j else wrench @ linkage.bend(jacobian, rows[i] + rows[j])
+            stiffness[i, j] = stiffness[j, i] = -own[i] if i == j else -0.5 * (both - own[i] - own[j])
+    return stiffness
+
+
+def _symmetric(matrix: Reals) -> Reals:
+    symmetric: Reals = 0.5 * (matrix + matrix.T)
+    return symmetric

@@ -13,9 +13,10 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
 from hcsearch.springs.flight.craft import craft_clearance
-from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, hinge_stiffness
-from hcsearch.springs.flight.latching import latch_bounds
+from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
+from hcsearch.springs.flight.latching import arrival_loads, latch_bounds
 from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along, path_rates
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of
@@ -62,21 +63,41 @@ def _stowage(travel: Travel) -> dict[str, Any]:
 
 def modes_of(travel: Travel) -> DeployedModes:
     """Return the modes of the flat array on its latches."""
-    hardware, setup = travel.hardware, travel.setup
-    stiffness = hinge_stiffness(setup.laws, hardware.latch_stiffness)
-    return deployed_modes(travel.linkage, stiffness, setup.density, hardware.root)
+    stiffness = flat_stiffness(travel.setup.laws, travel.hardware.latch_stiffness)
+    return deployed_modes(travel.linkage, stiffness, travel.setup.density, root_of(travel), base=_base(travel))
+
+
+def _base(travel: Travel) -> FloatingBase | None:
+    """Return what floats with the root panel of a free array; None where the root is held."""
+    setup = travel.setup
+    return FloatingBase(setup.base_mass, setup.base_inertia) if travel.hardware.root is None else None
 
 
 def _modes(travel: Travel) -> dict[str, Any]:
     modes = modes_of(travel)
-    return {"deployed_hz": modes.first, "soft_modes": modes.soft_modes}
+    return {"deployed_hz": modes.deployed_hz, "soft_modes": modes.soft_modes}
 
 
 def _latches(travel: Travel) -> dict[str, Any]:
-    """Return what latches bear; the state next to the flat one is the last that is regular."""
-    before = travel.states[-2] if len(travel.states) > 2 else None
-    bounds = latch_bounds(travel.linkage, travel.setup, travel.hardware.latch_stiffness, travel.states[0], before)
-    return {"latch_torque": bounds.torque, "latch_impulse": bounds.impulse}
+    """Return the bound of latch torques, and the impulses of simulated arrivals where springs open the folding."""
+    setup, latches = travel.setup, travel.hardware.latch_stiffness
+    figures: dict[str, Any] = {}
+    if latches.any():
+        figures["latch_torque"] = latch_bounds(
+            travel.linkage,
+            setup.laws,
+            latches,
+            setup.density,
+            setup.held,
+            travel.states[0],
+            gravity=setup.gravity,
+            restitution=setup.restitution,
+            base=FloatingBase(setup.base_mass, setup.base_inertia) if setup.free else None,
+        ).torque
+    if travel.deployment is not None:
+        loads = arrival_loads(travel.deployment, latches)
+        figures["latch_impulse"] = max((load.impulse for load in loads), default=None)
+    return figures
 
 
 def _margins(travel: Travel) -> dict[str, Any]:

@@ -214,7 +214,7 @@ def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> S
     sheet, modes = review(moved.travel, read_rules("ecss"), title=notation, source=moved.source), modes_of(moved.travel)
     command = f"hcsearch sheet {notation}{scene_option_text(stored.scene, stored.database_option)}"
     motions = list(shown.motions)
-    if modes.first is not None:
+    if modes.deployed_hz is not None:
         payload = payload_of(replay_of_mode(moved.travel.linkage, modes, 0, notation))
         motions.append(ShownMotion("First mode of the flat array", payload["source"], command, payload, ()))
     return replace(shown, sheet=sheet, motions=motions)
