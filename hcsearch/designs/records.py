@@ -257,8 +257,8 @@ class FlightNumbers:
         torque_margin_hinge (a name as in pictures) and the share torque_margin_at of the travel, 0 packed, 1 flat.
     torque_margin_failed : the same with the worst spring missing.
     deployed_hz : first frequency of the flat array on its latches, Hz; soft_modes : directions without stiffness.
-    latch_torque : greatest torque of a latch, N m. latch_impulse : greatest impulse at a hinge that arrives at the flat
-        state in the simulation, N m s.
+    latch_torque : greatest torque of a latch, N m. latch_impulse : moment of impulse that the root takes at an arrival,
+        N m s.
     clearance_ratio : least gap of panels that are neither stacked on each other nor joined, over the tolerances.
     self_stresses : states of self-stress of the flat array. flatness : greatest distance of a corner from the mean
         plane (m) per error of the stops (rad). tilt : greatest tilt of a panel (rad) per error of the stops (rad).

@@ -163,7 +163,7 @@ FLIGHT_QUANTITIES = (
         weight=0.0,
     ),
     Quantity(
-        *("latch_impulse", "real", "N m s", "greatest impulse at a hinge that arrives flat, in the simulation"),
+        *("latch_impulse", "real", "N m s", "impulse that the root takes as hinges arrive flat, an upper bound"),
         better="lower",
     ),
     Quantity(

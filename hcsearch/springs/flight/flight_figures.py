@@ -14,7 +14,7 @@ from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
 from hcsearch.springs.flight.craft import craft_clearance
 from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
-from hcsearch.springs.flight.latching import arrival_loads, latch_bounds
+from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along, path_rates
@@ -79,25 +79,20 @@ def _modes(travel: Travel) -> dict[str, Any]:
 
 
 def _latches(travel: Travel) -> dict[str, Any]:
-    """Return the bound of latch torques, and the impulses of simulated arrivals where springs open the folding."""
-    setup, latches = travel.setup, travel.hardware.latch_stiffness
-    figures: dict[str, Any] = {}
-    if latches.any():
-        figures["latch_torque"] = latch_bounds(
-            travel.linkage,
-            setup.laws,
-            latches,
-            setup.density,
-            setup.held,
-            travel.states[0],
-            gravity=setup.gravity,
-            restitution=setup.restitution,
-            base=FloatingBase(setup.base_mass, setup.base_inertia) if setup.free else None,
-        ).torque
-    if travel.deployment is not None:
-        loads = arrival_loads(travel.deployment, latches)
-        figures["latch_impulse"] = max((load.impulse for load in loads), default=None)
-    return figures
+    """Return bounds of the torque of latches, and of the impulse that the root takes at an arrival."""
+    setup = travel.setup
+    bounds = latch_bounds(
+        travel.linkage,
+        setup.laws,
+        travel.hardware.latch_stiffness,
+        setup.density,
+        setup.held,
+        travel.states[0],
+        gravity=setup.gravity,
+        restitution=setup.restitution,
+        base=FloatingBase(setup.base_mass, setup.base_inertia) if setup.free else None,
+    )
+    return {"latch_torque": bounds.torque, "latch_impulse": bounds.base_moment}
 
 
 def _margins(travel: Travel) -> dict[str, Any]:

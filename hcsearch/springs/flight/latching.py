@@ -88,7 +88,7 @@ def latch_bounds(
     restitution: float = 0.0,
     base: FloatingBase | None = None,
 ) -> LatchBounds:
-    """Bound the loads of latching without a simulation.
+    """Bound the loads of latching without a simulation, for springs that push no harder beyond flat than at flat.
 
     laws : of the hinges. latch_stiffness : (n_hinges,), N m/rad, 0 where there is no latch. start : (n_hinges,), fold
     angles at which the array is at rest, rad. gravity : m/s^2, in the axes of the root. restitution : of the stops.
@@ -102,7 +102,8 @@ def latch_bounds(
     bodies = panel_bodies(linkage, density)
     reach = panel_reach(linkage, root, np.array([body.centre for body in bodies]))
     masses = np.array([body.mass for body in bodies])
-    masses[root] = 0.0  # the root does not move, or is what takes the load
+    spins = np.array([np.linalg.eigvalsh(body.inertia)[-1] for body in bodies])
+    masses[root] = spins[root] = 0.0  # the root does not move, or is what takes the load
     energy = released_energy(laws, start)
     if base is None and any(gravity):
         centres = panel_rates(linkage, density, root, start).centres
@@ -110,21 +111,15 @@ def latch_bounds(
         arms = (centres - centres[root]) @ linkage.poses(start)[root, :, :3]
         energy += float((masses * (np.linalg.norm(gravity) * reach - arms @ np.array(gravity, float))).sum())
     preloads = np.array([max(0.0, law.straight.moment(0.0)) for law in laws])
-    latched = latches > 0.0
-    pressed = np.zeros(len(laws))
-    pressed[latched] = 0.5 * preloads[latched] ** 2 / latches[latched]
-    available = energy + pressed.sum() - pressed
-    torques = preloads + np.sqrt(preloads**2 + 2.0 * latches * available)
-    energy_at_impact = energy + pressed.sum()
-    spins = np.array([np.linalg.eigvalsh(body.inertia)[-1] for body in bodies])
-    spins[root] = 0.0
-    swing = float((masses * reach**2 + spins).sum())
-    bounce = 1.0 + restitution
+    yielding = latches > 0.0
+    pressed = np.where(yielding, 0.5 * preloads**2 / np.where(yielding, latches, 1.0), 0.0)
+    torques = preloads + np.sqrt(preloads**2 + 2.0 * latches * (energy + pressed.sum() - pressed))
+    momentum = (1.0 + restitution) * math.sqrt(2.0 * (energy + pressed.sum()))
     return LatchBounds(
-        float(energy),
-        np.where(latched, torques, np.nan),
-        bounce * math.sqrt(2.0 * energy_at_impact * masses.sum()),
-        bounce * math.sqrt(2.0 * energy_at_impact * swing),
+        energy=float(energy),
+        torques=np.where(yielding, torques, np.nan),
+        base_impulse=momentum * math.sqrt(masses.sum()),
+        base_moment=momentum * math.sqrt(float((masses * reach**2 + spins).sum())),
     )
 
 
