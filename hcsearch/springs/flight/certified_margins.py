@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.series import centre_screws
