@@ -63,8 +63,8 @@ class CertifiedMargin:
         return "sampled" if self.gaps else "bound"
 
 
-@dataclass(frozen=True)
-class _Intervals:
+@dataclass(frozen=True, eq=False)
+class _Intervals(ByValue):
     """Intervals of steps of a path: (k,) their steps, and start and end as shares of these."""
 
     steps: WholeNumbers
