@@ -11,12 +11,12 @@ import numpy as np
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding, folding_at
-from hcsearch.designs.records import MotionBatch
+from hcsearch.designs.records import FlightNumbers, MotionBatch
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.search.stages.mobility import mobility_of_batch
 from hcsearch.search.stages.motion import motions_of_batch
-from hcsearch.springs.flight.flight_sheet import FlightSheet
-from hcsearch.springs.flight.review import review
+from hcsearch.springs.flight.flight_figures import figures_of
+from hcsearch.springs.flight.review import rule_rows
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.spring_choice import springs_that_pass
 from hcsearch.springs.flight.travel import Travel, travel_along
@@ -126,16 +126,18 @@ def _row(cells: str, folding: Folding, moves: MotionBatch, k: int) -> tuple[Pass
         chosen = springs_that_pass(travel, rules)
     except HcsearchError:
         return None, False
-    sheet = review(replace(travel, setup=chosen.setup), rules, title=folding.notation, source="path")
-    if sheet.verdict != "pass":
+    with_them = replace(travel, setup=chosen.setup)
+    numbers = figures_of(with_them)
+    if any(row.verdict != "pass" for row in rule_rows(with_them, rules, numbers)):
         return None, True
     return _passing(
-        cells, folding, way, sheet, 1e3 * float(chosen.preloads.sum()), 1e3 * (chosen.lower_bound or 0.0)
+        cells, folding, way, numbers, 1e3 * float(chosen.preloads.sum()), 1e3 * (chosen.lower_bound or 0.0)
     ), True
 
 
-def _passing(cells: str, folding: Folding, way: Way, sheet: FlightSheet, preload: float, least: float) -> PassingRow:
-    numbers = sheet.numbers
+def _passing(
+    cells: str, folding: Folding, way: Way, numbers: FlightNumbers, preload: float, least: float
+) -> PassingRow:
     return PassingRow(
         cells,
         folding.notation,

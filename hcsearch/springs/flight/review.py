@@ -49,6 +49,11 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
     )
 
 
+def rule_rows(travel: Travel, rules: Rules, numbers: FlightNumbers, *, measured: bool = False) -> tuple[SheetRow, ...]:
+    """Return the rows of a sheet alone; numbers : the figures of the travel."""
+    return tuple(_Review(travel, rules, numbers, measured).rows())
+
+
 @dataclass(frozen=True)
 class _Review:
     """One folding against the rules of a standard."""
