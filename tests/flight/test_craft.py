@@ -1,4 +1,4 @@
-"""Gaps to the craft and swept boxes, against dense samples and by hand."""
+"""Gaps to the craft, against dense samples and by hand."""
 
 import math
 
@@ -8,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.designs.folding import Folding
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
-from hcsearch.springs.flight.craft import craft_clearance, craft_corners, placed_solids, swept_box
+from hcsearch.springs.flight.craft import craft_clearance, craft_corners, placed_solids
 
 SIDE, THICK = 0.1, 0.01
 
@@ -70,19 +69,3 @@ def test_gaps_are_never_above_those_of_samples(corner, root):
                 # the middle of each is in it, so this is an upper bound of their distance
                 apart = np.linalg.norm(solid[:, None] - corners[None], axis=2).min()
                 assert gap <= apart + 1e-9
-
-
-@pytest.mark.parametrize("notation", ["hex:0234550132:4", "square:0122223000:1"])
-def test_swept_boxes_hold_all_panels_wherever_the_root_is(notation):
-    linkage = Folding.from_notation(notation).linkage()
-    states = np.linspace(1.0, 0.0, 8)[:, None] * linkage.folded
-    for root in (0, linkage.n_panels - 1):
-        box = swept_box(linkage, states, root)
-        low, high = np.array(box.corner), np.array(box.corner) + box.sides
-        for share in np.linspace(0.0, 1.0, 57):
-            points = np.concatenate(placed_solids(linkage, share * linkage.folded, root))
-            assert (points >= low - 1e-12).all()
-            assert (points <= high + 1e-12).all()
-        assert box.volume == pytest.approx(math.prod(box.sides))
-        everything = np.concatenate([np.concatenate(placed_solids(linkage, state, root)) for state in states])
-        assert (np.array(box.sides) <= np.ptp(everything, axis=0) * 1.1 + 0.05).all()

@@ -84,6 +84,7 @@ def test_the_page_has_its_drawings_and_no_scripts(run, tmp_path):
     assert all(title in page for title in titles)
     assert 'class="envelope"' in page
     assert 'class="craft"' in page
+    assert re.search(r"A box of [\d.]+ x [\d.]+ x [\d.]+ mm holds all panels at all times\.", page)
     assert "<script>" not in page
     assert "script-src;" not in page
 

@@ -1,10 +1,8 @@
-"""Gaps between panels and the body of the craft along a motion, and the box that the panels sweep."""
+"""Gaps between panels and the body of the craft along a motion."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +12,6 @@ from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.least_gaps import least_pair_gap
 from hcsearch.kernels.linkage.prisms import Prisms, pairs_between
 from hcsearch.motion.collision.panel_prisms import TOUCHING_DISTANCE, padded_table, prisms_of, scale_of
-from hcsearch.motion.collision.panel_reaches import longest_way
 from hcsearch.scenes.scene import CraftBox
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
@@ -89,43 +86,3 @@ def _with_boxes(panels: Prisms, boxes: Reals, root: int) -> Prisms:
         normals=joined(panels.normals, [axes] * count),
         edges=joined(panels.edges, [axes] * count),
     )
-
-
-SWEPT_WIDTH_SHARE = 0.01
-"""By how much a swept box is wider at most, over the longest way through the array."""
-
-
-@dataclass(frozen=True)
-class SweptBox:
-    """A box that holds all panels at all times, m, along the axes of the flat sheet, and its least corner."""
-
-    corner: tuple[float, float, float]
-    sides: tuple[float, float, float]
-
-    @property
-    def volume(self) -> float:
-        """The volume of the box, m^3."""
-        return math.prod(self.sides)
-
-
-def swept_box(linkage: Linkage, states: Reals, root: int) -> SweptBox:
-    """Return a box that holds all panels along a motion, with the root panel where it lies when flat.
-
-    states : (k, n_hinges), rad. Between two places no point is farther from the nearer one than half of what all hinges
-    can move it, if their angles lie between those at both; places lie so near that the box is wider by
-    `SWEPT_WIDTH_SHARE` of the longest way through the array at most.
-    """
-    least, greatest = np.full(3, math.inf), np.full(3, -math.inf)
-    turns = np.abs(np.diff(states, axis=0)).sum(axis=1)
-    parts = np.maximum(1, np.ceil(0.5 * turns / SWEPT_WIDTH_SHARE).astype(int))
-    places = [
-        start + share * (end - start)
-        for start, end, count in zip(states, states[1:], parts.tolist(), strict=False)
-        for share in np.arange(count) / count
-    ]
-    for state in [*places, states[-1]]:
-        points = np.concatenate(placed_solids(linkage, state, root))
-        least, greatest = np.minimum(least, points.min(axis=0)), np.maximum(greatest, points.max(axis=0))
-    wider = 0.5 * float((turns / parts).max(initial=0.0)) * longest_way(linkage)
-    low, high = least - wider, greatest + wider
-    return SweptBox(tuple(low.tolist()), tuple((high - low).tolist()))

@@ -5,10 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.metadata import version
 
+import numpy as np
 from markupsafe import Markup
 
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.springs.flight.flight_figures import root_of
 from hcsearch.springs.flight.flight_sheet import FlightSheet
 from hcsearch.springs.flight.sheet_texts import RULE_HEADS, rule_cells
+from hcsearch.springs.flight.swept_volume import swept_box
+from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.plots import DrawnPlot
@@ -58,9 +63,20 @@ def sheet_drawings(sheet: FlightSheet) -> SheetDrawings:
         note = f"From above, and from the side; dashed: {envelope}." if envelope else "From above, and from the side."
         plots.append(DrawnPlot("Packed", stowed_drawing(sheet.travel.linkage, envelope), (), note))
         if len(sheet.travel.states):
-            note = "From above and from two sides, with the root panel at rest."
-            plots.append(DrawnPlot("Swept volume", swept_drawing(sheet.travel), (), note))
+            plots.append(DrawnPlot("Swept volume", swept_drawing(sheet.travel), (), _swept_note(sheet.travel)))
     return SheetDrawings(tuple(plot for plot in plots if plot is not None))
+
+
+def _swept_note(travel: Travel) -> str:
+    """Return a sentence on the drawing of the swept volume, with the box that holds it where the motion is proved."""
+    note = "From above and from two sides, with the root panel at rest."
+    try:
+        motion, slack = travel.course
+    except HcsearchError:
+        return note
+    box = swept_box(travel.linkage, motion, float(np.max(slack, initial=0.0)), root_of(travel))
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in box.sides)
+    return f"{note} A box of {sides} mm holds all panels at all times."
 
 
 @dataclass(frozen=True)
