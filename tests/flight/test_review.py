@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -94,6 +95,11 @@ def test_rules_are_held_against_the_figures(sheet):
     room = row(sheet, "room in the envelope")
     assert room.figure == pytest.approx(180.0 - 100.0 * math.sqrt(3.0), abs=1e-5)
     assert room.verdict == "pass"
+    demands = {what: value for what, value, _ in sheet.demands}
+    (stacks,) = (value for what, value in demands.items() if what.startswith("stacks that stand in"))
+    assert re.fullmatch(r"panels [\d.]+ mm thick, or \d+ layers of these", stacks)
+    for style in SHEET_STYLES:
+        assert all(value in sheet_text(sheet, style) for value in demands.values())
     assert row(sheet, "gap to the craft").figure == pytest.approx(1e3 * numbers.craft_clearance)
     assert sheet.verdict == "fail"
     assert sheet.source.startswith("springs, flat after")

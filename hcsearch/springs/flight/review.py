@@ -10,10 +10,12 @@ import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.records import FlightNumbers
+from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.flight_figures import figures_of, root_of, tolerances_of, travel_margins
 from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, FlightSheet, Sensitivity, SheetRow
+from hcsearch.springs.flight.footprints import footprint_of
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules
 from hcsearch.springs.flight.shape_errors import shape_errors
@@ -137,11 +139,22 @@ class _Review:
             yield SheetRow("gap to the craft", "scene", None if gap is None else 1e3 * gap, 0.0, "mm", note=note)
 
     def demands(self) -> Iterator[tuple[str, str, str]]:
-        """Yield what latches and stops must bear."""
+        """Yield what latches and stops must bear, and what the envelope demands of the stacks."""
         rule, torque = self.rules.latch, self.numbers.latch_torque
+        envelope = self.travel.hardware.envelope
         if rule is not None and torque is not None:
             strength = f"{short_number(rule.factor * torque, 4)} N m"
             yield "strength of latches at yield, at least", strength, rule.clause
+        if envelope:
+            yield f"stacks that stand in {envelope}, obliquely too, at most", self._stacks_in(envelope), "scene"
+
+    def _stacks_in(self, envelope: str) -> str:
+        """Return in words how thick panels may be in stacks that stand in an envelope, and how many of these may be."""
+        footprint = footprint_of(self.travel.linkage)
+        length, width, height = (1e-3 * side for side in envelope_sides(envelope))
+        thickest = 1e3 * footprint.greatest_thickness((length, width, height))
+        layers = footprint.greatest_layers((length, width, height))
+        return f"panels {short_number(thickest)} mm thick, or {layers} layers of these" if thickest else "none"
 
     def springs(self, rows: Sequence[SheetRow]) -> tuple[tuple[str, str], ...]:
         """Return springs with which the motorisation passes, by hinge; none where it passes, or none are found."""

@@ -38,7 +38,8 @@ def sheet_text(sheet: FlightSheet, style: str) -> str:
     """Return a sheet as text in a style of `SHEET_STYLES`."""
     table, heading = _STYLES[style]
     parts = [_table(head_cells(sheet), ("sheet", ""), table)]
-    parts.append(_table([rule_cells(row) for row in sheet.rows], RULE_HEADS, table))
+    demands = [(what, clause, value, "-", "-", "-", "") for what, value, clause in sheet.demands]
+    parts.append(_table([*(rule_cells(row) for row in sheet.rows), *demands], RULE_HEADS, table))
     if sheet.springs:
         parts.append(heading.format("Springs that pass"))
         parts.append(_table(sheet.springs, ("hinge", "spring"), table))
