@@ -60,6 +60,13 @@ def test_a_wheel_is_found_before_the_checkout(site, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_wheel_holds_envelopes_and_the_rules_of_standards(site):
+    data = [file.relative_to(ROOT) for file in (ROOT / "hcsearch").rglob("*.toml")]
+    assert len(data) >= 3
+    assert all((site / file).read_bytes() == (ROOT / file).read_bytes() for file in data)
+
+
+@pytest.mark.slow
 def test_a_wheel_names_both_licences_and_holds_their_texts(site):
     (info,) = site.glob("*.dist-info")
     metadata = (info / "METADATA").read_text(encoding="utf-8").splitlines()

@@ -38,7 +38,8 @@ def sheet(
     """Hold a folding in a scene against the rules of a standard, as `hcsearch sheet` does.
 
     what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
-    rules : `ecss`, or a file `.toml` (docs/reference/rules.md). measured : whether friction and harness are measured.
+    rules : `ecss`, `aiaa`, or a file `.toml` (docs/reference/rules.md). measured : whether friction and harness are
+    measured.
 
     Errors: HcsearchError where neither springs nor a proved path open the folding.
     """

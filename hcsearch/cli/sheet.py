@@ -21,10 +21,10 @@ from hcsearch.cli.options import examples_epilog, json_option
 @folding_options
 @click.option(
     "--rules",
-    metavar="ecss|FILE.toml",
+    metavar="ecss|aiaa|FILE.toml",
     default="ecss",
     show_default=True,
-    help="The standard: ECSS-E-ST-33-01C, or a file with factors and clauses of another.",
+    help="The standard: ECSS-E-ST-33-01C, AIAA S-114, or a file with factors and clauses of another.",
 )
 @click.option(
     "--measured",

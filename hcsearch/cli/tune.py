@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--rule",
-    metavar="ecss|FILE.toml",
+    metavar="ecss|aiaa|FILE.toml",
     help="Instead, choose least preloads, or springs of --offer, that pass the motorisation of a standard all along "
     "the travel.",
 )

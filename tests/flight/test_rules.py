@@ -1,5 +1,7 @@
 """Rules of standards: those that come with the program, and files of one's own."""
 
+from importlib.resources import files
+
 import pytest
 
 from hcsearch.basics.errors import InputFileError
@@ -23,7 +25,6 @@ hz = 0.1
 
 
 def test_the_factors_of_ecss_are_those_of_its_issue():
-    assert STANDARDS == ("ecss",)
     rules = read_rules("ecss")
     assert rules.standard == "ECSS-E-ST-33-01C, 6 March 2009"
     # 2 x 3 / 0.8, and 2 x 1.5 / 0.8 where measured
@@ -33,6 +34,19 @@ def test_the_factors_of_ecss_are_those_of_its_issue():
     clauses = [rules.motorisation.clause, rules.redundancy.clause, rules.latch.clause, rules.clearance.clause]
     assert clauses == ["4.7.5.3.1", "4.7.5.3.2 f", "4.7.5.4.4", "4.7.5.4.8 d"]
     assert (rules.frequency, rules.flatness) == (None, None)
+
+
+def test_aiaa_asks_for_twice_what_resists_and_for_no_redundancy():
+    rules = read_rules("aiaa")
+    assert rules.standard == "AIAA S-114, 2005"
+    assert rules.motorisation.weights(measured=False) == rules.motorisation.weights(measured=True) == (2.0, 2.0)
+    assert (rules.latch.factor, rules.redundancy, rules.clearance) == (2.0, None, None)
+
+
+def test_every_standard_stands_in_a_file_and_is_read():
+    folder = files("hcsearch.springs.flight").joinpath("standards")
+    assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.toml" for name in STANDARDS)
+    assert len({read_rules(name).standard for name in STANDARDS}) == len(STANDARDS)
 
 
 def test_a_file_has_the_rules_that_it_names(tmp_path):
@@ -69,7 +83,7 @@ def test_files_that_are_no_rules_are_refused_with_a_remedy(tmp_path, text, messa
 
 
 def test_unknown_standards_and_missing_files_are_refused():
-    with pytest.raises(InputFileError, match=r"there are no rules 'nasa': name ecss, or a file \.toml"):
+    with pytest.raises(InputFileError, match=r"there are no rules 'nasa': name ecss, aiaa, or a file \.toml"):
         read_rules("nasa")
     with pytest.raises(InputFileError, match=r"cannot read none\.toml"):
         read_rules("none.toml")

@@ -16,7 +16,7 @@ from typing import Any
 from hcsearch.basics.errors import InputFileError
 from hcsearch.system.reading import parse_toml, read_toml
 
-STANDARDS = ("ecss",)
+STANDARDS = ("ecss", "aiaa")
 """Standards whose rules come with the program."""
 
 
