@@ -12,6 +12,7 @@ from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from hcsearch.springs.flight.craft import craft_clearance, craft_corners, placed_solids
+from tests.collision.naive_clearance import distance
 
 SIDE, THICK = 0.1, 0.01
 
@@ -63,9 +64,9 @@ def test_gaps_are_never_above_those_of_samples(corner, root):
     box = (*corner, 0.03, 0.04, 0.05)
     gap = craft_clearance(linkage, turning(linkage, start, end), 0.0, [box], root)
     (corners,) = craft_corners(linkage, [box], root)
-    for share in np.linspace(0.0, 1.0, 40):
-        for panel, solid in enumerate(placed_solids(linkage, start + share * (end - start), root)):
-            if panel != root:
-                # the middle of each is in it, so this is an upper bound of their distance
-                apart = np.linalg.norm(solid[:, None] - corners[None], axis=2).min()
-                assert gap <= apart + 1e-9
+    states = start + np.linspace(0.0, 1.0, 200)[:, None] * (end - start)
+    solids = [solid for state in states for k, solid in enumerate(placed_solids(linkage, state, root)) if k != root]
+    least = min(distance(solid, corners) for solid in solids)
+    assert gap <= least + 1e-12
+    # between two samples no point moves by more than 7 mm; below 0 is a depth, which these distances do not tell
+    assert least == 0.0 or gap >= least - 0.007
