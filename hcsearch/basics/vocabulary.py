@@ -30,9 +30,10 @@ Verdict = Literal["deploys", "undecided", "collides"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """Verdicts on one deployment."""
 
-Ending = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
+Ending = Literal["flat", "moving", "at rest", "stuck", "jammed", "diverged", "out of steps"]
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
-"""Endings of a simulated deployment: `moving` when time is up, `jammed` where stops and loops block all motion."""
+"""Endings of a simulated deployment: `moving` when time is up, `stuck` where friction holds what would move without it,
+`jammed` where stops and loops block all motion."""
 
 Way = Literal["rigid", "hinged", "merged"]
 WAYS: tuple[Way, ...] = get_args(Way)

@@ -65,10 +65,10 @@ from hcsearch.system.terminal import short_number
 def deploy(name: str, as_json: bool, **options: Any) -> None:
     """Simulate how springs open a folding or an assembly.
 
-    The motion starts at rest in the packed state and ends when the array is flat, at rest, jammed, or when the time is
-    over. It is either certified free of collisions, for panels shrunk by a margin on every face (0.1 mm for panels of
-    50 mm), or the first collision is reported. A motion that ends flat is simulated at tighter tolerances, too. Its
-    time is printed with the digits that agree; if one of them ends otherwise, the verdict is undecided.
+    The motion starts at rest in the packed state and ends when the array is flat, at rest, stuck, jammed, or when the
+    time is over. It is either certified free of collisions, for panels shrunk by a margin on every face (0.1 mm for
+    panels of 50 mm), or the first collision is reported. A motion that ends flat is simulated at tighter tolerances,
+    too. Its time is printed with the digits that agree; if one of them ends otherwise, the verdict is undecided.
 
     Exit code: 0 if the array becomes flat, certified free of collisions; 1 if it does not or if this is undecided; 2
     for wrong input.

@@ -176,7 +176,8 @@ def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
 def _hold(subject: SceneTables) -> DiscreteState:
     """Return the discrete state at the start: no joint held, each spring on its branch."""
     n = len(subject.start)
-    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    slides = np.zeros(len(subject.hinges.friction), np.int8)
+    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8), slides)
     for k in range(n):
         hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
     return hold
@@ -251,6 +252,7 @@ def _tables_at(stack: Any, i: int) -> SceneTables:
             h.upper[i],
             h.stop_stiffness[i],
             h.stop_damping[i],
+            h.friction[i],
         ),
         stack.start[i],
         stack.joint_of[i],

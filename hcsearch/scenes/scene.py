@@ -59,7 +59,7 @@ class Scene:
     seconds : the simulated time; None for a time derived from panels and springs.
     stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
     `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
-    friction : the Coulomb friction of every hinge, and harness : the torque of a harness across it, N m. Both resist.
+    friction, harness : the torque with which Coulomb friction and a harness resist at every hinge, N m.
     latch_stiffness : of the latch of every hinge at the flat state, N m/rad.
     stop_tolerance : the error of the flat stop of every hinge, and play : the play of every hinge, both to each side,
     rad.

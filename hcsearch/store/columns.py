@@ -401,7 +401,7 @@ EVALUATION_QUANTITIES = (
     Quantity("subject", "text", "", "design or assembly, with its sizes"),
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of the spring at each hinge, in the order of hinges"),
-    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", ENDINGS),
+    Quantity("outcome", "text", "", "flat, moving, at rest, stuck, jammed, diverged or out of steps", ENDINGS),
     Quantity("clear", "boolean", "", "1: certified clear until its end; 0: panels collide; null: undecided"),
     Quantity("end_time", "real", "s", "end of the simulation"),
     Quantity("collision_time", "real", "s", "time of the first collision"),

@@ -29,7 +29,7 @@ from sqlalchemy.types import REAL, TypeEngine
 from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 
-SCHEMA_REVISION = "0012"
+SCHEMA_REVISION = "0013"
 """The newest migration. Revisions are numbers of four digits, so that older ones sort before newer ones. Numbers from
 0002 to 0011 were used before the first release, by other schemas."""
 

@@ -22,6 +22,8 @@ LEAST = 1e-12
 """MuJoCo wants every body to have inertia about every axis: where there is none, this share of mass by size squared."""
 ITERATIONS = 3
 """Of its solver; with equality constraints alone one is enough but for rounding."""
+FRICTION_ITERATIONS = 50
+"""The same with friction, which bounds forces."""
 SINGULAR_SHARE = 1e-9
 """Singular values of constraints below this share of the greatest count as zero."""
 IMPEDANCE = 0.9999
@@ -96,7 +98,7 @@ def text_of(system: System, step: float, integrator: str = "RK4") -> str:
         integrator=integrator,
         gravity=_text(system.gravity),
         tolerance="0",
-        iterations=str(ITERATIONS),
+        iterations=str(FRICTION_ITERATIONS if any(drive.friction for drive in system.drives) else ITERATIONS),
     )
     Xml.SubElement(option, "flag", contact="disable")
     elements = {GROUND: Xml.SubElement(root, "worldbody")}
@@ -106,9 +108,19 @@ def text_of(system: System, step: float, integrator: str = "RK4") -> str:
         inertia = body.inertia + (least if np.linalg.eigvalsh(body.inertia)[0] < least else 0.0) * np.eye(3)
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
         Xml.SubElement(element, "inertial", pos=_text(body.centre), mass=_text(body.mass), fullinertia=_text(parts))
+        friction = (
+            {}
+            if not system.drives[i].friction
+            else {
+                "frictionloss": _text(system.drives[i].friction),
+                "solreffriction": _text((2 * step, 1.0)),
+                "solimpfriction": _text((IMPEDANCE, IMPEDANCE, system.size)),
+            }
+        )
         Xml.SubElement(
             element,
             "joint",
+            friction,
             type="slide" if joint.slides else "hinge",
             axis=_text(joint.axis),
             pos=_text(joint.point),

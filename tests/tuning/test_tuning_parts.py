@@ -42,7 +42,7 @@ SMALL = "hex:023350:1"
 
 checks = st.builds(
     DeploymentCheck,
-    outcome=st.sampled_from(("flat", "moving", "at rest", "jammed", "diverged", "out of steps")),
+    outcome=st.sampled_from(("flat", "moving", "at rest", "stuck", "jammed", "diverged", "out of steps")),
     end_time=st.just(0.4),
     clear=st.sampled_from((True, False, None)),
     collision=st.none(),

@@ -14,6 +14,7 @@ from hcsearch.kernels.multibody.hinges import (
     Struts,
     Targets,
     add_drive_torques,
+    add_friction,
     joint_torques,
     pull_struts,
     write_drive_targets,
@@ -62,16 +63,22 @@ class Mechanism(NamedTuple):
     targets: Targets
 
 
+HELD_BY_FRICTION = 2
+"""Entry of `DiscreteState.held` of a joint that friction holds, away from its stops."""
+
+
 class DiscreteState(NamedTuple):
     """The discrete part of a state.
 
-    held : (n,), -1 at the lower stop, 1 at the upper, 0 free. branches : (n,), 0 straight, 1 bent, of laws that snap;
-        cut_branches : the same of cut hinges.
+    held : (n,), -1 at the lower stop, 1 at the upper, `HELD_BY_FRICTION`, 0 free. branches : (n,), 0 straight, 1 bent,
+        of laws that snap; cut_branches : the same of cut hinges. slides : (n,), sign of the rates of sliding joints
+        with friction, 0 of others; no entries where no joint has friction.
     """
 
     held: Signs
     branches: Signs
     cut_branches: Signs
+    slides: Signs
 
 
 class Stepper(NamedTuple):
@@ -99,7 +106,10 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
     """Return the discrete state at given coordinates: no joint held, laws bent beyond `snaps_up`."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
     return DiscreteState(
-        np.zeros(n, np.int8), (q > hinges.snaps_up).astype(np.int8), np.zeros(len(mechanism.cuts.bodies), np.int8)
+        np.zeros(n, np.int8),
+        (q > hinges.snaps_up).astype(np.int8),
+        np.zeros(len(mechanism.cuts.bodies), np.int8),
+        np.zeros(len(hinges.friction), np.int8),
     )
 
 
@@ -165,6 +175,7 @@ def accelerate_inlined(
     """The same as `accelerate`, but inlined: integration steps spend most of their time here."""
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    add_friction(mechanism.hinges, hold.slides, work.torques)
     write_drive_targets(mechanism.targets, work.time[0], work)
     add_drive_torques(mechanism.targets, q, v, work, work.torques)
     if mechanism.overdamped:

@@ -14,7 +14,14 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles, write_course_rates
-from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate, largest_pivot, project_state
+from hcsearch.kernels.multibody.accelerations import (
+    HELD_BY_FRICTION,
+    DiscreteState,
+    Mechanism,
+    accelerate,
+    largest_pivot,
+    project_state,
+)
 from hcsearch.kernels.multibody.sweeps import place_bodies
 from hcsearch.kernels.multibody.tree import BodyTree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
@@ -22,8 +29,11 @@ from hcsearch.kernels.multibody.welds import weld_errors
 NEAR_STOP_ANGLE, PASSED_STOP_ANGLE = 1e-9, 1e-6
 """A joint is at its stop up to the first angle (rad) inside it, and has passed it beyond the second."""
 
-EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP = 0, 1, 2, 3
-"""Kinds of events: a joint reaches a stop, or an angle at which its law snaps. Odd ones are passed upwards."""
+EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP, EVENT_REST = 0, 1, 2, 3, 4
+"""Kinds of events: a joint reaches a stop, or an angle at which its law snaps, where odd ones are passed upwards; or a
+joint that slides against friction comes to rest."""
+REVERSED_RATE = 1e-6
+"""A sliding joint has come to rest where its rate is below 0, in the sense in which it slides, by more (rad/s)."""
 
 
 class IntegrationStep(NamedTuple):
@@ -76,7 +86,7 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
     for i in range(len(span.q0)):
         for kind in range(4):
             limit = event_threshold(mechanism, hold, i, kind)
-            if math.isinf(limit):
+            if math.isinf(limit) or hold.held[i] == HELD_BY_FRICTION:
                 continue
             sign = 1.0 if kind % 2 else -1.0
             before = 0.0
@@ -94,7 +104,35 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
                         best, joint, event_kind = after, i, kind
                     break
                 before = x
+    for i in range(len(hold.slides)):
+        if hold.slides[i]:
+            share = _rest_share(span, i, hold.slides[i])
+            if share < best:
+                best, joint, event_kind = share, i, EVENT_REST
     return best, joint, event_kind
+
+
+@lean
+def _rest_share(span: IntegrationStep, i: int, sense: int) -> float:
+    """Return the share of a step at which the rate of a sliding joint passes 0; 2 if it does not.
+
+    By the cubic through rates and accelerations at both ends.
+    """
+    rise, s0, s1 = span.v1[i] - span.v0[i], span.h * span.a0[i], span.h * span.a1[i]
+    c, d = 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise
+    before = 0.0
+    for k in range(1, 5):
+        after = 0.25 * k
+        if sense * (span.v0[i] + after * (s0 + after * (c + after * d))) < -REVERSED_RATE:
+            for _ in range(50):
+                x = 0.5 * (before + after)
+                if sense * (span.v0[i] + x * (s0 + x * (c + x * d))) < 0.0:
+                    after = x
+                else:
+                    before = x
+            return after
+        before = after
+    return 2.0
 
 
 @lean
@@ -130,7 +168,10 @@ def _within(x: float, span: IntegrationStep, target: Reals, tolerance: float) ->
 
 @lean
 def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
-    """Return the greatest pull needed at a stop to hold its joint; negative where all stops push."""
+    """Return the greatest pull needed at a stop to hold its joint; negative where all stops push.
+
+    Without friction, which could hold the joint against a pull.
+    """
     greatest = -np.inf
     for i in range(len(forces)):
         if hold.held[i]:
@@ -199,7 +240,8 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
     are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
     """
     tree, n = mechanism.tree, states[1].shape[1]
-    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    slides = np.zeros(len(mechanism.hinges.friction), np.int8)
+    hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8), slides)
     course, scale = np.empty((n, COURSE_TERM_COUNT)), largest_pivot(mechanism, states[1][0], work)
     for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
@@ -219,6 +261,8 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
                 for i in range(n):
                     is_slow = max(abs(v[k, i]), abs(v[k + 1, i])) <= HELD_JOINT_TOLERANCE
                     hold.held[i] = 1 if is_slow and abs(q[k + 1, i] - q[k, i]) <= HELD_JOINT_TOLERANCE else 0
+                    if len(slides):
+                        slides[i] = 0 if hold.held[i] else np.sign(middles[1, k, i])
                 work.time[0] = 0.5 * (times[k] + times[k + 1])
                 split[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < residual
         insertions = split.sum()

@@ -60,6 +60,7 @@ class Hinges(NamedTuple):
     snaps_up, snaps_down : (n,), infinite without a snap.
     damping : (n,). lower, upper : (n,), stops, infinite where there is none or it cannot be reached.
     stop_stiffness, stop_damping : of compliant stops; 0 where they are hard.
+    friction : (n,), greatest force of Coulomb friction in the joint; no entries where no joint has any.
     """
 
     pieces: WholeNumbers
@@ -73,6 +74,7 @@ class Hinges(NamedTuple):
     upper: Reals
     stop_stiffness: float
     stop_damping: float
+    friction: Reals
 
 
 class Struts(NamedTuple):
@@ -130,6 +132,22 @@ def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: 
             if beyond != 0.0:
                 value += hinges.stop_stiffness * beyond + hinges.stop_damping * v[i]
         torques[i] = -value
+
+
+@lean
+def add_friction(hinges: Hinges, slides: Signs, torques: Reals) -> None:
+    """Add the friction of sliding joints to joint forces; slides : (n,), sign of their rates, 0 where they rest."""
+    for i in range(len(hinges.friction)):
+        torques[i] -= hinges.friction[i] * slides[i]
+
+
+@lean
+def friction_power(hinges: Hinges, slides: Signs, v: Reals) -> float:
+    """Return the power lost to the friction of sliding joints."""
+    power = 0.0
+    for i in range(len(hinges.friction)):
+        power += hinges.friction[i] * slides[i] * v[i]
+    return power
 
 
 @lean

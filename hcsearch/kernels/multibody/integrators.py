@@ -25,7 +25,9 @@ from hcsearch.kernels.multibody.accelerations import (
 )
 from hcsearch.kernels.multibody.hinges import (
     add_drive_torques_ahead,
+    add_friction,
     driving_power,
+    friction_power,
     joint_torques,
     law_slope,
     lost_power,
@@ -107,6 +109,8 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
         stage[n + i] = 0.0 if hold.held[i] or mechanism.overdamped else a[i]
     stage[2 * n] = lost_power(mechanism.hinges, mechanism.struts, state[:n], stage[:n], work)
     stage[2 * n] -= driving_power(mechanism.targets, state[:n], stage[:n], work)
+    if len(hold.slides):
+        stage[2 * n] += friction_power(mechanism.hinges, hold.slides, stage[:n])
     stage[2 * n + 1] = 1.0
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
@@ -124,6 +128,7 @@ def _euler_step(
     q, v = state[:n], state[n : 2 * n]
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    add_friction(mechanism.hinges, hold.slides, work.torques)
     for i in range(n):
         slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
         damping = mechanism.hinges.damping[i]
@@ -146,6 +151,8 @@ def _euler_step(
             q[i] += h * v[i]
     lost = lost_power(mechanism.hinges, mechanism.struts, q, v, work)
     state[2 * n] += h * (lost - driving_power(mechanism.targets, q, v, work))
+    if len(hold.slides):
+        state[2 * n] += h * friction_power(mechanism.hinges, hold.slides, v)
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         state[2 * n] += h * lost

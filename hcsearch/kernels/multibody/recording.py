@@ -14,16 +14,17 @@ from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import cut_angles
 
-RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN = 1, 2, 3, 4
-"""Kinds of recorded events: a joint hits its stop, a joint leaves its stop, a law snaps up, a law snaps down."""
+RECORDED_HIT, RECORDED_RELEASE, RECORDED_SNAP_UP, RECORDED_SNAP_DOWN, RECORDED_STICK, RECORDED_SLIP = 1, 2, 3, 4, 5, 6
+"""Kinds of recorded events: a joint hits its stop, a joint leaves its stop, a law snaps up, a law snaps down, a joint
+begins to be held by friction, a joint begins to slide."""
 
 
 class SimulationRecord(NamedTuple):
     """The record of a simulation: up to `steps` states and `events` events.
 
     times : (steps,). q, v, a : (steps, n). energies : (steps, 6): kinetic, stored, of gravity, in stops, lost in
-        dampers, lost at events. closure_residuals : (steps,), before projection. counts : (5,), states, events,
-        evaluations, rejected steps, ending.
+        dampers and to friction, lost at events. closure_residuals : (steps,), before projection. counts : (5,),
+        states, events, evaluations, rejected steps, ending.
     event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
     """
 

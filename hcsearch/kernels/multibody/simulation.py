@@ -10,6 +10,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import dot, rotated, vector_at, vector_sum
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.accelerations import (
+    HELD_BY_FRICTION,
     DiscreteState,
     Mechanism,
     Stepper,
@@ -18,13 +19,22 @@ from hcsearch.kernels.multibody.accelerations import (
     largest_pivot,
     project_state,
 )
-from hcsearch.kernels.multibody.events import EVENT_SNAP_UP, IntegrationStep, first_event, first_near, greatest_pull
+from hcsearch.kernels.multibody.events import (
+    EVENT_REST,
+    EVENT_SNAP_UP,
+    IntegrationStep,
+    first_event,
+    first_near,
+    greatest_pull,
+)
 from hcsearch.kernels.multibody.hinges import law_moment, write_energies
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, write_stage
 from hcsearch.kernels.multibody.recording import (
     RECORDED_RELEASE,
+    RECORDED_SLIP,
     RECORDED_SNAP_DOWN,
     RECORDED_SNAP_UP,
+    RECORDED_STICK,
     SimulationRecord,
     all_turns,
     record_compliant_stops,
@@ -32,6 +42,7 @@ from hcsearch.kernels.multibody.recording import (
     record_hits,
     record_state,
 )
+from hcsearch.kernels.multibody.slip_steps import land_on_rest, step_to_slip
 from hcsearch.kernels.multibody.steps import (
     MIN_JUMP_STEP_SHARE,
     StepPlan,
@@ -39,6 +50,13 @@ from hcsearch.kernels.multibody.steps import (
     land_on_event,
     step_to_release,
     take_step,
+)
+from hcsearch.kernels.multibody.sticking import (
+    any_started,
+    forces_hold,
+    frictionless_acceleration,
+    nothing_moves,
+    settle_joints,
 )
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
@@ -56,10 +74,11 @@ ENDING_NONE = -1
     ENDING_INVALID_NUMBER,
     ENDING_UNBALANCED,
     ENDING_JAMMED,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8
+    ENDING_STUCK,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 """Endings of a simulation, in this order: time is up; flat; at rest elsewhere; out of steps; step size too small; loops
 could not be closed; a number is not finite; the energy balance is violated; jammed, with event after event at stops and
-hardly any motion."""
+hardly any motion; stuck, where friction holds what would else move."""
 
 MAX_CROWDED_EVENTS, CROWDED_TIME_SHARE = 40, 1e-6
 """A motion counts as jammed after this many successive events, each within this share of the simulated time after the
@@ -145,10 +164,13 @@ def start_simulation(simulation: Simulation) -> None:
     pace[:PACE_COORDINATES], pace[PACE_COORDINATES:] = 0.0, q
     pace[PACE_SCALE], pace[PACE_GRIP] = scale, _rounding_pull(mechanism, hold, q)
     collide_joints(mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work)
-    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
+    if len(hold.slides):
+        settle_joints(mechanism, hold, plan.min_bounce_speed, -1, q, v, scale, work, a)
+    else:
+        update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     pace[PACE_START_ENERGY] = _write_energies(simulation, energies)
     pace[PACE_LARGEST_ENERGY] = np.abs(energies).max()
-    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    _accelerate(simulation, a)
     pace[PACE_STEP] = first_step(plan, simulation.method.order, q, v, a)
     record_state(record, hold, 0.0, q, v, a, energies, 0.0)
 
@@ -172,7 +194,7 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts
     )
     work.time[0] = pace[PACE_TIME]
-    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    _accelerate(simulation, a)
     start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
     coordinates = np.zeros(n + len(mechanism.cuts.bodies))
@@ -226,8 +248,13 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
     span = IntegrationStep(h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n])
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
-    if kind >= 0:
+    if kind == EVENT_REST:
+        length = land_on_rest(method, stepper, share * h, h, joint)
+    elif kind >= 0:
         length = land_on_event(method, stepper, share * h, h, joint, kind)
+    elif len(simulation.hold.slides):
+        slow = plan.min_bounce_speed
+        length = step_to_slip(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], slow, keep_stops, h)
     else:
         length = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], keep_stops, h)
     flat_share = 2.0
@@ -244,7 +271,7 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
 @lean
 def _process_event(simulation: Simulation, joint: int, kind: int, residual: float, a: Reals, energies: Reals) -> None:
     """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step."""
-    mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
+    mechanism, hold = simulation.mechanism, simulation.hold
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
     pace[PACE_EVENT_COUNT] += 1.0
@@ -253,13 +280,13 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
     pace[PACE_CROWD_TIME] = time
     if kind < 2:
         record_hits(mechanism, hold, time, joint, q, v, record)
-    else:
+    elif kind != EVENT_REST:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
-    accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
+    _accelerate(simulation, a)
     _write_energies(simulation, energies)
     record_state(record, hold, time, q, v, a, energies, residual)
     _apply_event(simulation, joint, kind, a, energies)
-    accelerate(mechanism, hold, q, v, pace[PACE_SCALE], True, work, a)
+    _accelerate(simulation, a)
     record.counts[2] += 2
 
 
@@ -272,6 +299,10 @@ def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, en
     hold, pace = simulation.hold, simulation.pace
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
     simulation.record.counts[2] += 1
+    if len(hold.slides):
+        _complete_sliding_step(simulation, flat, short, a)
+        _write_energies(simulation, energies)
+        return
     pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
     if not flat and (pulls or short):
         if pulls and _release_stops(simulation, a):
@@ -279,6 +310,19 @@ def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, en
         else:
             pace[PACE_STOPS_KEPT] = 1.0
     _write_energies(simulation, energies)
+
+
+@compiled
+def _complete_sliding_step(simulation: Simulation, flat: bool, short: bool, a: Reals) -> None:
+    """The same as `_complete_step`, with friction: also joints that it cannot hold any longer are freed."""
+    mechanism, hold, pace, v = simulation.mechanism, simulation.hold, simulation.pace, simulation.v
+    slips = not forces_hold(mechanism, hold, a, pace[PACE_GRIP])
+    if not flat and (slips or short or any_started(mechanism, hold, simulation.plan.min_bounce_speed, v)):
+        if _settle(simulation, -1, a):
+            pace[PACE_EVENT_COUNT] += 1.0
+        else:
+            pace[PACE_STOPS_KEPT] = 1.0 if short else 0.0
+    _accelerate(simulation, a)
 
 
 @lean
@@ -329,11 +373,15 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
             hold.held[i] != 0
             or (abs(v[i]) * time_left <= plan.rest_distance and abs(a[i]) * time_left**2 <= plan.rest_distance)
         )
+    can_stick = len(hold.slides) > 0 and not len(simulation.mechanism.targets.joints)  # drives may free what sticks
+    is_stuck = can_stick and _is_stuck(simulation, is_at_rest, a)
     ending = ENDING_NONE
     if is_flat:
         ending = ENDING_FLAT
     elif time >= plan.end * (1.0 - 1e-14):
         ending = ENDING_TIME_OUT
+    elif is_stuck:
+        ending = ENDING_STUCK
     elif is_at_rest:
         ending = ENDING_REST
     elif record.counts[0] >= len(record.times):
@@ -353,11 +401,56 @@ def _apply_event(simulation: Simulation, joint: int, kind: int, a: Reals, energi
         collide_joints(
             mechanism, hold, plan.restitution, plan.min_bounce_speed, q, v, scale, plan.closure_tolerance, work
         )
-    else:
+    elif kind != EVENT_REST:
         hold.branches[joint] = 1 - hold.branches[joint]
-    update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
+    if len(hold.slides):
+        _settle(simulation, joint if kind == EVENT_REST else -1, a)
+    else:
+        update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     project_state(mechanism.tree, hold.held, q, v, plan.closure_tolerance, work)
     energies[5] += before - _write_energies(simulation, energies)
+
+
+@compiled
+def _settle(simulation: Simulation, joint: int, a: Reals) -> bool:
+    """Update which joints stick, slide and are held at stops; record it, and return whether it has changed."""
+    hold, plan, record, time = simulation.hold, simulation.plan, simulation.record, simulation.pace[PACE_TIME]
+    q, v, scale = simulation.q, simulation.v, simulation.pace[PACE_SCALE]
+    before = hold.held.copy()
+    changed = settle_joints(simulation.mechanism, hold, plan.min_bounce_speed, joint, q, v, scale, simulation.work, a)
+    for i in range(len(before)):
+        if hold.held[i] == HELD_BY_FRICTION and before[i] != HELD_BY_FRICTION:
+            record_event(record, time, i, RECORDED_STICK, 0.0)
+        elif before[i] != 0 and hold.held[i] == 0:
+            record_event(record, time, i, RECORDED_SLIP if before[i] == HELD_BY_FRICTION else RECORDED_RELEASE, 0.0)
+    return changed
+
+
+@lean
+def _accelerate(simulation: Simulation, a: Reals) -> None:
+    """Write the accelerations of the current state; 0, and not the holding force, where friction holds a joint."""
+    mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
+    accelerate(mechanism, hold, simulation.q, simulation.v, simulation.pace[PACE_SCALE], True, work, a)
+    for i in range(len(hold.slides)):
+        if hold.held[i] == HELD_BY_FRICTION:
+            a[i] = 0.0
+
+
+@compiled
+def _is_stuck(simulation: Simulation, is_at_rest: bool, a: Reals) -> bool:
+    """Return whether all joints are at rest, some of which would move without friction.
+
+    is_at_rest : whether they hardly move, by the plan's distance; else they must not move at all.
+    """
+    mechanism, hold, plan, pace = simulation.mechanism, simulation.hold, simulation.plan, simulation.pace
+    time_left = max(1.0, plan.end - pace[PACE_TIME])
+    least = max(0.0, plan.rest_distance) / time_left**2
+    q, v, scale, work, slow = simulation.q, simulation.v, pace[PACE_SCALE], simulation.work, plan.min_bounce_speed
+    is_stuck = (is_at_rest or nothing_moves(mechanism, hold, slow, q, v, scale, work)) and (
+        frictionless_acceleration(mechanism, hold, slow, q, scale, work) > least
+    )
+    _accelerate(simulation, a)  # tables of the current state, for the projection that follows
+    return is_stuck
 
 
 @compiled

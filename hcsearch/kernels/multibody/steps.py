@@ -61,13 +61,13 @@ def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     columns, work = method.extrapolation_order, stepper.work
     stepper.counts[2] += columns * (columns + 1) // 2 + 1
     error = implicit_step(columns, stepper, h)
-    _accelerate(stepper, stepper.end, False)
+    accelerate_at(stepper, stepper.end, False)
     write_stage(stepper.mechanism, stepper.hold, stepper.end, work.accelerations, work, stepper.stages[columns])
     return error
 
 
 @lean
-def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
+def accelerate_at(stepper: Stepper, state: Reals, fresh: bool) -> None:
     """Write the accelerations at a state (q, v, energy lost, time) to `work.accelerations`; see `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
     q, v = state[:n], state[n : 2 * n]
@@ -188,7 +188,7 @@ def step_to_release(
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
         share = min(max(-low_value / (high_value - low_value), 0.01), 0.99) if k < MAX_SECANT_STEPS else 0.5
         h = low + (high - low) * share
-        _accelerate(stepper, stepper.start, True)
+        accelerate_at(stepper, stepper.start, True)
         take_step(method, stepper, h)
         pull = _pull(stepper, closed, stepper.end)
         value = pull - 2.0 * grip
@@ -203,10 +203,10 @@ def step_to_release(
     if high <= ROUNDING_PULL_SHARE * longest:
         high = MIN_JUMP_STEP_SHARE * longest
     if h < high:
-        _accelerate(stepper, stepper.start, True)
+        accelerate_at(stepper, stepper.start, True)
         take_step(method, stepper, high)
     elif high == longest:  # the step was not repeated, and the factor is that at the start
-        _accelerate(stepper, stepper.end, True)
+        accelerate_at(stepper, stepper.end, True)
     return high
 
 

@@ -48,7 +48,7 @@ stops are compliant by this share, so that nearly immobile joints do not require
 
 
 @lean
-def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares: Reals) -> int:
+def closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares: Reals) -> int:
     """Write an orthonormal basis of the closure rows in innovation space; return its size; after `gather_inertias`."""
     n, m = len(tree.links), len(tree.rows)
     for i in range(n):
@@ -77,6 +77,23 @@ def _closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, square
     return m
 
 
+@lean
+def write_response(basis: Reals, count: int, work: Work, columns: Reals, k: int) -> float:
+    """Write the response to the impulse of `load_joints` in innovation space, over its length without loops, to row k.
+
+    Returns that length. basis : its first `count` rows are those of `closure_basis`.
+    """
+    n = len(work.bodies)
+    for j in range(n):
+        columns[k, j] = work.bodies[j, WORK_DRIVE] / math.sqrt(work.bodies[j, WORK_ALONG])
+    length = math.sqrt(row_product(columns, k, columns, k, n))
+    for _ in range(2):
+        for row in range(count):
+            subtract_row(columns, k, row_product(basis, row, columns, k, n), basis, row, n)
+    divide_row(columns, k, length, n)
+    return length
+
+
 @compiled
 def push_apart(
     tree: BodyTree, touching: Signs, needed: Reals, scale: float, work: Work, pushed: Reals, change: Reals
@@ -93,7 +110,7 @@ def push_apart(
     n, m = len(touching), len(tree.rows)
     free = np.zeros(n, np.int8)
     basis = np.zeros((m, n))
-    count = _closure_basis(tree, scale, work, basis, np.empty(m))
+    count = closure_basis(tree, scale, work, basis, np.empty(m))
     contacts = np.flatnonzero(touching)
     columns = np.zeros((len(contacts), n + len(contacts) + 1))
     lengths = np.empty(len(contacts))
@@ -106,13 +123,7 @@ def push_apart(
         impulse[i] = -1.0 if touching[i] > 0 else 1.0
         load_joints(tree, free, impulse, False, work)
         impulse[i] = 0.0
-        for j in range(n):
-            columns[k, j] = work.bodies[j, WORK_DRIVE] / math.sqrt(work.bodies[j, WORK_ALONG])
-        lengths[k] = math.sqrt(row_product(columns, k, columns, k, n))
-        for _ in range(2):
-            for row in range(count):
-                subtract_row(columns, k, row_product(basis, row, columns, k, n), basis, row, n)
-        divide_row(columns, k, lengths[k], n)
+        lengths[k] = write_response(basis, count, work, columns, k)
         columns[k, n + k] = MIN_STOP_MOBILITY
         greatest = max(greatest, abs(needed[i]) / lengths[k])
     if greatest == 0.0:
@@ -156,7 +167,7 @@ def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -
 
 
 @lean
-def _find_touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
+def find_touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
     """Write -1 for joints at their lower stops, 1 at their upper ones, else 0; return whether any is at a stop."""
     hinges = mechanism.hinges
     any_touching = False
@@ -181,7 +192,7 @@ def update_held_joints(
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    any_touching = _find_touching(mechanism, q, touching)
+    any_touching = find_touching(mechanism, q, touching)
     held_before = hold.held.copy()
     hold.held[:] = 0
     accelerate(mechanism, hold, q, v, scale, True, work, a)
@@ -231,7 +242,7 @@ def collide_joints(
     """
     n = len(q)
     touching = np.empty(n, np.int8)
-    if not _find_touching(mechanism, q, touching):
+    if not find_touching(mechanism, q, touching):
         return
     needed, velocities_before = np.zeros(n), v.copy()
     fastest = 0.0

@@ -215,7 +215,8 @@ class _Compiler:
             return None
         images = list(mirror.hinges)
         laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
-        springs_symmetric = all(laws[k] == laws[image] for k, image in enumerate(images))
+        hinges = list(zip(laws, self.setup.resistance, strict=True))
+        springs_symmetric = all(hinges[k] == hinges[image] for k, image in enumerate(images))
         gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
             1.0 + math.hypot(*self.setup.gravity)
         )
@@ -272,7 +273,8 @@ class _Compiler:
         law = self.laws[hinge]
         upper = math.inf if hinge in self.unreached else math.pi
         share_of_law = law if share == 1.0 else scaled_law(law, share)
-        return JointDrive(share_of_law, share * self.setup.damping_of(law), 0.0, upper)
+        damping, friction = self.setup.damping_of(law), self.setup.resistance[hinge]
+        return JointDrive(share_of_law, share * damping, 0.0, upper, share * friction)
 
     def _unreached(self) -> set[int]:
         """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""

@@ -10,6 +10,7 @@ from hcsearch.basics.vocabulary import Ending, Formulation, Integrator, Verdict
 from hcsearch.motion.collision.clearance import Clearance
 from hcsearch.shape.labels import Labels, named_hinges
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
+from hcsearch.springs.dynamics.holding_friction import holding_friction
 from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
 from hcsearch.system.terminal import short_number
 
@@ -32,11 +33,22 @@ def reason_of_motion(compiled: CompiledScene, motion: Motion, time_remedy: str =
         "rest": f"at rest from {end} on: {hinges_at_stops}",
         "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
         "steps": f"stopped at {end} after {motion.steps} steps: {easier}",
-        "stuck": f"no step is short enough at {end}: {easier}",
+        "short": f"no step is short enough at {end}: {easier}",
+        "stuck": f"stuck from {end} on: {_friction_sentence(compiled, motion)}",
         "open": f"the loops open at {end}: {closer}",
         "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
         "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {balance}",
     }[motion.ending]
+
+
+def _friction_sentence(compiled: CompiledScene, motion: Motion) -> str:
+    """Return a sentence on the friction that holds an array at the end of a motion, with a remedy."""
+    torques = np.abs(holding_friction(compiled.system, motion.q[-1]))
+    friction = np.array([drive.friction for drive in compiled.system.drives])
+    joint = int(np.divide(torques, friction, out=np.zeros_like(torques), where=friction > 0.0).argmax())
+    torque, most = (short_number(values[joint] / compiled.shares[joint], 3) for values in (torques, friction))
+    hinges = named_hinges(compiled.linkage, compiled.hinges_of(joint))
+    return f"friction is used most in hinges {hinges}, {torque} of {most} N m: give stiffer springs or less friction"
 
 
 def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:
@@ -86,6 +98,7 @@ _OUTCOMES: dict[SimulationStop, Ending] = {
     "time": "moving",
     "rest": "at rest",
     "jammed": "jammed",
+    "stuck": "stuck",
     "steps": "out of steps",
 }
 
@@ -116,8 +129,8 @@ def method_of(formulation: Formulation) -> Integrator:
 class DeploymentCheck:
     """The result of one deployment without its states, which `Deployment` includes.
 
-    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `jammed`, stops and loops prevent any
-        motion; `diverged`; `out of steps`.
+    outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `stuck`, friction holds what would move
+        without it; `jammed`, stops and loops prevent any motion; `diverged`; `out of steps`.
     clear : whether the motion is certified clear until its end; None where undecided or not checked.
     collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
         flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.

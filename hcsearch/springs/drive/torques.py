@@ -1,8 +1,8 @@
 """Torques of the driven hinges by inverse dynamics, and the gains of position control.
 
-With B a basis of the closed rates, forces of closure do no work along B, so that B^T (M q'' + h + springs + dampers) =
-B_D^T tau, where B_D are the rows of the driven hinges. The solution is unique for as many driven hinges as freedoms;
-for more, the least-norm solution is taken.
+With B a basis of the closed rates, forces of closure do no work along B, so that B^T (M q'' + h + springs + dampers +
+friction) = B_D^T tau, where B_D are the rows of the driven hinges. The solution is unique for as many driven hinges as
+freedoms; for more, the least-norm solution is taken.
 
 Along a closed motion q + t v + t^2 w / 2, J w = -b(v, v) with b the second derivative of closure, the forces g borne by
 closure, g = J^T m, give g w = -m b(v, v). With the slopes K of the springs the motion is statically stable where
@@ -25,15 +25,18 @@ from hcsearch.springs.drive.choosing import DrivenHinges, frames_at
 from hcsearch.springs.drive.trajectory import TimedPath
 from hcsearch.springs.dynamics.inverse import joint_forces
 
+MIN_SLIDING_SHARE = 1e-9
+"""Share of the greatest rate of a motion below which a hinge is at rest, and its friction does not resist."""
+
 
 @dataclass(frozen=True, eq=False)
 class Torques(ByValue):
     """A motion in time with its driving torques.
 
     times : (k,), s. angles, rates, accelerations : (k, n_hinges). hinge_moments : (k, n_hinges), moments of inertia,
-    gravity, springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both are positive where fold angles
-    grow.
-    kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
+    gravity, springs, dampers and friction at the hinges, N m. torques : (k, n_driven), N m. Both are positive where
+    fold angles grow.
+    kinetic, height, stored : (k,), J. damped : (k,), power lost in dampers and to friction, W.
     inertias : (n_driven,), median along the path of the inertia felt by a driven hinge when it alone turns, kg m^2.
     """
 
@@ -85,7 +88,8 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
         ]
         hinge_moments[:, k] += [branch.moment(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
         stored += [branch.energy(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
-    hinge_moments += damping * rates
+    slowing = damping * rates + np.array([drive.friction for drive in drives]) * _senses(rates)
+    hinge_moments += slowing
     frames, _ = frames_at(compiled.linkage, angles)
     bases = frames[:, :, -choice.freedoms :]
     driven = list(choice.hinges)
@@ -101,10 +105,20 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
         forces.kinetic,
         forces.height,
         stored,
-        (damping * rates**2).sum(axis=1),
+        (slowing * rates).sum(axis=1),
         _inertias(compiled, angles, bases, driven),
         choice.hinges,
     )
+
+
+def _senses(rates: Reals) -> Reals:
+    """Return the signs of the rates of a motion, (k, n), 0 where a hinge stays at rest.
+
+    At both ends, where all hinges are at rest, they are those of the motion that begins or ends there.
+    """
+    senses = np.where(np.abs(rates) > MIN_SLIDING_SHARE * np.abs(rates).max(initial=0.0), np.sign(rates), 0.0)
+    senses[0], senses[-1] = senses[1], senses[-2]
+    return senses
 
 
 def _inertias(compiled: CompiledScene, angles: Reals, bases: Reals, driven: list[int]) -> Reals:

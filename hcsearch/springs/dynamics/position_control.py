@@ -146,15 +146,19 @@ def simulate_driven(
     target_angles, target_rates, feedforward = commands.interpolated(motion.times)
     torques = feedforward + commands.stiffness * (target_angles - angles) + commands.damping * (target_rates - rates)
     planned_angles, _, planned = commands.at(motion.times)
-    # in the kernel's books, dissipation is the energy taken by dampers less the work of drives
+    # in the kernel's books, dissipation is the energy taken by dampers and friction less the work of drives
     work, errors, greatest = damped - motion.damped, angles - planned_angles, np.abs(torques).max(axis=0)
     return DrivenMotion(replace(motion, damped=damped), work, planned, torques, errors, greatest)
 
 
 def _damped(system: System, motion: Motion) -> Reals:
-    """Return the energy dissipated by the dampers of the joints, (k,), J: Simpson's rule, cubics between rates."""
-    damping = np.array([drive.damping for drive in system.drives])
+    """Return the energy dissipated by the dampers and the friction of the joints, (k,), J.
+
+    Of dampers by Simpson's rule, with cubics between rates; of friction exactly, as no joint turns back within a step.
+    """
+    damping, friction = np.array([(drive.damping, drive.friction) for drive in system.drives]).T
     step, v, a = np.diff(motion.times)[:, None], motion.v, motion.a
     middle = 0.5 * (v[1:] + v[:-1]) + step * (a[:-1] - a[1:]) / 8.0
     taken = (damping * step * (v[1:] ** 2 + v[:-1] ** 2 + 4.0 * middle**2) / 6.0).sum(axis=1)
+    taken += np.abs(np.diff(motion.q, axis=0)) @ friction
     return np.asarray(np.r_[0.0, np.cumsum(taken)], float)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.multibody.accelerations import Mechanism
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, Targets, no_targets
 from hcsearch.kernels.multibody.tree import BODY_INERTIA, BODY_MASS
@@ -36,15 +37,21 @@ class Strut(ByValue):
 
 @dataclass(frozen=True)
 class JointDrive:
-    """Law, damping and stops of one joint; the law gives N m for rad, of a sliding joint N for m.
+    """Law, damping, stops and friction of one joint; the law gives N m for rad, of a sliding joint N for m.
 
-    damping : N m s/rad. lower, upper : rad, infinite where there is no stop.
+    damping : N m s/rad. lower, upper : rad, infinite where there is no stop. friction : the greatest torque of Coulomb
+    friction, sliding or at rest, N m.
     """
 
     law: Law = FREE_LAW
     damping: float = 0.0
     lower: float = -math.inf
     upper: float = math.inf
+    friction: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.friction < math.inf:
+            raise HcsearchError(f"a joint cannot have a friction of {self.friction:g}: give 0 N m or more")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +99,14 @@ class System(ByValue):
     overdamped: bool = False
     targets: Targets | None = None
 
+    def __post_init__(self) -> None:
+        springy = self.stop_stiffness or self.closure_stiffness or self.cuts
+        if (springy or self.overdamped) and any(drive.friction for drive in self.drives):
+            raise HcsearchError(
+                "friction holds joints at rest only where loops and stops are rigid and bodies have inertia: take the "
+                "constrained formulation, or a scene without friction and harness"
+            )
+
     @property
     def n_joints(self) -> int:
         """Number of joints."""
@@ -126,6 +141,7 @@ class System(ByValue):
 
     def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of_laws([drive.law for drive in drives])
+        friction = np.array([drive.friction for drive in drives])
         return Hinges(
             pieces=pieces,
             breaks=breaks,
@@ -138,6 +154,7 @@ class System(ByValue):
             upper=np.array([drive.upper for drive in drives]),
             stop_stiffness=float(self.stop_stiffness),
             stop_damping=float(self.stop_damping),
+            friction=friction if friction.any() else np.zeros(0),
         )
 
     def _arm(self, body: int, point: Reals) -> Reals:

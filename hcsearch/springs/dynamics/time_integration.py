@@ -27,20 +27,22 @@ from hcsearch.kernels.multibody.welds import cut_angles
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named
 from hcsearch.springs.dynamics.system import System
 
-SimulationStop = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
-"""The end of a simulation: `time` over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough;
-loops `open`; numbers `diverged`; `energy` balance violated; stops `jammed`, events repeat without progress in time."""
+SimulationStop = Literal["time", "flat", "rest", "steps", "short", "open", "diverged", "energy", "jammed", "stuck"]
+"""The end of a simulation: `time` over; `flat`; at `rest` elsewhere; out of `steps`; `short`, no step is short enough;
+loops `open`; numbers `diverged`; `energy` balance violated; stops `jammed`, events repeat without progress in time;
+`stuck`, friction holds what would move without it."""
 
 SIMULATION_STOPS: dict[int, SimulationStop] = {
     kernel.ENDING_TIME_OUT: "time",
     kernel.ENDING_FLAT: "flat",
     kernel.ENDING_REST: "rest",
     kernel.ENDING_TOO_MANY_STEPS: "steps",
-    kernel.ENDING_SMALL_STEP: "stuck",
+    kernel.ENDING_SMALL_STEP: "short",
     kernel.ENDING_OPEN: "open",
     kernel.ENDING_INVALID_NUMBER: "diverged",
     kernel.ENDING_UNBALANCED: "energy",
     kernel.ENDING_JAMMED: "jammed",
+    kernel.ENDING_STUCK: "stuck",
 }
 """Ends of simulations by their codes in the kernel."""
 OPENING_BATCH_STEPS = 100
@@ -50,12 +52,16 @@ _KINDS = {
     recording.RECORDED_RELEASE: "released",
     recording.RECORDED_SNAP_UP: "snap",
     recording.RECORDED_SNAP_DOWN: "snap",
+    recording.RECORDED_STICK: "stuck",
+    recording.RECORDED_SLIP: "slips",
 }
 
 
 @dataclass(frozen=True)
 class Event:
     """An event in a joint: a `hit` of a stop (with its speed, rad/s), a release (`released`), or a `snap`; time in s.
+
+    With friction, it may be `stuck` from then on, or it `slips`.
 
     joint : its number; cut hinges are numbered after the joints.
     """
@@ -76,8 +82,8 @@ class Motion(ByValue):
         or stiff springs close its loops.
     kinetic, stored, height, in_stops : (k,), kinetic energy, energy of laws and struts, of gravity, of compliant
         stops, J.
-    damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
-        projection, rad or gap over size; of cut hinges, the extension of their springs.
+    damped, lost : (k,), energy lost in dampers and to friction, and at events, since the start. gap : greatest closure
+        residual before projection, rad or gap over size; of cut hinges, the extension of their springs.
     """
 
     ending: SimulationStop
