@@ -34,7 +34,7 @@ from hcsearch.kernels.multibody.stops import (
 from hcsearch.kernels.multibody.sweeps import load_joints, place_bodies
 from hcsearch.kernels.multibody.tree import BodyTree, Work
 
-RESTING_RATE_SHARE = 1e-6
+REST_SPEED_SHARE = 1e-6
 """A joint is at rest up to this rate, as a share of the speed below which stops do not bounce."""
 SLIDING_SHARE = 1e-9
 """A joint begins to slide where its acceleration, by its mobility, is more than this share of the greatest one that
@@ -116,7 +116,7 @@ def decide_resting_joints(
 @lean
 def _resting_rate(i: int, joint: int, slow: float) -> float:
     """Return the rate up to which a joint is at rest; higher for the one that has just come to rest."""
-    return (MAX_ARREST_SHARE if i == joint else RESTING_RATE_SHARE) * slow
+    return (MAX_ARREST_SHARE if i == joint else REST_SPEED_SHARE) * slow
 
 
 @lean
@@ -276,7 +276,7 @@ def any_started(mechanism: Mechanism, hold: DiscreteState, slow: float, v: Reals
     """Return whether a joint with friction moves that neither stuck nor slid before, as the loops held it."""
     for i in range(len(hold.slides)):
         is_idle = mechanism.hinges.friction[i] > 0.0 and not hold.held[i] and not hold.slides[i]
-        if is_idle and abs(v[i]) > RESTING_RATE_SHARE * slow:
+        if is_idle and abs(v[i]) > REST_SPEED_SHARE * slow:
             return True
     return False
 
@@ -299,7 +299,7 @@ def nothing_moves(
     """Return whether no joint slides, and those that are not held are at rest without an acceleration."""
     a, largest = np.empty(len(q)), 0.0
     for i in range(len(q)):
-        if hold.slides[i] or (not hold.held[i] and abs(v[i]) > RESTING_RATE_SHARE * slow):
+        if hold.slides[i] or (not hold.held[i] and abs(v[i]) > REST_SPEED_SHARE * slow):
             return False
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     for i in range(len(q)):
