@@ -103,12 +103,6 @@ class Replay(ByValue):
         return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
 
 
-def accumulated_turn(angles: Reals) -> Reals:
-    """Return the accumulated turn of all hinges up to each state, (k,), in rad; angles : (k, n_hinges)."""
-    steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def thin_states(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
     """Return indices of states whose interpolation approximates all others within a tolerance (rad), and its error.
 

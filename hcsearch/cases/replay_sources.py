@@ -13,11 +13,12 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
 from hcsearch.basics.vocabulary import WAYS, Formulation
 from hcsearch.cases.case import Case, NamedAssembly
-from hcsearch.cases.replay import Replay, accumulated_turn, thin_states
+from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.cases.stored_scenes import stored_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.motion.planning.motion_search import PlannedMotion
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.shape.labels import labels_of

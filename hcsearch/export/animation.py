@@ -16,7 +16,8 @@ from itertools import combinations
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay, accumulated_turn, stacks_of
+from hcsearch.cases.replay import Replay, stacks_of
+from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.shape.drawing import svg_path
 
 COPLANAR_COSINE = 1e-9

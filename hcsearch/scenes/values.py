@@ -64,25 +64,21 @@ def _is_size(value: Any) -> bool:
     )  # fmt: skip
 
 
-def _is_laws(value: Any) -> bool:
-    return isinstance(value, tuple) and all(
-        isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], str)
-        for pair in value
-    )
+def _by_hinge(kind: type) -> Callable[[Any], bool]:
+    def is_by_hinge(value: Any) -> bool:
+        return isinstance(value, tuple) and all(
+            isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], kind)
+            for pair in value
+        )
 
-
-def _is_values(value: Any) -> bool:
-    return isinstance(value, tuple) and all(
-        isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], tuple)
-        for pair in value
-    )
+    return is_by_hinge
 
 
 _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
     "name": (_is_text, "a text, such as 'solar'"),
     "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
-    "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
-    "hinges": (_is_values, "pairs of a hinge and its values, such as (('7', (('friction', 0.02),)),)"),
+    "springs": (_by_hinge(str), "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
+    "hinges": (_by_hinge(tuple), "pairs of a hinge and its values, such as (('7', (('friction', 0.02),)),)"),
     "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
     "root": (_is_name, "'held', 'free', or the name of a panel, such as '3'"),
     "envelope": (_is_text, "a name such as '3U', or three lengths in mm such as '100x100x340'"),
@@ -189,16 +185,15 @@ def _name(text: str) -> str:
     return "+".join(str(int(part)) for part in text.split("+"))
 
 
-def _held(_key: str, value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, (str, int)):
-        raise ValueError
-    return str(value) if value in ("bottom", "free") else _name(str(value))
+def _panel_or(*words: str) -> Reader:
+    """Return the reader of a panel's name, or one of some words in its place."""
 
+    def read(_key: str, value: Any) -> str:
+        if isinstance(value, bool) or not isinstance(value, (str, int)):
+            raise ValueError
+        return str(value) if value in words else _name(str(value))
 
-def _root(_key: str, value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, (str, int)):
-        raise ValueError
-    return str(value) if value in ("held", "free") else _name(str(value))
+    return read
 
 
 def _text(_key: str, value: Any) -> str:
@@ -232,9 +227,9 @@ _READERS: dict[str, Reader] = {
     "spring_range": _range,
     "gravity": _vector,
     "base_inertia": _vector,
-    "held": _held,
+    "held": _panel_or("bottom", "free"),
     "hinges": _hinges,
-    "root": _root,
+    "root": _panel_or("held", "free"),
     "craft": _craft,
     "envelope": _text,
 }

@@ -249,6 +249,15 @@ def test_a_path_is_the_travel_where_springs_do_not_open_it():
     assert numbers.torque_margin == 0.0
 
 
+def test_springs_that_push_against_a_proved_path_are_named():
+    travel, _, source = moved(BUILT, "square:012122333001:1")
+    guided = travel_margins(travel).along
+    assert travel.source == "path"
+    assert guided.min() < 0.0 < travel_margins(travel).margins.min()
+    found = row(review(travel, ECSS, title="", source=source), "torque of springs over resistance")
+    assert f"guided along the path {guided.min():.3g}" in found.note
+
+
 def test_figures_do_not_depend_on_how_a_circuit_is_written():
     """The same folding from another panel on."""
     later = next(one for one in foldings(Circuit.from_notation("hex:3455013202")) if one.crease == 2)

@@ -19,6 +19,12 @@ PathOutcome = Literal[
 ]
 
 
+def accumulated_turn(angles: Reals) -> Reals:
+    """Return the accumulated turn of all hinges up to each state, (k,), in rad; angles : (k, n_hinges)."""
+    steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])[: len(angles)]
+
+
 @dataclass(frozen=True, eq=False)
 class SingularEvent(ByValue):
     """A singular state on a path.

@@ -49,6 +49,11 @@ class BuildTolerances:
         angles: Reals = np.array(self.stops, float) + np.array(self.play, float)
         return angles
 
+    @property
+    def are_zero(self) -> bool:
+        """Whether an array is built exactly."""
+        return not (self.angles.any() or self.offset or self.thickness)
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorMap(ByValue):

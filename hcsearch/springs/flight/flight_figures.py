@@ -43,14 +43,11 @@ def root_of(travel: Travel) -> int:
     return travel.setup.held if travel.hardware.root is None else travel.hardware.root
 
 
-def travel_margins(travel: Travel, torques: Reals | None = None, resistance: Reals | None = None) -> PathMargins:
-    """Return the torque margins at the states of a travel.
-
-    torques : (k, n_hinges), and resistance : (n_hinges,), N m; those of the scene unless given.
-    """
+def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargins:
+    """Return the torque margins at the states of a travel; resistance : (n_hinges,), N m, that of the scene if None."""
     return margins_along(
         path_rates(travel.linkage, travel.states),
-        law_torques(travel.setup.laws, travel.states) if torques is None else torques,
+        law_torques(travel.setup.laws, travel.states),
         travel.hardware.resistance if resistance is None else resistance,
     )
 
@@ -64,13 +61,13 @@ def _stowage(travel: Travel) -> dict[str, Any]:
 def modes_of(travel: Travel) -> DeployedModes:
     """Return the modes of the flat array on its latches."""
     stiffness = flat_stiffness(travel.setup.laws, travel.hardware.latch_stiffness)
-    return deployed_modes(travel.linkage, stiffness, travel.setup.density, root_of(travel), base=_base(travel))
+    base = _floating_base(travel) if travel.hardware.root is None else None
+    return deployed_modes(travel.linkage, stiffness, travel.setup.density, root_of(travel), base=base)
 
 
-def _base(travel: Travel) -> FloatingBase | None:
-    """Return what floats with the root panel of a free array; None where the root is held."""
-    setup = travel.setup
-    return FloatingBase(setup.base_mass, setup.base_inertia) if travel.hardware.root is None else None
+def _floating_base(travel: Travel) -> FloatingBase:
+    """Return what floats with the held panel of a free array."""
+    return FloatingBase(travel.setup.base_mass, travel.setup.base_inertia)
 
 
 def _modes(travel: Travel) -> dict[str, Any]:
@@ -90,7 +87,7 @@ def _latches(travel: Travel) -> dict[str, Any]:
         travel.states[0],
         gravity=setup.gravity,
         restitution=setup.restitution,
-        base=FloatingBase(setup.base_mass, setup.base_inertia) if setup.free else None,
+        base=_floating_base(travel) if setup.free else None,
     )
     return {"latch_torque": bounds.torque, "latch_impulse": bounds.base_moment}
 
@@ -121,15 +118,14 @@ def _shape(travel: Travel) -> dict[str, Any]:
 def _gaps(travel: Travel) -> dict[str, Any]:
     """Return the figures that need the motion at all times; none where neither tolerances nor a craft are given."""
     tolerances, craft = tolerances_of(travel), travel.hardware.craft
-    is_exact = not (any(tolerances.angles) or tolerances.offset or tolerances.thickness)
-    if is_exact and not craft:
+    if tolerances.are_zero and not craft:
         return {}
     try:
         course, slack = _course(travel)
     except HcsearchError:
         return {}
     figures: dict[str, Any] = {}
-    if not is_exact:
+    if not tolerances.are_zero:
         ratio = clearance_ratio(travel.linkage, course, slack, tolerances, travel.setup.margin)
         figures["clearance_ratio"] = None if ratio is None else ratio.ratio
     if craft:

@@ -18,9 +18,9 @@ SheetVerdict = Literal["pass", "fail", "not known"]
 class SheetRow:
     """A rule, and the figure that is held against it.
 
-    rule : what is asked for. clause : of the standard. figure, required : in the same unit; None where not known.
-    at_least : whether the figure must be at least the required one, else at most. note : where the figure is least, and
-    in which direction it is a bound.
+    rule : what is asked for. clause : of the standard. figure, required : in the same unit; no figure where it is not
+    known. at_least : whether the figure must be at least the required one, else at most. note : where the figure is
+    least, and in which direction it is a bound.
     """
 
     rule: str
@@ -51,13 +51,13 @@ class Sensitivity:
     """How a figure changes with one value of the scene.
 
     value : its name. figure : that changes, in a unit. low, high : the figure where the value is smaller and greater by
-    `SENSITIVITY_CHANGE`; None where it is not known. spread : the change between both over the figure itself.
+    `SENSITIVITY_CHANGE`. spread : the change between both over the figure itself.
     """
 
     value: str
     figure: str
-    low: float | None
-    high: float | None
+    low: float
+    high: float
     unit: str = ""
     spread: float = 0.0
 

@@ -18,7 +18,7 @@ SHEET_STYLES = tuple(_STYLES)
 def rule_cells(row: SheetRow) -> tuple[str, ...]:
     """Return a rule as texts, in the order of `RULE_HEADS`."""
     sense = "at least" if row.at_least else "at most"
-    required = "-" if row.required is None else f"{sense} {_number(row.required, row.unit)}"
+    required = f"{sense} {_number(row.required, row.unit)}"
     margin = "-" if row.margin is None else f"{short_number(100.0 * row.margin, 3)} %"
     return row.rule, row.clause, _number(row.figure, row.unit), required, row.verdict, margin, row.note
 

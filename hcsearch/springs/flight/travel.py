@@ -11,6 +11,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.scenes import Scene
 from hcsearch.scenes.hardware import Hardware, hardware_of
@@ -59,31 +60,29 @@ class Travel(ByValue):
     @property
     def shares(self) -> Reals:
         """The place of each state, (k,): the accumulated turn of all hinges over that of the whole travel."""
-        turns = np.abs(np.diff(self.states, axis=0)).sum(axis=1)
-        length = np.concatenate([[0.0], np.cumsum(turns)])[: len(self.states)]
-        return length / length[-1] if len(length) and length[-1] > 0.0 else length
+        turns = accumulated_turn(self.states)
+        return turns / turns[-1] if turns[-1:].any() else turns
 
 
-def travel_along(linkage: Linkage, scene: Scene, states: Reals | None = None, setup: Setup | None = None) -> Travel:
+def travel_along(linkage: Linkage, scene: Scene, states: Reals | None = None) -> Travel:
     """Return the travel of a linkage in a scene along a proved path, or without a motion.
 
-    states : of the path, (k, n_hinges). setup : of the scene, if it has other springs than the scene.
+    states : of the path, (k, n_hinges).
     """
-    setup = setup_of_scene(scene, linkage) if setup is None else setup
+    setup = setup_of_scene(scene, linkage)
     hardware = hardware_of(scene, linkage, setup.held)
     if states is None:
         return Travel(linkage, setup, hardware, "none", np.empty((0, linkage.n_hinges)))
     return Travel(linkage, setup, hardware, "path", np.asarray(states, float))
 
 
-def travel_by_springs(linkage: Linkage, scene: Scene, setup: Setup | None = None, *, tolerance: float = 1e-6) -> Travel:
-    """Simulate a deployment of a linkage in a scene, and return its travel; setup : as above.
+def travel_by_springs(linkage: Linkage, scene: Scene) -> Travel:
+    """Simulate a deployment of a linkage in a scene, and return its travel.
 
     A deployment starts beside the packed state and counts as flat a little before the flat one: both ends are added.
     """
-    setup = setup_of_scene(scene, linkage) if setup is None else setup
-    deployment = simulate_compiled(compile_scene(linkage, setup), tolerance=tolerance, certified=False)
-    return travel_of_deployment(deployment, scene)
+    compiled = compile_scene(linkage, setup_of_scene(scene, linkage))
+    return travel_of_deployment(simulate_compiled(compiled, certified=False), scene)
 
 
 def travel_of_deployment(deployment: Deployment, scene: Scene) -> Travel:

@@ -39,10 +39,9 @@ def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
 
 def tornado(rows: Sequence[Sensitivity], figure: float) -> str:
     """Return bars from the figure at smaller to that at greater values of the scene, as inline SVG; `` without rows."""
-    drawn = [row for row in rows if row.low is not None and row.high is not None]
-    if not drawn:
+    if not rows:
         return ""
-    ends = [value for row in drawn for value in (row.low, row.high) if value is not None]
+    ends = [value for row in rows for value in (row.low, row.high)]
     low, high = min(*ends, figure), max(*ends, figure)
     span = (high - low) or 1.0
     width, left, step = 480.0, 170.0, 22.0
@@ -50,13 +49,13 @@ def tornado(rows: Sequence[Sensitivity], figure: float) -> str:
     def place(value: float) -> float:
         return left + (width - left - 10.0) * (value - low) / span
 
-    body = [f'<path class="grid" d="M{place(figure):.1f} 4V{step * len(drawn) + 4:.0f}"/>']
-    for k, row in enumerate(drawn):
-        begin, end = sorted((place(float(row.low or 0.0)), place(float(row.high or 0.0))))
+    body = [f'<path class="grid" d="M{place(figure):.1f} 4V{step * len(rows) + 4:.0f}"/>']
+    for k, row in enumerate(rows):
+        begin, end = sorted((place(row.low), place(row.high)))
         y = 6.0 + step * k
         body.append(f'<rect class="tornado" x="{begin:.1f}" y="{y:.0f}" width="{end - begin:.1f}" height="14"/>')
         body.append(f'<text x="{left - 8}" y="{y + 12:.0f}" text-anchor="end">{escape(row.value)}</text>')
-    height = step * len(drawn) + 26.0
+    height = step * len(rows) + 26.0
     for value, anchor in ((low, "start"), (high, "end")):
         body.append(
             f'<text x="{place(value):.1f}" y="{height - 6:.0f}" text-anchor="{anchor}">{short_number(value, 3)}</text>'
