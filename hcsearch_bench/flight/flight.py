@@ -32,7 +32,7 @@ def tables(results: FlightResults) -> list[Table]:
     from hcsearch_bench.flight.passing_rows import BEST, SCENE
 
     scene = (
-        f"panels of 50 mm, {1e3 * (SCENE.margin or 0.0):g} mm smaller on every face, springs {SCENE.spring} N m/rad, "
+        f"panels of 50 mm, `gap_mm` smaller on every face, springs {SCENE.spring} N m/rad, "
         f"{1e3 * SCENE.friction:g} mN m of friction and {1e3 * SCENE.harness:g} mN m of a harness at every hinge, "
         f"latches of {SCENE.latch_stiffness:g} N m/rad, stops within {1e3 * SCENE.stop_tolerance:g} mrad"
     )
@@ -48,7 +48,8 @@ def tables(results: FlightResults) -> list[Table]:
             "Designs that pass",
             "Designs with a proved path, and how many pass ECSS-E-ST-33-01C (issue of 6 March 2009) with the least "
             f"preloads that the torque margin needs: {scene}. The folding of each design with the least play is judged "
-            "along its path. `seconds`: processor time of the figures and of the choice of springs.",
+            "along its path. `clear`: how many of those with springs have three times the clearance that tolerances "
+            "take. `seconds`: processor time of the figures and of the choice of springs.",
             results.counts,
         ),
         Table(

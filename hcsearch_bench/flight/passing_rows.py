@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding, folding_at
@@ -18,34 +19,39 @@ from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch.springs.flight.flight_figures import figures_of
 from hcsearch.springs.flight.review import rule_rows
 from hcsearch.springs.flight.rules import read_rules
-from hcsearch.springs.flight.spring_choice import springs_that_pass
-from hcsearch.springs.flight.travel import Travel, travel_along
+from hcsearch.springs.flight.spring_choice import ChosenSprings, springs_that_pass
+from hcsearch.springs.flight.travel import travel_along
 from hcsearch_bench.run.bench import Say
 from hcsearch_bench.subjects.foldings import packed, search_of, untwisted
 
 SCENE = Scene(
     "flight",
-    margin=5e-4,
     spring="linear:0.1+0.02",
     friction=0.002,
     harness=0.001,
     latch_stiffness=50.0,
     stop_tolerance=1e-4,
 )
-SEARCHES = (("hex", "12"), ("square", "6x5"))
-QUICK = (("hex", "8"),)
+SEARCHES = (("hex", "12", 5e-4), ("square", "6x5", 1e-3))
+"""Grid, cells, and how much smaller panels are on every face, m: larger arrays turn stops' errors into larger gaps."""
+QUICK = (("hex", "8", 5e-4),)
 BEST = 10
 
 
 @dataclass(frozen=True)
 class PassingCount:
-    """Designs of a search with a proved path, those for which springs are found, and those that pass all rules."""
+    """Designs of a search with a proved path, those for which springs are found, and those that pass all rules.
+
+    gap_mm : by which panels are smaller on every face. clear : of those with springs, how many pass on clearance.
+    """
 
     grid: str
     cells: str
+    gap_mm: float
     designs: int
     moving: int
     with_springs: int
+    clear: int
     passing: int
     seconds: float
 
@@ -75,9 +81,9 @@ class PassingRow:
 def passing_rows(*, quick: bool, say: Say) -> tuple[list[PassingCount], list[PassingRow]]:
     """A row for each search, and one for each design that passes."""
     counts, rows = [], []
-    for grid, cells in QUICK if quick else SEARCHES:
+    for grid, cells, gap in QUICK if quick else SEARCHES:
         say(f"{grid} {cells}")
-        count, passing = _of_search(grid, cells)
+        count, passing = _of_search(grid, cells, replace(SCENE, margin=gap))
         counts.append(count)
         rows += passing
     return counts, rows
@@ -91,20 +97,24 @@ def best_rows(rows: list[PassingRow]) -> list[PassingRow]:
     return best
 
 
-def _of_search(grid: str, cells: str) -> tuple[PassingCount, list[PassingRow]]:
-    rows, moving, with_springs, designs, seconds = [], 0, 0, 0, 0.0
+def _of_search(grid: str, cells: str, scene: Scene) -> tuple[PassingCount, list[PassingRow]]:
+    rows, judged, designs, moving, seconds = [], [], 0, 0, 0.0
     for circuits, foldings in packed(untwisted(search_of(grid, cells))):
         known = mobility_of_batch(circuits, foldings, np.zeros(len(foldings), np.int16))
-        moves = motions_of_batch(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
+        moves = motions_of_batch(circuits, foldings, (known.locked, known.locked_hinged), scene, threads=2)
         designs += len(circuits)
         begin = time.process_time()
         for k in _best_of_each(foldings.row, moves):
             moving += 1
-            row, found = _row(cells, folding_at(circuits, foldings, k), moves, k)
-            with_springs += found
-            rows += [] if row is None else [row]
+            path = cast("Reals", moves.paths[k])  # as it moves
+            one = _judged(folding_at(circuits, foldings, k), scene, cast("Way", moves.flat_pairs[k]), path)
+            if one is not None:
+                judged.append(one)
+                rows += [_passing(cells, one)] if one.passes else []
         seconds += time.process_time() - begin
-    return PassingCount(grid, cells, designs, moving, with_springs, len(rows), round(seconds, 1)), rows
+    clear = sum(one.clears for one in judged)
+    gap = 1e3 * float(scene.margin or 0.0)
+    return PassingCount(grid, cells, gap, designs, moving, len(judged), clear, len(rows), round(seconds, 1)), rows
 
 
 def _best_of_each(row: np.ndarray, moves: MotionBatch) -> list[int]:
@@ -117,33 +127,42 @@ def _best_of_each(row: np.ndarray, moves: MotionBatch) -> list[int]:
     return sorted(best.values())
 
 
-def _row(cells: str, folding: Folding, moves: MotionBatch, k: int) -> tuple[PassingRow | None, bool]:
-    """The row of a folding, None where it does not pass; and whether springs were found."""
-    way, rules = cast("Way", moves.flat_pairs[k]), read_rules("ecss")
-    linkage = folding.linkage(panel_of(SCENE, folding.circuit.grid.name), flat_pairs=way)
-    travel: Travel = travel_along(linkage, SCENE, moves.paths[k])
+@dataclass(frozen=True)
+class _Judged:
+    """A folding with springs that pass, its figures, and whether it passes on clearance, and all rules."""
+
+    folding: Folding
+    way: Way
+    springs: ChosenSprings
+    numbers: FlightNumbers
+    clears: bool
+    passes: bool
+
+
+def _judged(folding: Folding, scene: Scene, way: Way, path: Reals) -> _Judged | None:
+    """Judge a folding along its path with the springs chosen for it; None where none are found."""
+    rules = read_rules("ecss")
+    linkage = folding.linkage(panel_of(scene, folding.circuit.grid.name), flat_pairs=way)
+    travel = travel_along(linkage, scene, path)
     try:
         chosen = springs_that_pass(travel, rules)
     except HcsearchError:
-        return None, False
+        return None
     with_them = replace(travel, setup=chosen.setup)
     numbers = figures_of(with_them)
-    if any(row.verdict != "pass" for row in rule_rows(with_them, rules, numbers)):
-        return None, True
-    return _passing(
-        cells, folding, way, numbers, 1e3 * float(chosen.preloads.sum()), 1e3 * (chosen.lower_bound or 0.0)
-    ), True
+    verdicts = {row.rule: row.verdict for row in rule_rows(with_them, rules, numbers)}
+    clears = verdicts["clearance over tolerances"] == "pass"
+    return _Judged(folding, way, chosen, numbers, clears, set(verdicts.values()) == {"pass"})
 
 
-def _passing(
-    cells: str, folding: Folding, way: Way, numbers: FlightNumbers, preload: float, least: float
-) -> PassingRow:
+def _passing(cells: str, one: _Judged) -> PassingRow:
+    numbers = one.numbers
     return PassingRow(
         cells,
-        folding.notation,
-        way,
-        round(preload, 3),
-        round(least, 3),
+        one.folding.notation,
+        one.way,
+        round(1e3 * float(one.springs.preloads.sum()), 3),
+        round(1e3 * (one.springs.lower_bound or 0.0), 3),
         round(float(numbers.torque_margin or 0.0), 3),
         round(float(numbers.torque_margin_failed or 0.0), 3),
         round(float(numbers.deployed_hz or 0.0), 3),
