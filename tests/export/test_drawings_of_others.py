@@ -306,6 +306,12 @@ def test_split_lines_meet_at_their_ends_only():
     assert ways[0][1] == ways[1][1] == pytest.approx((1.0, 0.0), abs=1e-3)
 
 
+def test_a_speck_beside_a_corner_splits_neither_line_that_meets_there():
+    points = np.array([[0, 0], [4, 0], [3, 1], [0.05, 0.007], [0.051, 0.007]])
+    split = split_lines(points, [(3, 4), (0, 1), (0, 2)], 0.01, 100)
+    assert [len(way) for way in split.places_along] == [0, 2, 2]
+
+
 def test_spurs_and_straight_corners_are_taken_off():
     assert without_spurs([0, 9, 8, 9, 0, 1, 1, 2, 3]) == [0, 1, 2, 3]
     assert sorted(without_spurs([8, 9, 0, 1, 2, 3, 0, 9])) == [0, 1, 2, 3]

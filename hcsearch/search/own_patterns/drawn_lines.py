@@ -1,8 +1,8 @@
 """Lines and points of a drawing: projection onto their plane, and splitting of lines where they meet.
 
 Programs draw lines of any length, each with its own end points. Points nearer to each other than a tolerance are merged
-into one place at their mean. Lines shorter than the tolerance vanish; others are split at the places on them and where
-they cross.
+into one place at their mean. Lines shorter than the tolerance vanish; others are split where they cross, and at the
+places on them where others end.
 """
 
 from __future__ import annotations
@@ -114,10 +114,12 @@ def _merged(
 
 
 def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, max_crossings: int) -> list[tuple[int, int, float]]:
-    """Return the places in the interior of lines: place, line, and share of the line's length."""
+    """Return the places of ends in the interior of lines: place, line, and share of the line's length."""
     import shapely  # noqa: PLC0415 - only drawings need it
 
     starts, vectors = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
+    is_end = np.zeros(len(points), bool)  # others are specks: near a corner they would split both lines that meet there
+    is_end[lines] = True
     interior: list[tuple[int, int, float]] = []
     tree = shapely.STRtree(shapely.points(points))
     for first_line, (low, high) in _boxes(points, lines, tolerance):
@@ -127,7 +129,8 @@ def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, max_crossing
         squares = (line_vectors * line_vectors).sum(axis=1)
         shares = (arms * line_vectors).sum(axis=1) / squares
         distances = np.abs(line_vectors[:, 0] * arms[:, 1] - line_vectors[:, 1] * arms[:, 0]) / np.sqrt(squares)
-        on = (distances < tolerance) & (shares > 0.0) & (shares < 1.0) & (lines[k] != v[:, None]).all(axis=1)
+        on = is_end[v] & (distances < tolerance) & (shares > 0.0) & (shares < 1.0)
+        on &= (lines[k] != v[:, None]).all(axis=1)
         interior += zip(v[on].tolist(), k[on].tolist(), shares[on].tolist(), strict=True)
         if len(interior) > max_crossings:
             raise CrossingError
