@@ -98,6 +98,20 @@ def test_a_spring_swings_half_a_period_at_a_time_until_friction_holds_it(inertia
     assert motion.damped[-1] == pytest.approx(shift * stiffness * path, rel=1e-6, abs=1e-12)
 
 
+def test_a_motion_that_a_damper_slows_down_ever_more_is_stuck_where_friction_balances_the_spring():
+    stiffness, damping, resistance = 1.0, 0.1, 0.3
+    system = wheel(1e-5, JointDrive(linear_law(stiffness), damping, friction=resistance))
+    motion = simulate_system(system, np.array([1.0]), end=3.0, rest=1e-4)
+    balance, decay = resistance / stiffness, stiffness / damping
+    slow = math.log((1.0 - balance) * decay * 2.0 / 1e-4) / decay  # when its rate would turn it by 1e-4 rad
+    assert motion.ending == "stuck"
+    assert motion.times[-1] == pytest.approx(slow, rel=0.05)
+    assert motion.q[-1, 0] == pytest.approx(balance, abs=1e-4)
+    faster = simulate_system(system, np.array([1.001 * balance + 1e-6]), end=3.0, rest=1e-4)
+    assert faster.times[-1] > 0.0  # what begins to move is not stuck, however slow
+    assert motion.drift < 1e-6 * motion.largest_energy
+
+
 def test_a_block_that_a_spring_drags_slips_when_the_spring_bears_its_friction():
     speed, stiffness, mass, resistance = 0.5, 20.0, 0.3, 1.5
     tug, block = Body(1e6, np.zeros(3), np.eye(3)), Body(mass, -X, np.eye(3))

@@ -56,6 +56,7 @@ from hcsearch.kernels.multibody.sticking import (
     forces_hold,
     frictionless_acceleration,
     nothing_moves,
+    only_creeps,
     settle_joints,
 )
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
@@ -366,15 +367,15 @@ def _ending_before(simulation: Simulation, a: Reals) -> int:
     is_flat = plan.flat_distance >= 0.0
     for i in range(len(q)):
         is_flat = is_flat and not abs(q[i] - plan.flat[i]) > plan.flat_distance
-    is_at_rest = plan.rest_distance >= 0.0
+    is_slow = is_at_rest = plan.rest_distance >= 0.0
     time_left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
     for i in range(len(q)):
-        is_at_rest = is_at_rest and (
-            hold.held[i] != 0
-            or (abs(v[i]) * time_left <= plan.rest_distance and abs(a[i]) * time_left**2 <= plan.rest_distance)
-        )
+        is_slow = is_slow and (hold.held[i] != 0 or abs(v[i]) * time_left <= plan.rest_distance)
+        is_at_rest = is_at_rest and is_slow and (hold.held[i] != 0 or abs(a[i]) * time_left**2 <= plan.rest_distance)
+    is_stuck = False
     can_stick = len(hold.slides) > 0 and not len(simulation.mechanism.targets.joints)  # drives may free what sticks
-    is_stuck = can_stick and _is_stuck(simulation, is_at_rest, a)
+    if can_stick and (is_slow or not hold.slides.any()):
+        is_stuck = _is_stuck(simulation, is_slow, is_at_rest, a)
     ending = ENDING_NONE
     if is_flat:
         ending = ENDING_FLAT
@@ -437,18 +438,20 @@ def _accelerate(simulation: Simulation, a: Reals) -> None:
 
 
 @compiled
-def _is_stuck(simulation: Simulation, is_at_rest: bool, a: Reals) -> bool:
-    """Return whether all joints are at rest, some of which would move without friction.
+def _is_stuck(simulation: Simulation, is_slow: bool, is_at_rest: bool, a: Reals) -> bool:
+    """Return whether all joints are at rest, or creep towards it, and some would move without friction.
 
-    is_at_rest : whether they hardly move, by the plan's distance; else they must not move at all.
+    is_slow : whether no joint would move by more than the plan's distance at its rate. is_at_rest : nor by its
+        acceleration; else joints must not move at all, or creep.
     """
     mechanism, hold, plan, pace = simulation.mechanism, simulation.hold, simulation.plan, simulation.pace
-    time_left = max(1.0, plan.end - pace[PACE_TIME])
-    least = max(0.0, plan.rest_distance) / time_left**2
     q, v, scale, work, slow = simulation.q, simulation.v, pace[PACE_SCALE], simulation.work, plan.min_bounce_speed
-    is_stuck = (is_at_rest or nothing_moves(mechanism, hold, slow, q, v, scale, work)) and (
-        frictionless_acceleration(mechanism, hold, slow, q, scale, work) > least
-    )
+    time_left = max(1.0, plan.end - pace[PACE_TIME])
+    is_still = is_at_rest or nothing_moves(mechanism, hold, slow, q, v, scale, work)
+    if not is_still and is_slow:
+        is_still = only_creeps(mechanism, hold, slow, q, plan.rest_distance / time_left, scale, work)
+    least = max(0.0, plan.rest_distance) / time_left**2
+    is_stuck = is_still and frictionless_acceleration(mechanism, hold, slow, q, scale, work) > least
     _accelerate(simulation, a)  # tables of the current state, for the projection that follows
     return is_stuck
 

@@ -23,6 +23,7 @@ from hcsearch.kernels.algebra import row_product, scalar_product
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.boxed_quadratics import minimise_in_box
 from hcsearch.kernels.multibody.accelerations import HELD_BY_FRICTION, DiscreteState, Mechanism, accelerate
+from hcsearch.kernels.multibody.hinges import joint_momenta
 from hcsearch.kernels.multibody.stops import (
     MIN_STOP_MOBILITY,
     arrest_joints,
@@ -297,17 +298,40 @@ def nothing_moves(
     mechanism: Mechanism, hold: DiscreteState, slow: float, q: Reals, v: Reals, scale: float, work: Work
 ) -> bool:
     """Return whether no joint slides, and those that are not held are at rest without an acceleration."""
-    a, largest = np.empty(len(q)), 0.0
+    a = np.empty(len(q))
     for i in range(len(q)):
         if hold.slides[i] or (not hold.held[i] and abs(v[i]) > REST_SPEED_SHARE * slow):
             return False
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    for i in range(len(q)):
-        if not hold.held[i]:
-            largest = max(largest, abs(a[i]))
+    largest = _greatest_free(hold.held, a)
     return largest == 0.0 or largest <= RESTING_ACCELERATION_SHARE * frictionless_acceleration(
         mechanism, hold, slow, q, scale, work
     )
+
+
+@compiled
+def only_creeps(
+    mechanism: Mechanism, hold: DiscreteState, slow: float, q: Reals, rate: float, scale: float, work: Work
+) -> bool:
+    """Return whether joints, from rest, would not reach a rate, as dampers would slow down any motion so fast.
+
+    Also true where friction holds all joints. Unlike accelerations, it does not depend on the rounding of small rates.
+    """
+    n = len(q)
+    rest = DiscreteState(hold.held.copy(), hold.branches, hold.cut_branches, hold.slides.copy())
+    v, a, momenta = np.zeros(n), np.empty(n), np.empty(n)
+    settle_joints(mechanism, rest, slow, -1, q.copy(), v, scale, work, a)
+    largest = _greatest_free(rest.held, a)
+    if largest == 0.0:
+        return True
+    for i in range(n):
+        v[i] = 0.0 if rest.held[i] else rate * a[i] / largest
+    accelerate(mechanism, rest, q, v, scale, True, work, a)
+    joint_momenta(mechanism.tree, work, momenta)
+    power = 0.0  # of kinetic energy
+    for i in range(n):
+        power += 0.0 if rest.held[i] else momenta[i] * a[i]
+    return power <= 0.0
 
 
 @compiled
@@ -317,9 +341,16 @@ def frictionless_acceleration(
     """Return the greatest acceleration of a joint from rest without friction."""
     n = len(q)
     free = DiscreteState(np.zeros(n, np.int8), hold.branches, hold.cut_branches, np.zeros(n, np.int8))
-    a, largest = np.empty(n), 0.0
+    a = np.empty(n)
     update_held_joints(mechanism, free, slow, q.copy(), np.zeros(n), scale, work, a)
-    for i in range(n):
-        if not free.held[i]:
+    return _greatest_free(free.held, a)
+
+
+@lean
+def _greatest_free(held: Signs, a: Reals) -> float:
+    """Return the greatest acceleration of a joint that is not held."""
+    largest = 0.0
+    for i in range(len(a)):
+        if not held[i]:
             largest = max(largest, abs(a[i]))
     return largest
