@@ -112,16 +112,20 @@ def test_a_motion_that_a_damper_slows_down_ever_more_is_stuck_where_friction_bal
     assert motion.drift < 1e-6 * motion.largest_energy
 
 
-def test_a_block_that_a_spring_drags_slips_when_the_spring_bears_its_friction():
-    speed, stiffness, mass, resistance = 0.5, 20.0, 0.3, 1.5
+def dragged_block(speed, stiffness, mass, resistance):
+    """A heavy tug that drags a block with friction by a spring; and the rates at its start."""
     tug, block = Body(1e6, np.zeros(3), np.eye(3)), Body(mass, -X, np.eye(3))
     joints = TreeJoint(GROUND, X, np.zeros(3), True), TreeJoint(GROUND, X, -X, True)
     strut = Strut(0, 1, np.zeros(3), -X, stiffness, rest=1.0)
-    drives = JointDrive(), JointDrive(friction=resistance)
-    system = System(joints, (tug, block), drives, struts=(strut,))
+    return System(joints, (tug, block), (JointDrive(), JointDrive(friction=resistance)), struts=(strut,)), [speed, 0.0]
+
+
+def test_a_block_that_a_spring_drags_slips_when_the_spring_bears_its_friction():
+    speed, stiffness, mass, resistance = 0.5, 20.0, 0.3, 1.5
+    system, rates = dragged_block(speed, stiffness, mass, resistance)
     slip, rate = resistance / (stiffness * speed), math.sqrt(stiffness / mass)
     end = slip + 1.5 * math.pi / rate
-    motion = simulate_system(system, np.zeros(2), np.array([speed, 0.0]), end=end, tolerance=1e-10)
+    motion = simulate_system(system, np.zeros(2), np.array(rates), end=end, tolerance=1e-10)
     (event,) = motion.events
     assert (event.kind, event.joint) == ("slips", 1)
     assert event.time == pytest.approx(slip, rel=1e-4)
@@ -130,6 +134,23 @@ def test_a_block_that_a_spring_drags_slips_when_the_spring_bears_its_friction():
     places = motion.q[motion.times > slip, 1]
     assert places == pytest.approx(speed * (after - np.sin(rate * after) / rate), abs=1e-6)
     assert (motion.q[motion.times < 0.999 * slip, 1] == 0.0).all()
+
+
+@pytest.mark.parametrize("rest_time", [0.1, 0.16, 0.25])
+def test_a_slip_is_not_missed_in_a_step_in_which_another_joint_comes_to_rest(rest_time):
+    block, rates = dragged_block(0.5, 20.0, 0.3, 1.5)
+    wheel_joint, body = TreeJoint(GROUND, Y, np.array([0.0, 9.0, 0.0])), Body(1.0, np.zeros(3), np.eye(3))
+    system = replace(
+        block,
+        joints=(*block.joints, wheel_joint),
+        bodies=(*block.bodies, body),
+        drives=(*block.drives, JointDrive(friction=2.0)),
+    )
+    motion = simulate_system(system, np.zeros(3), np.array([*rates, 2.0 * rest_time]), end=0.3)
+    expected = sorted([(0.15, "slips", 1), (rest_time, "stuck", 2)])
+    assert [(event.kind, event.joint) for event in motion.events] == [place[1:] for place in expected]
+    assert [event.time for event in motion.events] == pytest.approx([time for time, *_ in expected], rel=1e-4)
+    assert motion.q[-1, 2] == pytest.approx(rest_time**2, rel=1e-8)
 
 
 def test_a_joint_at_its_stop_needs_a_pull_above_its_friction_to_leave_it():

@@ -221,7 +221,7 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         if kind >= 0:
             _process_event(simulation, joint, kind, residual, a, energies)
         else:
-            _complete_step(simulation, flat_share < 1.0, length <= MIN_JUMP_STEP_SHARE * pace[PACE_STEP], a, energies)
+            _complete_step(simulation, flat_share < 1.0, length / pace[PACE_STEP], a, energies)
         if mechanism.hinges.stop_stiffness > 0.0:
             record_compliant_stops(mechanism, pace[PACE_TIME], length, q, v, work, coordinates, record)
         record_state(record, hold, pace[PACE_TIME], q, v, a, energies, residual)
@@ -249,14 +249,16 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
     span = IntegrationStep(h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n])
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
+    length = h
     if kind == EVENT_REST:
         length = land_on_rest(method, stepper, share * h, h, joint)
     elif kind >= 0:
         length = land_on_event(method, stepper, share * h, h, joint, kind)
-    elif len(simulation.hold.slides):
-        slow = plan.min_bounce_speed
-        length = step_to_slip(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], slow, keep_stops, h)
-    else:
+    if len(simulation.hold.slides):
+        slow, event_length = plan.min_bounce_speed, length
+        length = step_to_slip(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], slow, keep_stops, length)
+        kind = kind if length == event_length else -1
+    elif kind < 0:
         length = step_to_release(method, stepper, plan.closure_tolerance, pace[PACE_GRIP], keep_stops, h)
     flat_share = 2.0
     if plan.flat_distance >= 0.0 and length > 0.0:
@@ -292,20 +294,20 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
 
 
 @lean
-def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, energies: Reals) -> None:
+def _complete_step(simulation: Simulation, flat: bool, share: float, a: Reals, energies: Reals) -> None:
     """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
-    short : whether a pull ended the step near its start; unless a joint is freed, the next step ignores pulls.
+    share : of the step, before a pull. Unless a joint is freed, the next step ignores pulls where this was short.
     """
     hold, pace = simulation.hold, simulation.pace
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
     simulation.record.counts[2] += 1
     if len(hold.slides):
-        _complete_sliding_step(simulation, flat, short, a)
+        _complete_sliding_step(simulation, flat, share < 1.0, a)
         _write_energies(simulation, energies)
         return
     pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
-    if not flat and (pulls or short):
+    if not flat and (pulls or share <= MIN_JUMP_STEP_SHARE):
         if pulls and _release_stops(simulation, a):
             pace[PACE_EVENT_COUNT] += 1.0
         else:
@@ -314,15 +316,18 @@ def _complete_step(simulation: Simulation, flat: bool, short: bool, a: Reals, en
 
 
 @compiled
-def _complete_sliding_step(simulation: Simulation, flat: bool, short: bool, a: Reals) -> None:
-    """The same as `_complete_step`, with friction: also joints that it cannot hold any longer are freed."""
+def _complete_sliding_step(simulation: Simulation, flat: bool, shortened: bool, a: Reals) -> None:
+    """The same as `_complete_step`, with friction: also joints that it cannot hold any longer are freed.
+
+    shortened : whether a slip ended the step; where rounding decides, it may be none after projection.
+    """
     mechanism, hold, pace, v = simulation.mechanism, simulation.hold, simulation.pace, simulation.v
     slips = not forces_hold(mechanism, hold, a, pace[PACE_GRIP])
-    if not flat and (slips or short or any_started(mechanism, hold, simulation.plan.min_bounce_speed, v)):
+    if not flat and (slips or shortened or any_started(mechanism, hold, simulation.plan.min_bounce_speed, v)):
         if _settle(simulation, -1, a):
             pace[PACE_EVENT_COUNT] += 1.0
         else:
-            pace[PACE_STOPS_KEPT] = 1.0 if short else 0.0
+            pace[PACE_STOPS_KEPT] = 1.0 if shortened else 0.0
     _accelerate(simulation, a)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
-from hcsearch.kernels.multibody.steps import accelerate_at, take_step
+from hcsearch.kernels.multibody.steps import MIN_JUMP_STEP_SHARE, accelerate_at, take_step
 from hcsearch.kernels.multibody.sticking import any_slips, forces_hold
 
 REACHED_REST_RATE = 1e-10
@@ -45,18 +45,19 @@ def step_to_slip(
     kept : whether a joint seemed to slip at the start and was kept; the step is then accepted. Others as of
     `step_to_release`.
     """
-    if not stepper.hold.held.any():
+    if longest == 0.0 or not stepper.hold.held.any():
         return longest
-    low, high, h = 0.0, longest, longest
+    low, high = 0.0, longest
     if not kept and _slips(stepper, closed, grip, slow):
-        while high - low > SLIP_STEP_SHARE * longest:
-            h = 0.5 * (low + high)
+        h = MIN_JUMP_STEP_SHARE * longest  # a joint may slip at the start
+        while high - low > SLIP_STEP_SHARE * longest and high > MIN_JUMP_STEP_SHARE * longest:
             accelerate_at(stepper, stepper.start, True)
             take_step(method, stepper, h)
             if _slips(stepper, closed, grip, slow):
                 high = h
             else:
                 low = h
+            h = 0.5 * (low + high)
         accelerate_at(stepper, stepper.start, True)
         take_step(method, stepper, high)
     accelerate_at(stepper, stepper.end, True)

@@ -48,8 +48,8 @@ RESTING_ACCELERATION_SHARE = 1e-6
 CREEP_SHARE = 0.1
 """Ratio of the acceleration due to the compliance to the least one that counts as sliding."""
 MAX_ARREST_SHARE = 1e-2
-"""Greatest change of rates, and greatest rate, in the same share, of a joint that comes to rest: at a dead point one
-joint rests for a moment, though others move."""
+"""Greatest change of rates, in the same share, where a joint comes to rest: at a dead point one joint rests for a
+moment, though others move."""
 
 
 class RestingJoints(NamedTuple):
@@ -68,7 +68,6 @@ def decide_resting_joints(
     mechanism: Mechanism,
     hold: DiscreteState,
     slow: float,
-    joint: int,
     q: Reals,
     v: Reals,
     scale: float,
@@ -79,12 +78,11 @@ def decide_resting_joints(
 
     Joints that neither stick nor slide are held by the loops: friction does no work in them.
 
-    slow : speed (rad/s) below which a joint at its stop is at rest. joint : a joint that has just come to rest, up to
-    the rounding of its rate; -1 for none.
+    slow : speed (rad/s) below which a joint at its stop is at rest.
     """
     n, hinges = len(q), mechanism.hinges
     touching, a, is_resting = np.empty(n, np.int8), np.empty(n), np.empty(n, np.bool_)
-    _find_resting(mechanism, slow, joint, q, v, touching, is_resting, resting)
+    _find_resting(mechanism, slow, q, v, touching, is_resting, resting)
     hold = DiscreteState(resting.held, hold.branches, hold.cut_branches, resting.slides)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     joints = np.flatnonzero(is_resting)
@@ -102,29 +100,22 @@ def decide_resting_joints(
         if abs(rates[k]) <= least:
             _hold_joint(i, touching[i], mobile[k], resting)
         elif hinges.friction[i] > 0.0:
-            sense = rates[k] if abs(v[i]) <= _resting_rate(i, joint, slow) else v[i]
+            sense = rates[k] if abs(v[i]) <= REST_SPEED_SHARE * slow else v[i]
             resting.slides[i] = 1 if sense > 0.0 else -1
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     least = SLIDING_SHARE * np.abs(linear).max()
     for k in range(len(joints)):
         # the others hold a joint that should begin to slide, but does not: rounding decided
         i = joints[k]
-        starts = resting.slides[i] != 0 and abs(v[i]) <= _resting_rate(i, joint, slow)
+        starts = resting.slides[i] != 0 and abs(v[i]) <= REST_SPEED_SHARE * slow
         if starts and resting.slides[i] * a[i] <= least * lengths[k]:
             _hold_joint(i, touching[i], mobile[k], resting)
-
-
-@lean
-def _resting_rate(i: int, joint: int, slow: float) -> float:
-    """Return the rate up to which a joint is at rest; higher for the one that has just come to rest."""
-    return (MAX_ARREST_SHARE if i == joint else REST_SPEED_SHARE) * slow
 
 
 @lean
 def _find_resting(
     mechanism: Mechanism,
     slow: float,
-    joint: int,
     q: Reals,
     v: Reals,
     touching: Signs,
@@ -137,7 +128,7 @@ def _find_resting(
         friction = mechanism.hinges.friction[i]
         if abs(v[i]) > slow:
             touching[i] = 0
-        is_resting[i] = touching[i] != 0 or (friction > 0.0 and abs(v[i]) <= _resting_rate(i, joint, slow))
+        is_resting[i] = touching[i] != 0 or (friction > 0.0 and abs(v[i]) <= REST_SPEED_SHARE * slow)
         resting.held[i], resting.slides[i], resting.forces[i] = 0, 0, 0.0
         if friction > 0.0 and not is_resting[i]:
             resting.slides[i] = 1 if v[i] > 0.0 else -1
@@ -224,7 +215,7 @@ def settle_joints(
     if joint >= 0:
         _arrest_one(mechanism, hold, slow, joint, q, v, scale, work)
     resting = RestingJoints(np.empty(n, np.int8), np.empty(n, np.int8), np.empty(n))
-    decide_resting_joints(mechanism, hold, slow, joint, q, v, scale, work, resting)
+    decide_resting_joints(mechanism, hold, slow, q, v, scale, work, resting)
     changed, creeping = False, False
     for i in range(n):
         changed = changed or resting.held[i] != hold.held[i] or resting.slides[i] != hold.slides[i]
@@ -289,7 +280,7 @@ def any_slips(
     """Return whether some held joint cannot be held in a state."""
     n = len(q)
     resting = RestingJoints(np.empty(n, np.int8), np.empty(n, np.int8), np.empty(n))
-    decide_resting_joints(mechanism, hold, slow, -1, q, v, scale, work, resting)
+    decide_resting_joints(mechanism, hold, slow, q, v, scale, work, resting)
     return bool(((hold.held != 0) & (resting.held == 0)).any())
 
 

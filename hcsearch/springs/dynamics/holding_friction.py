@@ -24,7 +24,7 @@ def holding_friction(system: System, q: Reals) -> Reals:
     work, coordinates = work_for(mechanism.tree), np.array(q, float)
     resting = kernel.RestingJoints(np.empty(n, np.int8), np.empty(n, np.int8), np.empty(n))
     hold, scale = discrete_state_for(mechanism, coordinates), largest_pivot(mechanism, coordinates, work)
-    kernel.decide_resting_joints(mechanism, hold, 0.0, -1, coordinates, np.zeros(n), scale, work, resting)
+    kernel.decide_resting_joints(mechanism, hold, 0.0, coordinates, np.zeros(n), scale, work, resting)
     torques: Reals = np.clip(resting.forces, -friction, friction)
     pushed = (resting.held * resting.forces < 0.0) & (np.abs(resting.held) == 1)
     return np.where(pushed, 0.0, torques)
