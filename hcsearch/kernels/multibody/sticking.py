@@ -37,6 +37,9 @@ from hcsearch.kernels.multibody.tree import BodyTree, Work
 
 REST_SPEED_SHARE = 1e-6
 """A joint is at rest up to this rate, as a share of the speed below which stops do not bounce."""
+ALL_AT_REST_SHARE = 1e-4
+"""All joints come to rest together where no rate exceeds this share: one after the other they would disturb each other,
+as loops tie their rates together."""
 SLIDING_SHARE = 1e-9
 """A joint begins to slide where its acceleration, by its mobility, is more than this share of the greatest one that
 joints at rest would have without friction; and where it is not due to the compliance of others."""
@@ -212,7 +215,9 @@ def settle_joints(
     joint : that has just come to rest, -1 for none. Others as of `decide_resting_joints`.
     """
     n = len(q)
-    if joint >= 0:
+    if np.abs(v).max() <= ALL_AT_REST_SHARE * slow:
+        v[:] = 0.0
+    elif joint >= 0:
         _arrest_one(mechanism, hold, slow, joint, q, v, scale, work)
     resting = RestingJoints(np.empty(n, np.int8), np.empty(n, np.int8), np.empty(n))
     decide_resting_joints(mechanism, hold, slow, q, v, scale, work, resting)
