@@ -127,6 +127,21 @@ def test_a_stuck_array_is_one_that_the_linear_program_holds(name):
     assert re.fullmatch(r"0\.0\d+ of 0\.03 N m: give stiffer springs or less friction", rest)
 
 
+@pytest.mark.parametrize("friction", [0.01, 0.03, 0.1, 0.28, 0.31])
+@pytest.mark.parametrize(
+    "name", ["thesis-4x4", "unit-i", "square:01222300:0", "square:011122233300:0", "square:012222230000:0"]
+)
+def test_arrays_that_creep_or_slip_many_times_end_stuck_where_the_linear_program_holds_them(name, friction):
+    linkage = linkage_named(name)
+    found = simulate_deployment(linkage, replace(DEFAULT, friction=friction), certified=False)
+    assert found.outcome == "stuck"
+    assert found.motion.drift < 1e-5 * found.motion.largest_energy
+    assert found.motion.evaluations < 15_000
+    angles, setup = found.angles[-1], found.compiled.setup
+    torques = np.array([law.straight.moment(angle) for law, angle in zip(setup.laws, angles, strict=True)])
+    assert torque_margin(linkage, angles, torques, np.full(linkage.n_hinges, friction)) < 1.001
+
+
 def test_a_harness_holds_as_friction_does():
     linkage = linkage_named("hex:0234550132:4")
     one = simulate_deployment(linkage, replace(DEFAULT, friction=0.02, harness=0.01), certified=False)
