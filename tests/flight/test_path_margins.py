@@ -47,7 +47,10 @@ def test_margins_are_between_the_ratio_along_the_path_and_the_bound(name):
     assert np.allclose(found.along_failed, guided, rtol=CLOSE, atol=CLOSE)
     assert (found.along_failed <= found.failed + CLOSE).all()
     assert np.allclose(power_ratios(torques, friction, found.rates), found.margins, rtol=CLOSE)
-    assert np.allclose(best_rates_along(path, torques, friction)[~path.singular], found.rates[~path.singular])
+    assert np.allclose(
+        best_rates_along(path, torques, friction, np.ones((1, len(friction))))[0, ~path.singular],
+        found.rates[~path.singular],
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)

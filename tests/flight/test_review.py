@@ -209,15 +209,20 @@ def test_chosen_preloads_pass_with_any_one_spring_failed():
     assert chosen.margin >= chosen.required == 7.5
     assert chosen.lower_bound <= chosen.preloads.sum() * (1.0 + 1e-9)
     assert (chosen.preloads >= 0.0).all()
-    with_them = replace(travel, setup=chosen.setup)
-    margins = travel_margins(with_them)
-    # at singular ends the best motion that is found may be less than the one that the design uses
-    regular = slice(1, -1)
-    assert margins.bounds.min() >= 7.5
-    assert margins.failed[regular].min() >= 7.5 * (1.0 - 1e-9)
+    margins = travel_margins(replace(travel, setup=chosen.setup))
+    assert min(margins.margins.min(), margins.failed.min()) >= 7.5 * (1.0 - 1e-9)
     weaker = springs_that_pass(travel, replace(ECSS, redundancy=None))
     assert weaker.preloads.sum() < chosen.preloads.sum()
     assert not weaker.redundant
+
+
+@pytest.mark.parametrize("name", ["hex:023444401021:3", "hex:023454401022:0"])
+def test_chosen_springs_pass_at_singular_ends_as_a_sheet_finds_their_motions(name):
+    """With the motions of other rounds of the design the sheet would not pass."""
+    travel, _, source = moved(replace(BUILT, craft=(), margin=5e-4), name)
+    with_them = replace(travel, setup=springs_that_pass(travel, ECSS).setup)
+    rows = review(with_them, ECSS, title=name, source=source).rows[:2]
+    assert [one.verdict for one in rows] == ["pass", "pass"]
 
 
 def test_offered_springs_are_chosen_where_they_pass():

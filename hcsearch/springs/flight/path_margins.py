@@ -167,11 +167,15 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     )
 
 
-def best_rates_along(path: PathRates, torques: Reals, friction: Reals) -> Reals:
-    """Return the rates of `margins_along`, (k, n_hinges), which takes longer as it looks at failed springs too."""
-    rates = torque_margins(path.rates, torques, friction, path.senses).rates
+def best_rates_along(path: PathRates, torques: Reals, friction: Reals, working: Reals) -> Reals:
+    """Return the rates by which `margins_along` finds its margins, (n_cases, k, n_hinges).
+
+    working : (n_cases, n_hinges), 1 for the springs that work in a case, 0 for those that failed. Others as above.
+    """
+    rates = np.array([torque_margins(path.rates, torques * works, friction, path.senses).rates for works in working])
     for state in np.flatnonzero(path.singular).tolist():
-        rates[state] = _best_of(torques[state], friction, _motions_at(path, state, torques[state], friction, 0))[1]
+        motions = _motions_at(path, state, torques[state], friction, MAX_FAILURES_TRIED)
+        rates[:, state] = [_best_of(torques[state] * works, friction, motions)[1] for works in working]
     return rates
 
 

@@ -3,8 +3,9 @@
 A state has a margin of K at least if some rates v that loops and stops allow have tau . v >= K sum f_i |v_i|. With one
 v chosen for each state this is linear in the preloads, so that the least ones follow from a linear program, and springs
 of a catalogue from one in whole numbers. Then the best v for the new springs replace the old ones, and so on: the total
-falls from round to round, and every round passes. For preloads each single state gives a lower bound of the total, its
-own least one (docs/explanation/flight_margins.md, 6).
+falls from round to round, and every round passes. At singular ends the best v are not always found, so that at last
+springs are chosen anew until they pass by the v that are found for them alone. For preloads each single state gives a
+lower bound of the total, its own least one (docs/explanation/flight_margins.md, 6).
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ from hcsearch.springs.flight.torque_margin import power_ratios
 
 MAX_DESIGN_ROUNDS = 30
 """Greatest number of rounds of choosing springs and rates in turn."""
+MAX_SETTLING_ROUNDS, EXACT_ROUNDS, RAISE = 16, 8, 1.02
+"""Greatest number of rounds until springs pass by what is found for them alone; after some, in which they may come back
+to what they were, each asks for a greater margin by this factor."""
 DESIGN_TOLERANCE = 1e-7
 """Relative fall of the total below which rounds end, and by which margins are asked to exceed the rule."""
 MAX_CATALOGUE_SECONDS = 20.0
@@ -77,7 +81,7 @@ class SpringRule(ByValue):
         """
         if self.guided:
             return np.repeat(self.path.tangents[None], len(self.working), axis=0)
-        rates = np.array([best_rates_along(self.path, torques * works, self.friction) for works in self.working])
+        rates = best_rates_along(self.path, torques, self.friction, self.working)
         if known is None:
             return rates
         better = self.ratios(torques, known) > self.ratios(torques, rates)
@@ -198,7 +202,26 @@ class _Program:
     def run(self, starts: list[Reals]) -> _Found | None:
         """Return the best amounts of rounds that begin with the best rates for some torques; None if none pass."""
         ends = [found for start in starts for found in [*self._rounds(start)][-1:]]
-        return min(ends, key=lambda found: float(self.costs @ found.amounts), default=None)
+        ends.sort(key=lambda found: float(self.costs @ found.amounts))
+        return next((settled for found in ends if (settled := self._settled(found)) is not None), None)
+
+    def _settled(self, found: _Found) -> _Found | None:
+        """Return amounts that pass by the best rates found for them alone, not by those of other rounds, or None."""
+        for number in range(MAX_SETTLING_ROUNDS):
+            torques = self._torques_of(found.amounts)
+            rates = self.rule.best_rates(torques)
+            if self.rule.ratios(torques, rates).min() >= self.rule.required:
+                return _Found(found.amounts, rates)
+            raised = self.rule.required * (1.0 + DESIGN_TOLERANCE) * RAISE ** max(0, number - EXACT_ROUNDS)
+            amounts = self.least_for(rates, raised)
+            if amounts is None:
+                return None
+            found = _Found(amounts, rates)
+        return None
+
+    def _torques_of(self, amounts: Reals) -> Reals:
+        torques: Reals = self.torques + np.tensordot(amounts, self.fields, 1)
+        return torques
 
     def _rounds(self, start: Reals) -> Iterator[_Found]:
         """Yield amounts of ever lower cost, each the least for the best rates of the one before."""
@@ -209,7 +232,7 @@ class _Program:
                 return
             yield _Found(amounts, rates)
             cost = float(self.costs @ amounts)
-            rates = self.rule.best_rates(self.torques + np.tensordot(amounts, self.fields, 1), rates)
+            rates = self.rule.best_rates(self._torques_of(amounts), rates)
 
     def least_for(self, rates: Reals, required: float) -> Reals | None:
         """Return the amounts of least cost with which given rates have a ratio in all cases, or None."""
