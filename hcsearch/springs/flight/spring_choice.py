@@ -16,6 +16,7 @@ from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.spring_sets import tied_hinges
+from hcsearch.springs.flight.flight_figures import travel_margins
 from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import path_rates
 from hcsearch.springs.flight.rules import Rules
@@ -25,7 +26,10 @@ from hcsearch.springs.flight.travel import Travel
 GREATEST_PRELOAD_FACTOR = 1000.0
 """Greatest preload that is tried, over the greatest resisting torque times the required margin."""
 PRELOAD_DIGITS = 3
-"""Digits to which preloads are rounded up, where the rounded ones pass, too."""
+"""Digits to which preloads are rounded up."""
+RAISES = (1.0, 1.002, 1.005, 1.01, 1.02, 1.05, 1.1)
+"""Factors of the required margin that are asked for in turn, until springs pass as a flight sheet judges them: with
+other digits of a preload it may find another motion at a singular end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,23 +74,26 @@ def springs_that_pass(
     springs a deployment takes another way, which `hcsearch sheet` reviews.
     HcsearchError where nothing resists, the standard has no motorisation, or no springs pass.
     """
-    rule, required = spring_rule(travel, rules, measured=measured)
-    if offers:
-        return _of_offers(travel, rule, required, [law_named(text) for text in offers])
-    torques = law_torques(travel.setup.laws, travel.states)
-    greatest = GREATEST_PRELOAD_FACTOR * required * float(rule.friction.max())
-    design = least_preloads(rule, torques, greatest)
-    preloads = _rounded_up(design.preloads)
-    margin = _least(rule, torques + preloads)
-    if margin < required:
-        preloads, margin = design.preloads, design.margin
-    laws = tuple(preloaded_law(law, float(preload)) for law, preload in zip(travel.setup.laws, preloads, strict=True))
-    setup = replace(travel.setup, laws=laws)
-    return ChosenSprings(travel.linkage, setup, preloads, margin, required, rule.redundant, design.lower_bound)
+    rule = _spring_rule(travel, rules, measured=measured)
+    laws = [law_named(text) for text in offers]
+    lower_bound = None
+    for raised in RAISES:
+        asked = replace(rule, required=raised * rule.required)
+        setup, preloads, bound = _of_offers(travel, asked, laws) if offers else _with_preloads(travel, asked)
+        lower_bound = bound if lower_bound is None else lower_bound  # of the rule itself
+        margins = travel_margins(replace(travel, setup=setup), rule.friction)
+        least = np.minimum(margins.margins, margins.failed) if rule.redundant else margins.margins
+        if least.min() >= rule.required:
+            margin = float(least.min())
+            return ChosenSprings(travel.linkage, setup, preloads, margin, rule.required, rule.redundant, lower_bound)
+    raise HcsearchError(
+        f"no springs were found with a torque margin of {rule.required:g} at singular ends of the travel: give less "
+        "friction, or other springs"
+    )
 
 
-def spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> tuple[SpringRule, float]:
-    """Return what springs have to satisfy along a travel, and the required margin."""
+def _spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> SpringRule:
+    """Return what springs have to satisfy along a travel."""
     if rules.motorisation is None:
         raise HcsearchError(f"{rules.standard} asks for no torque of springs: name rules with a table [motorisation]")
     if travel.source == "none":
@@ -96,8 +103,7 @@ def spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> tuple[Spring
     if not resistance.any():
         raise HcsearchError("nothing resists the springs: give friction or harness in the scene, or --friction 0.001")
     path = path_rates(travel.linkage, travel.states)
-    groups = _groups(travel)
-    return SpringRule(path, resistance, friction, groups, redundant=rules.redundancy is not None), friction
+    return SpringRule(path, resistance, friction, _groups(travel), redundant=rules.redundancy is not None)
 
 
 def _groups(travel: Travel) -> WholeNumbers:
@@ -107,9 +113,13 @@ def _groups(travel: Travel) -> WholeNumbers:
     return groups
 
 
-def _least(rule: SpringRule, torques: Reals) -> float:
-    """Return the least margin of springs at all states, in all cases that the rule asks for."""
-    return float(rule.ratios(torques, rule.best_rates(torques)).min())
+def _with_preloads(travel: Travel, rule: SpringRule) -> tuple[Setup, Reals, float]:
+    """Add least preloads to the springs of the scene; return them, and a lower bound of their sum."""
+    torques = law_torques(travel.setup.laws, travel.states)
+    design = least_preloads(rule, torques, GREATEST_PRELOAD_FACTOR * rule.required * float(rule.friction.max()))
+    preloads = _rounded_up(design.preloads)
+    laws = tuple(preloaded_law(law, float(preload)) for law, preload in zip(travel.setup.laws, preloads, strict=True))
+    return replace(travel.setup, laws=laws), preloads, design.lower_bound
 
 
 def _rounded_up(preloads: Reals) -> Reals:
@@ -121,13 +131,11 @@ def _rounded_up(preloads: Reals) -> Reals:
     return rounded
 
 
-def _of_offers(travel: Travel, rule: SpringRule, required: float, offers: Sequence[Law]) -> ChosenSprings:
+def _of_offers(travel: Travel, rule: SpringRule, offers: Sequence[Law]) -> tuple[Setup, Reals, None]:
     """Choose one of some springs, or none, at each hinge: as few as pass."""
     catalogue = [FREE_LAW, *offers]
     fields = np.array([law_torques([law] * travel.linkage.n_hinges, travel.states) for law in catalogue])
     costs = np.array([0.0, *(1.0 for _ in offers)])
     design = choose_springs(rule, np.zeros_like(fields[0]), fields, costs)
     laws = tuple(catalogue[k] for k in design.springs.tolist())
-    setup = replace(travel.setup, laws=laws)
-    nothing = np.zeros(len(laws))
-    return ChosenSprings(travel.linkage, setup, nothing, design.margin, required, rule.redundant, None)
+    return replace(travel.setup, laws=laws), np.zeros(len(laws)), None
