@@ -166,6 +166,7 @@ class ExportFormat:
     frames : whether a format of the pattern can also hold a motion, chosen by `--motion`.
     extra, needs : name of the extra, and the modules from it that the format needs.
     only_by_name : whether the format must be chosen by `--format`, since another one has its ending.
+    joins : whether a file can hold several designs, one after the other.
     """
 
     name: str
@@ -177,6 +178,7 @@ class ExportFormat:
     extra: str = "export"
     needs: tuple[str, ...] = ()
     only_by_name: bool = False
+    joins: bool = False
 
     @property
     def setting_names(self) -> frozenset[str]:
@@ -233,7 +235,9 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             write_networkx,
             subject="array",
         ),
-        ExportFormat("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array"),
+        ExportFormat(
+            "graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array", joins=True
+        ),
         ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, subject="motion"),
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
         ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
@@ -244,12 +248,17 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
 }
 
 
+def format_named(name: str) -> ExportFormat:
+    """Return the format of a name; OutputError where it is unknown."""
+    if name not in EXPORT_FORMATS:
+        raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
+    return EXPORT_FORMATS[name]
+
+
 def export_format_of(path: str, name: str | None = None) -> ExportFormat:
     """Return the format of a given name, or else of a file's ending; OutputError where it is unknown or ambiguous."""
     if name is not None:
-        if name not in EXPORT_FORMATS:
-            raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
-        chosen = EXPORT_FORMATS[name]
+        chosen = format_named(name)
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen
