@@ -81,8 +81,9 @@ def save_designs(
     """Write a file for each design of a query, as `hcsearch export` does; return what was written.
 
     query : conditions, as in `read`. path : a folder, an archive `.zip`, or one file of a format of graphs, one a line.
-    Files are named by the id of the design and the crease of its best folding, as in `17-4.dxf`. Files that a folder
-    has from an earlier call with the same arguments and results are kept. format : of the files in a folder or an
+    Files are named by the id of the design and the crease of its best folding, as in `17-4.dxf`; a design without
+    verdicts that say which is the best has a file for each folding. Files that a folder has from an earlier call with
+    the same arguments and results are kept. format : of the files in a folder or an
     archive. scene, panel, flat_pairs, db, values, motion, settings : as in `save`, of all designs. progress : called
     with the numbers of designs that are done and of all, and a note.
 
@@ -106,6 +107,6 @@ def save_designs(
         named = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
         request = BulkRequest(export_format, export_settings, motion, named)
         with open_bulk_target(str(path), kind) as target:
-            saved = export_designs(database, ids, request, target, str(path), progress)
+            saved = export_designs(database, ids, request, target, str(path), scene_name, progress)
     write_notice(saved.sentence)
     return saved

@@ -10,14 +10,16 @@ from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, OutputError
 from hcsearch.cases.case import Case
+from hcsearch.cases.names import stored_circuit
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.folding import foldings
 from hcsearch.export.bulk_targets import BulkTarget, IndexRow
 from hcsearch.export.export_files import export_contents, export_subject, exported_subject
 from hcsearch.export.formats import ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.scenes.scene_file import scene_file_text
-from hcsearch.store import Database, stream
+from hcsearch.store import Database, best_creases, find_circuit, stream
 from hcsearch.system.machine import __version__
 
 BulkProgress = Callable[[int, int, str], None]
@@ -27,9 +29,9 @@ BulkProgress = Callable[[int, int, str], None]
 class SavedDesigns:
     """What a bulk export wrote.
 
-    path : of the folder, the archive or the file. written, kept, left_out : numbers of designs: written now, kept from
-    an earlier export of the same inputs, and left out. reason : why the first one was left out. faulty : number of
-    designs written now whose motions have faults, such as a collision.
+    path : of the folder, the archive or the file. written, kept : numbers of designs or foldings written now, and kept
+    from an earlier export of the same inputs. left_out : number of designs left out. reason : why the first one was.
+    faulty : number of those written now whose motions have faults, such as a collision.
     """
 
     path: str
@@ -42,9 +44,9 @@ class SavedDesigns:
     @property
     def sentence(self) -> str:
         """The numbers in words."""
-        parts = [f"{self.written:,} designs written"]
+        parts = [f"{self.written:,} written"]
         parts += [f"{self.kept:,} kept"] if self.kept else []
-        parts += [f"{self.left_out:,} left out ({self.reason})"] if self.left_out else []
+        parts += [f"{self.left_out:,} designs left out ({self.reason})"] if self.left_out else []
         parts += [f"motions of {self.faulty:,} collide, are not certified or do not end flat"] if self.faulty else []
         return "; ".join(parts)
 
@@ -58,12 +60,22 @@ class BulkRequest:
     motion: ReplaySource | None
     named: dict[str, Any]
 
-    def export(self, database: Database, number: int, target: BulkTarget) -> _Outcome:
-        """Write the files of one design to a target, unless it holds them."""
-        subject = export_subject(str(number), self.export_format, self.motion, database, **self.named)
+    def names(self, database: Database, number: int, scene: str) -> list[str]:
+        """Return the names of what is written of a design: the design itself, or its foldings where none is the best.
+
+        scene : whose verdicts tell which folding is the best.
+        """
+        if self.export_format.subject == "array" or best_creases(database, [number], scene):
+            return [str(number)]
+        circuit = stored_circuit(database, *find_circuit(database, str(number)))
+        return [f"{number}:{folding.crease}" for folding in foldings(circuit)] or [str(number)]
+
+    def export(self, database: Database, number: int, name: str, target: BulkTarget) -> _Outcome:
+        """Write the files of a design, named by its number or as NUMBER:CREASE, to a target, unless it holds them."""
+        subject = export_subject(name, self.export_format, self.motion, database, **self.named)
         settings = replace(self.settings, stem=_stem(number, subject))
-        name = subject.notation if isinstance(subject, Circuit) else subject.title
-        row = IndexRow(f"{settings.stem}{self.export_format.endings[0]}", number, name, "", self._digest(subject))
+        title = subject.notation if isinstance(subject, Circuit) else subject.title
+        row = IndexRow(f"{settings.stem}{self.export_format.endings[0]}", number, title, "", self._digest(subject))
         if target.holds(row):
             return _Outcome(kept=True)
         exported = exported_subject(subject, self.export_format, self.motion, settings)
@@ -112,9 +124,10 @@ def export_designs(
     request: BulkRequest,
     target: BulkTarget,
     path: str,
+    scene: str,
     progress: BulkProgress | None = None,
 ) -> SavedDesigns:
-    """Write the files of designs one after the other to a target at a path.
+    """Write the files of designs one after the other to a target at a path; scene : name of the stored one.
 
     A design that cannot be exported, such as one without a folding, is left out. HcsearchError if all are.
     """
@@ -124,7 +137,9 @@ def export_designs(
         if progress is not None:
             progress(done, len(ids), f"design {number}")
         try:
-            outcome = request.export(database, number, target)
+            outcomes = [
+                request.export(database, number, name, target) for name in request.names(database, number, scene)
+            ]
         except (DatabaseError, OutputError):  # further designs would meet it, too
             raise
         except HcsearchError as error:
@@ -132,7 +147,8 @@ def export_designs(
             reason = reason or f"design {number}: {error}"
             target.add(IndexRow("", number, "", str(error), ""), {})
             continue
-        written, kept, faulty = written + (not outcome.kept), kept + outcome.kept, faulty + outcome.faulty
+        for outcome in outcomes:
+            written, kept, faulty = written + (not outcome.kept), kept + outcome.kept, faulty + outcome.faulty
     if left_out == len(ids):
         raise HcsearchError(f"none of {left_out:,} designs can be exported; {reason}")
     return SavedDesigns(path, written, kept, left_out, reason, faulty)

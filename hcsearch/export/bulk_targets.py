@@ -65,7 +65,8 @@ def bulk_kind_of(path: str, format_name: str | None) -> tuple[BulkKind, ExportFo
     A path that ends in `.zip` is an archive; one with another ending is a file, unless it is a folder or ends in `/`.
     """
     is_archive = Path(path).suffix.lower() == ".zip"
-    if not (is_archive or Path(path).is_dir() or path.endswith(("/", "\\")) or (path and not Path(path).suffix)):
+    is_folder = bool(path) and (Path(path).is_dir() or path.endswith(("/", "\\")) or not Path(path).suffix)
+    if not is_archive and not is_folder:
         export_format = export_format_of(path, format_name)
         if not export_format.joins:
             raise OutputError(

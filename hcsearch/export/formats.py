@@ -90,6 +90,20 @@ def write_graph6(exported: Exported) -> bytes:
     return graph6_of(_array_of(exported))
 
 
+def write_sparse6(exported: Exported) -> bytes:
+    """Write the graph of neighbouring panels as sparse6."""
+    from hcsearch.export.graphs import sparse6_of
+
+    return sparse6_of(_array_of(exported))
+
+
+def write_edge_list(exported: Exported) -> str:
+    """Write the graph of panels, creases and slits as an edge list."""
+    from hcsearch.export.graphs import edge_list_of
+
+    return edge_list_of(exported.name, _array_of(exported))
+
+
 def _array_of(exported: Exported) -> Folding | Circuit | Pattern:
     """Return the folding, else the circuit, else the pattern of an assembly."""
     if exported.folding is not None:
@@ -237,6 +251,17 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
         ),
         ExportFormat(
             "graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array", joins=True
+        ),
+        ExportFormat(
+            "sparse6",
+            (".s6",),
+            "the same graph as sparse6, shorter for large arrays",
+            write_sparse6,
+            subject="array",
+            joins=True,
+        ),
+        ExportFormat(
+            "edgelist", (".edgelist",), "panels, creases and slits, one pair a line", write_edge_list, subject="array"
         ),
         ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, subject="motion"),
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
