@@ -52,7 +52,9 @@ def save(
     """
     check_kinds(save, locals())
     export_format = export_format_of(str(path), format)
-    export_settings = replace(checked_export_settings(export_format, settings), stem=Path(path).stem)
+    export_settings = replace(
+        checked_export_settings(export_format, settings), stem=Path(path).stem, ending=Path(path).suffix.lower()
+    )
     check_output(path)
     case_arguments = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
     exported, files = export_files(what, export_format, export_settings, motion, db, **case_arguments)

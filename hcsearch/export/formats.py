@@ -76,6 +76,14 @@ def write_parquet(exported: Exported) -> bytes:
     return exported.motion.table().to_parquet(index=False)
 
 
+def write_bill(exported: Exported, *, ending: str) -> str:
+    """Write the bill of materials as a table of the style of the ending."""
+    from hcsearch.export.bill_items import bill_of_case
+    from hcsearch.export.bill_texts import BILL_STYLES, bill_text
+
+    return bill_text(bill_of_case(exported.case), BILL_STYLES.get(ending, "csv"))
+
+
 def write_networkx(exported: Exported) -> str:
     """Write the graph of panels, creases and slits as JSON."""
     from hcsearch.export.graphs import node_link_json
@@ -241,6 +249,13 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             subject="motion",
             extra="parquet",
             needs=("pyarrow",),
+        ),
+        ExportFormat(
+            "bom",
+            (".csv", ".md", ".txt", ".json"),
+            "with --format bom: panels, hinges, springs and drives to make or buy",
+            write_bill,
+            only_by_name=True,
         ),
         ExportFormat(
             "networkx",
