@@ -48,8 +48,10 @@ from hcsearch.export.settings import (
 )
 @click.option(
     "--state",
+    "--at",
+    "state",
     metavar="flat|folded|SHARE",
-    help="The state of solids; a SHARE of the motion is between 0 (packed) and 1 (flat).",
+    help="The state of solids and stills; a SHARE of the motion is between 0 (packed) and 1 (flat).",
 )
 @click.option("--sheet", type=click.Choice(SHEET_KINDS), help="Draw the sheet in one piece, or its panels apart.")
 @click.option(

@@ -48,13 +48,14 @@ def exported_case(
 ) -> Exported:
     """Prepare a case for export, with its motion where the format or the state needs one.
 
-    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for a share of a
-    motion that does not end flat.
+    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for solids at a share of
+    a motion that does not end flat.
     """
     replay, sentence, share = None, case.sentence, _is_share(export_format, state)
     if export_format.subject == "motion" or by is not None or share:
         replay, sentence = replay_case(case, by)
-    if share and replay is not None and not replay.ends_flat:
+    # a picture tells that its motion does not end flat
+    if share and replay is not None and not replay.ends_flat and not export_format.frames:
         raise HcsearchError(
             f"the motion of {case.title} does not end flat ({replay.source}): write --state flat or folded"
         )

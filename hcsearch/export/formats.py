@@ -66,6 +66,27 @@ def write_animation(exported: Exported) -> str:
     return animation_of(exported.motion)
 
 
+def write_png(exported: Exported, *, state: ExportState) -> bytes:
+    """Write a still of a state."""
+    from hcsearch.export.films import still_of
+
+    return still_of(exported, state)
+
+
+def write_gif(exported: Exported) -> bytes:
+    """Write the motion as an animated GIF."""
+    from hcsearch.export.films import film_of
+
+    return film_of(exported.motion, "GIF")
+
+
+def write_webp(exported: Exported) -> bytes:
+    """Write the motion as an animated WebP."""
+    from hcsearch.export.films import film_of
+
+    return film_of(exported.motion, "WEBP")
+
+
 def write_csv(exported: Exported) -> str:
     """Write the table of the motion as CSV text, in full precision."""
     return exported.motion.table().to_csv(index=False, lineterminator="\n")
@@ -239,6 +260,9 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             subject="motion",
             only_by_name=True,
         ),
+        ExportFormat("gif", (".gif",), "a film of the motion, for slides", write_gif, subject="motion"),
+        ExportFormat("webp", (".webp",), "the same film, in finer colours", write_webp, subject="motion"),
+        ExportFormat("png", (".png",), "a still of the panels in a state", write_png, frames=True),
         ExportFormat("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
         ExportFormat("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, subject="motion"),
         ExportFormat(
