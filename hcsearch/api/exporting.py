@@ -22,6 +22,7 @@ from hcsearch.export.bulk_targets import bulk_kind_of, open_bulk_target
 from hcsearch.export.export_files import check_export_motion, checked_export_settings, export_files
 from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
+from hcsearch.store import scene_names
 from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
 
@@ -100,12 +101,14 @@ def save_designs(
     export_format.check_installed()
     check_export_motion(export_format, motion, export_settings.state)
     with reading_database(db) as database:
-        scene_name = scene_asked_for(database, scene, panel, query=query)
+        # without any verdict, the columns that depend on a scene are unknown in all scenes
+        is_judged = bool(scene_names(database))
+        scene_name = scene_asked_for(database, scene, panel, query=query) if is_judged else DEFAULT_SCENE_NAME
         ids = designs_of_query(database, query, scene_name)
         if not ids:
             raise QueryError(f"no design of {database.location} satisfies {query!r}: see hcsearch query")
         if scene is None and panel is None and scene_name != DEFAULT_SCENE_NAME:
-            scene = scene_name  # the only one, which a line has reported
+            scene = scene_name  # the only one that is judged, which a line has reported
         named = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
         request = BulkRequest(export_format, export_settings, motion, named)
         with open_bulk_target(str(path), kind) as target:

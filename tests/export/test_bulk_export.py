@@ -35,6 +35,15 @@ def place(tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def unjudged(tmp_path_factory):
+    """A database of 8 hexagons without verdicts."""
+    path = tmp_path_factory.mktemp("bulk") / "twist.sqlite"
+    with open_database(path, create=True) as database:
+        run_into(Plan(PolygonSearch(GRIDS["hex"], 8), "twist"), database)
+    return path
+
+
 @pytest.fixture
 def run(tmp_path, monkeypatch, place):
     monkeypatch.chdir(tmp_path)
@@ -103,17 +112,31 @@ def test_an_export_to_a_folder_goes_on_where_it_was_interrupted(place, tmp_path)
     assert not list(folder.glob(".*"))
 
 
-def test_files_of_other_inputs_are_written_anew_and_lost_ones_too(place, tmp_path):
-    folder = tmp_path / "solids"
-    first = save_designs("untwisted", folder, format="stl", db=place)
-    assert save_designs("untwisted", folder, format="stl", db=place).kept == first.written
-    for changed in ({"panel": "60x7"}, {"flat_pairs": "hinged"}, {"state": "folded"}):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("hcsearch.api.exporting.scene_asked_for", lambda *_, **__: "default")
-            assert save_designs("untwisted", folder, format="stl", db=place, **changed).kept == 0
-    assert save_designs("untwisted", folder, format="stl", db=place).kept == 0
-    next(folder.glob("*.stl")).unlink()
-    assert save_designs("untwisted", folder, format="stl", db=place).written == 1
+def test_files_of_other_inputs_are_written_anew_and_lost_ones_too(unjudged, tmp_path):
+    def saved(**changed):
+        done = save_designs("two_stack", tmp_path / "solids", format="stl", db=unjudged, **changed)
+        return done.written, done.kept
+
+    count, _ = saved()
+    assert count > 2
+    assert saved() == (0, count)
+    changes = ({"panel": "60x7"}, {"flat_pairs": "hinged"}, {"state": "folded"}, {"values": {"spring": "linear:0.3"}})
+    for changed in changes:
+        assert saved(**changed) == (count, 0)
+        assert saved(**changed) == (0, count)
+    assert saved() == (count, 0)
+    next((tmp_path / "solids").glob("*.stl")).unlink()
+    assert saved() == (1, count - 1)
+
+
+def test_a_database_without_verdicts_is_exported_with_panels_of_any_scene(unjudged, place, tmp_path):
+    saved = save_designs("untwisted", tmp_path / "a.zip", format="bom", db=unjudged, panel="300x12")
+    with ZipFile(tmp_path / "a.zip") as archive:
+        bills = [archive.read(name).decode() for name in archive.namelist() if name != "index.csv"]
+    assert len(bills) == saved.written > 0
+    assert all(",600.0," in bill.splitlines()[1] for bill in bills)  # from corner to corner
+    with pytest.raises(HcsearchError, match="no verdicts of the scene"):
+        save_designs("untwisted", tmp_path / "b.zip", format="bom", db=place, panel="300x12")
 
 
 def test_designs_without_a_folding_are_left_out_with_the_reason(run, place):

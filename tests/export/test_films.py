@@ -92,7 +92,8 @@ def marks_but_faces():
 
 @pytest.mark.parametrize("form", ["GIF", "WEBP"])
 def test_a_film_has_all_frames_and_repeats(form):
-    film = picture(film_of(exported(MOVING, "gif").motion, form))
+    linkage, _ = case("thesis-4x4")
+    film = picture(film_of(replay("thesis-4x4", np.linspace(linkage.folded, linkage.flat, 5)), form))
     assert (film.format, film.n_frames, film.width, film.info["loop"]) == (form, FILM_FRAME_COUNT, PICTURE_WIDTH, 0)
     durations, frames = [], []
     for number in range(film.n_frames):
