@@ -1,4 +1,5 @@
 # Do a job
+from hcsearch.api.billing import bill_of_materials as bill_of_materials
 from hcsearch.api.checking import check as check
 from hcsearch.api.counting import count as count
 from hcsearch.api.deploying import deploy as deploy
@@ -6,6 +7,7 @@ from hcsearch.api.describing import describe as describe
 from hcsearch.api.driving import drive as drive
 from hcsearch.api.enumerating import enumerate_into as enumerate_into
 from hcsearch.api.exporting import save as save
+from hcsearch.api.exporting import save_designs as save_designs
 from hcsearch.api.identifying import identify_damping as identify_damping
 from hcsearch.api.identifying import identify_spring as identify_spring
 from hcsearch.api.proving import prove as prove
@@ -53,6 +55,8 @@ from hcsearch.scenes import Scene as Scene
 from hcsearch.scenes import SCENES as SCENES
 
 # Results
+from hcsearch.export.bill_items import BillOfMaterials as BillOfMaterials
+from hcsearch.export.bulk_export import SavedDesigns as SavedDesigns
 from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.drive_facts import Drive as Drive

@@ -1,4 +1,4 @@
-"""Export foldings and assemblies to files for other programs."""
+"""Export foldings, assemblies and the designs of a query to files for other programs."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import QueryError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
+from hcsearch.cases.databases import Place, reading_database
 from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.export.export_files import checked_export_settings, export_files
+from hcsearch.export.bulk_export import BulkProgress, BulkRequest, SavedDesigns, designs_of_query, export_designs
+from hcsearch.export.bulk_targets import bulk_kind_of, open_bulk_target
+from hcsearch.export.export_files import check_export_motion, checked_export_settings, export_files
 from hcsearch.export.formats import export_format_of
-from hcsearch.scenes import Scene
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
+from hcsearch.store import scene_names
 from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
 
@@ -48,7 +53,9 @@ def save(
     """
     check_kinds(save, locals())
     export_format = export_format_of(str(path), format)
-    export_settings = replace(checked_export_settings(export_format, settings), stem=Path(path).stem)
+    export_settings = replace(
+        checked_export_settings(export_format, settings), stem=Path(path).stem, ending=Path(path).suffix.lower()
+    )
     check_output(path)
     case_arguments = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
     exported, files = export_files(what, export_format, export_settings, motion, db, **case_arguments)
@@ -58,3 +65,53 @@ def save(
             stack.enter_context(replacing_file(target)).write_bytes(content)
     write_notice(exported.sentence)
     return paths
+
+
+def save_designs(
+    query: str,
+    path: str | Path,
+    scene: str | None = None,
+    *,
+    format: str | None = None,  # noqa: A002 - named as the option
+    motion: ReplaySource | None = None,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    values: Mapping[str, object] | None = None,
+    progress: BulkProgress | None = None,
+    **settings: Any,
+) -> SavedDesigns:
+    """Write a file for each design of a query, as `hcsearch export` does; return what was written.
+
+    query : conditions, as in `read`. path : a folder, an archive `.zip`, or one file of a format of graphs, one a line.
+    Files are named by the id of the design and the crease of its best folding, as in `17-4.dxf`; a design without
+    verdicts that say which is the best has a file for each folding. Files that a folder has from an earlier call with
+    the same arguments and results are kept. format : of the files in a folder or an
+    archive. scene, panel, flat_pairs, db, values, motion, settings : as in `save`, of all designs. progress : called
+    with the numbers of designs that are done and of all, and a note.
+
+    >>> from hcsearch import enumerate_into, save_designs
+    >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
+    >>> save_designs("untwisted", "sheets.zip", format="svg", db="designs.sqlite").written
+    1
+    """
+    check_kinds(save_designs, locals())
+    kind, export_format = bulk_kind_of(str(path), format)
+    export_settings = checked_export_settings(export_format, settings)
+    export_format.check_installed()
+    check_export_motion(export_format, motion, export_settings.state)
+    with reading_database(db) as database:
+        # without any verdict, the columns that depend on a scene are unknown in all scenes
+        is_judged = bool(scene_names(database))
+        scene_name = scene_asked_for(database, scene, panel, query=query) if is_judged else DEFAULT_SCENE_NAME
+        ids = designs_of_query(database, query, scene_name)
+        if not ids:
+            raise QueryError(f"no design of {database.location} satisfies {query!r}: see hcsearch query")
+        if scene is None and panel is None and scene_name != DEFAULT_SCENE_NAME:
+            scene = scene_name  # the only one that is judged, which a line has reported
+        named = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
+        request = BulkRequest(export_format, export_settings, motion, named)
+        with open_bulk_target(str(path), kind) as target:
+            saved = export_designs(database, ids, request, target, str(path), scene_name, progress)
+    write_notice(saved.sentence)
+    return saved

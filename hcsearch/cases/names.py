@@ -16,6 +16,7 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.scenes.scene import joined_name, warn_of_panel_size
 from hcsearch.store import Database, StoredVerdict, find_circuit
+from hcsearch.store.columns import column_names
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize
@@ -24,6 +25,26 @@ if TYPE_CHECKING:
 def is_id(name: str) -> bool:
     """Whether a name is the id of a design in a database."""
     return name.isascii() and name.isdigit()
+
+
+_NAME = re.compile(r"[0-9]+(:[0-9]+)?|[a-z0-9]+:[^\s=<>]*")
+_CONDITION_MARK = re.compile(r"[\s=<>()]")
+
+
+def is_query(text: str) -> bool:
+    """Whether a text is a query for designs; else it is a name. HcsearchError for what is neither.
+
+    A name is an id, a notation, an assembly or a file `.toml`. A query has an operator, a bracket or a space, or is the
+    name of a column.
+    """
+    if text in ASSEMBLIES or text.endswith(".toml") or _NAME.fullmatch(text):
+        return False
+    if _CONDITION_MARK.search(text) or text in column_names("designs"):
+        return True
+    raise HcsearchError(
+        f"there is no assembly {text!r}, and it is no query: name DESIGN:CREASE, an assembly that `hcsearch assembly "
+        "list` prints or a file .toml, or write conditions as in 'n=12 untwisted'"
+    )
 
 
 def design_named(name: str, db: Place | None) -> tuple[Circuit, int | None]:

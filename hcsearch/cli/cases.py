@@ -10,7 +10,7 @@ import click
 
 from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cli.options import Command, database_option
+from hcsearch.cli.options import Command, database_option, joined_words
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
@@ -73,6 +73,11 @@ def subject_options(command: Command) -> Command:
     return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid", _SECONDS)
 
 
+def export_options(command: Command) -> Command:
+    """Add the same, with a subject or a query, which may have several words."""
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|QUERY", "rigid", _SECONDS, words=True)
+
+
 def folding_options(command: Command) -> Command:
     """Add the same for a folding whose motion has no time limit, with any joining of flat pairs."""
     return _options(command, "DESIGN:CREASE|FILE.toml", "either")
@@ -88,7 +93,7 @@ def proof_options(command: Command) -> Command:
     return _panel_options(command, "DESIGN:CREASE", "either")
 
 
-def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
+def _options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
     """Add the options of all subjects under loads, and those of a command; the last one is first in the help."""
     options: tuple[Command, ...] = (
         *own,
@@ -102,13 +107,13 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
             "--friction", type=float, metavar="T", help="The Coulomb friction of every hinge, N m.  [default: 0]"
         ),
     )
-    return _panel_options(command, names, flat_pairs, *options)
+    return _panel_options(command, names, flat_pairs, *options, words=words)
 
 
-def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
+def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
     """Add the subject as argument, options for panels and flat pairs, and others.
 
-    The hidden `--merge` means `--flat-pairs merged`.
+    words : whether the subject may be several words. The hidden `--merge` means `--flat-pairs merged`.
     """
 
     @wraps(command)
@@ -117,6 +122,7 @@ def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command)
             raise HcsearchError("a merged flat pair has no hinge: leave out --merge, or --flat-pairs hinged")
         return command(*args, **options | ({"flat_pairs": "merged"} if merge else {}))
 
+    several: dict[str, Any] = {"nargs": -1, "required": True, "callback": joined_words} if words else {}
     decorators: tuple[Command, ...] = (
         database_option,
         click.option("--merge", is_flag=True, hidden=True),
@@ -128,7 +134,7 @@ def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command)
         ),
         *own,
         scene_options,
-        click.argument("name", metavar=names),
+        click.argument("name", metavar=names, **several),
     )
     for decorator in decorators:
         run = decorator(run)

@@ -1,4 +1,4 @@
-"""`hcsearch export`: a design or an assembly as a file that other programs read."""
+"""`hcsearch export`: a design, an assembly or the designs of a query as files that other programs read."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
-from hcsearch.cli.cases import named_options, subject_options
+from hcsearch.cli.cases import export_options, named_options
 from hcsearch.cli.options import FiniteNumber, examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.export.formats import EXPORT_FORMATS
 from hcsearch.export.settings import (
     MAX_KERF_MM,
@@ -24,15 +25,21 @@ from hcsearch.export.settings import (
         "hcsearch export hex:0234435011:1 --output design.fold",
         "hcsearch export 17:4 --output sheet.dxf --sheet panels --kerf 0.2",
         "hcsearch export thesis-4x4 --motion springs --output motion.csv",
+        "hcsearch export 'n=12 deployable' --output sheets.zip --format dxf",
     )
 )
-@subject_options
-@click.option("--output", required=True, metavar="FILE", help="The file to write; its ending sets the format.")
+@export_options
+@click.option(
+    "--output",
+    required=True,
+    metavar="FILE|FOLDER",
+    help="The file to write, whose ending sets the format; of a query, a folder, a file .zip, or one file of graphs.",
+)
 @click.option(
     "--format",
     "format_name",
     type=click.Choice(tuple(EXPORT_FORMATS)),
-    help="The format, if the ending does not determine it.",
+    help="The format, if the ending does not determine it; of the files in a folder or a .zip.",
 )
 @click.option(
     "--motion",
@@ -41,8 +48,10 @@ from hcsearch.export.settings import (
 )
 @click.option(
     "--state",
+    "--at",
+    "state",
     metavar="flat|folded|SHARE",
-    help="The state of solids; a SHARE of the motion is between 0 (packed) and 1 (flat).",
+    help="The state of solids and stills; a SHARE of the motion is between 0 (packed) and 1 (flat).",
 )
 @click.option("--sheet", type=click.Choice(SHEET_KINDS), help="Draw the sheet in one piece, or its panels apart.")
 @click.option(
@@ -68,19 +77,30 @@ from hcsearch.export.settings import (
     help="The time step of MuJoCo, s.  [default: the time that deploy simulates / 50000]",
 )
 def export(name: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
-    r"""Write a file for another program.
+    r"""Write a file for another program, or a file for each design of a query.
 
     The ending of the file sets the format; an option that does not apply to the format is refused.
+
+    A QUERY, as of hcsearch query, has an operator, a space or the name of a column. Each of its designs gets a file
+    with the name ID-CREASE, in a folder or a .zip with an index; a file .g6 has all graphs, one a line. The command
+    continues an interrupted export to a folder.
 
     \b
     The endings:
     {formats}
     """
-    from hcsearch.api.exporting import save
+    from hcsearch.api.exporting import save, save_designs
+    from hcsearch.cases.names import is_query
 
     settings = {name: options[name] for name in SETTING_NAMES if options[name] is not None}
-    for path in save(name, output, format=format_name, motion=motion, **named_options(options), **settings):
-        click.echo(path)
+    arguments = {"format": format_name, "motion": motion, **named_options(options), **settings}
+    if not is_query(name):
+        for path in save(name, output, **arguments):
+            click.echo(path)
+        return
+    with ProgressMeter("design") as meter:
+        saved = save_designs(name, output, progress=meter, **arguments)
+    click.echo(saved.path)
 
 
 _LINES = (f"    {' '.join(form.endings):12}{form.description}" for form in EXPORT_FORMATS.values())

@@ -53,9 +53,12 @@ def database_option(command: Command) -> Command:
 
 def query_argument(command: Command) -> Command:
     """Add the argument `condition` for a query: one or, unquoted in a shell, several words."""
-    return click.argument(
-        "condition", nargs=-1, metavar="[QUERY]", callback=lambda _ctx, _param, words: " ".join(words)
-    )(command)
+    return click.argument("condition", nargs=-1, metavar="[QUERY]", callback=joined_words)(command)
+
+
+def joined_words(_ctx: click.Context, _param: click.Parameter, words: tuple[str, ...]) -> str:
+    """Join the words of an argument."""
+    return " ".join(words)
 
 
 def json_option(command: Command) -> Command:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from html import escape
 from itertools import combinations
 
@@ -19,6 +20,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay, stacks_of
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.shape.drawing import svg_path
+from hcsearch.shape.linkage import Linkage
 
 COPLANAR_COSINE = 1e-9
 """A direction is parallel to a face where the magnitude of its dot product with the unit normal is below this."""
@@ -119,25 +121,40 @@ _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
 """Colours of mountain, valley and flat hinges, by the first letter of their fold."""
 
 
+@dataclass(frozen=True)
+class PaintedMark:
+    """A polygon or a line of a picture.
+
+    look : a key of `MARK_COLOURS`. points : x to the right and y down, in units of the picture.
+    """
+
+    look: str
+    points: list[tuple[float, float]]
+    is_face: bool
+
+
 def animation_of(replay: Replay) -> str:
     """Return a replay as an animated SVG; the sum of hinge rotations is the same between all frames."""
-    moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
-    camera = _camera(_across(replay) + VIEW_TURN)
-    projected = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
-    low, high = projected.min(axis=0), projected.max(axis=0)
-    scale = (FRAME_WIDTH - 2 * FRAME_MARGIN) / (high[0] - low[0])
-    height = round(scale * (high[1] - low[1])) + 2 * FRAME_MARGIN
-    painter = _Painter(replay, camera, scale, FRAME_MARGIN - scale * low[0], FRAME_MARGIN + scale * high[1])
+    moving = [centred_solids(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
+    painter = MotionPainter(replay.linkage, moving, FRAME_WIDTH)
     strip = "".join(
-        f'<g transform="translate({k * FRAME_WIDTH})">{painter.frame(solids)}</g>' for k, solids in enumerate(moving)
+        f'<g transform="translate({k * FRAME_WIDTH})">{_frame(painter, solids)}</g>' for k, solids in enumerate(moving)
     )
     still = round(STILL_FRAME_SHARE * (FRAME_COUNT - 1)) * FRAME_WIDTH
-    pixels = round(height * FRAME_PIXELS / FRAME_WIDTH)
-    size = f'width="{FRAME_PIXELS}" height="{pixels}" viewBox="0 0 {FRAME_WIDTH} {height}"'
+    pixels = round(painter.height * FRAME_PIXELS / FRAME_WIDTH)
+    size = f'width="{FRAME_PIXELS}" height="{pixels}" viewBox="0 0 {FRAME_WIDTH} {painter.height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
         f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style()}</style>"
         f'<g class="strip" transform="translate(-{still})">{strip}</g></svg>\n'
+    )
+
+
+def _frame(painter: MotionPainter, solids: list[Reals]) -> str:
+    """Return the visible faces of a frame, from back to front, in whole units."""
+    return "".join(
+        svg_path(mark.look, [[(round(x), round(y)) for x, y in mark.points]], closed=mark.is_face)
+        for mark in painter.marks(solids)
     )
 
 
@@ -147,18 +164,18 @@ def _even_steps(replay: Replay) -> Reals:
     return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAME_COUNT), length, replay.at))
 
 
-def _centred(solids: list[Reals]) -> list[Reals]:
+def centred_solids(solids: list[Reals]) -> list[Reals]:
     """Translate solids so that the mean of their centres is the origin, which keeps them in the picture."""
     middle = np.mean([solid.mean(axis=(0, 1)) for solid in solids], axis=0)
     return [solid - middle for solid in solids]
 
 
-def _across(replay: Replay) -> float:
+def _across(linkage: Linkage) -> float:
     """Direction from the first stack to the second, rad from the x axis; 0 where there are no two stacks."""
-    stacks = stacks_of(replay.linkage)
+    stacks = stacks_of(linkage)
     if stacks is None:
         return 0.0
-    middles = np.array([solid.mean(axis=(0, 1)) for solid in replay.linkage.solids(replay.linkage.folded)])
+    middles = np.array([solid.mean(axis=(0, 1)) for solid in linkage.solids(linkage.folded)])
     second = np.array(stacks, bool)
     x, y, _ = middles[second].mean(axis=0) - middles[~second].mean(axis=0)
     return math.atan2(y, x)
@@ -172,47 +189,62 @@ def _camera(across: float) -> Reals:
     return np.array([right, np.cross(towards, right), towards])
 
 
-class _Painter:
-    """Draws the frames of a replay."""
+class MotionPainter:
+    """Draws states of a linkage from one viewpoint and in one scale.
 
-    def __init__(self, replay: Replay, camera: Reals, scale: float, left: float, top: float) -> None:
-        self.camera, self.scale, self.left, self.top = camera, scale, left, top
-        pattern = replay.linkage.pattern
-        stacks = stacks_of(replay.linkage)
-        self.colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.faces)]
-        self.hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.faces]
+    camera : unit vectors to the right, up and towards the viewer, (3, 3). height : of the picture, in its units.
+    """
+
+    def __init__(
+        self, linkage: Linkage, states: Sequence[list[Reals]], width: int, max_height: int | None = None
+    ) -> None:
+        """Fit the solids of some states into a picture of a width and, if given, a greatest height."""
+        self.camera = _camera(_across(linkage) + VIEW_TURN)
+        points = np.concatenate([solid.reshape(-1, 3) for solids in states for solid in solids])
+        projected = points @ self.camera[:2].T
+        low, high = projected.min(axis=0), projected.max(axis=0)
+        scale = (width - 2 * FRAME_MARGIN) / (high[0] - low[0])
+        if max_height is not None:
+            scale = min(scale, (max_height - 2 * FRAME_MARGIN) / (high[1] - low[1]))
+        self._scale = scale
+        self._left = 0.5 * (width - scale * (low[0] + high[0]))
+        self._top = FRAME_MARGIN + scale * high[1]
+        self.height = round(scale * (high[1] - low[1])) + 2 * FRAME_MARGIN
+        pattern = linkage.pattern
+        stacks = stacks_of(linkage)
+        self._colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.faces)]
+        self._hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.faces]
         """For each facet, its edges with a hinge: edge, face that carries the hinge (1 top, 0 bottom), kind of line."""
         for pair, crease in pattern.creases.items():
             if crease.face is not None:
                 # each facet has the edge on its left: the second one begins it at its end
                 for facet, start in zip(pair, pattern.edges[pair], strict=True):
                     edge = pattern.faces[facet].index(start)
-                    self.hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
+                    self._hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
 
-    def frame(self, solids: list[Reals]) -> str:
-        """Return the visible faces of a frame, from back to front."""
-        return "".join(self._facet(k, solids[k]) for k in painters_order(solids, self.camera[2]))
+    def marks(self, solids: list[Reals]) -> Iterator[PaintedMark]:
+        """Yield the visible faces and hinges of a state, from back to front."""
+        for number in painters_order(solids, self.camera[2]):
+            yield from self._facet(number, solids[number])
 
-    def _facet(self, number: int, solid: Reals) -> str:
+    def _facet(self, number: int, solid: Reals) -> Iterator[PaintedMark]:
         bottom, top = solid
         n = len(bottom)
         faces = [bottom[::-1], top]
         faces += [np.array([bottom[k], bottom[(k + 1) % n], top[(k + 1) % n], top[k]]) for k in range(n)]
         normals = [np.cross(face[1] - face[0], face[2] - face[1]) for face in faces]
         shown = [float(normal @ self.camera[2]) > 1e-9 * float(np.linalg.norm(normal)) for normal in normals]
-        marks = [
-            svg_path(f"{self.colours[number]}{_shade(normal)}", [self._projected(face)], closed=True)
-            for face, normal, visible in zip(faces, normals, shown, strict=True)
-            if visible
-        ]
-        for edge, side, kind in self.hinges[number]:
+        for face, normal, visible in zip(faces, normals, shown, strict=True):
+            if visible:
+                yield PaintedMark(f"{self._colours[number]}{_shade(normal)}", self.projected(face), is_face=True)
+        for edge, side, kind in self._hinges[number]:
             if shown[side] or shown[2 + edge]:
-                marks.append(svg_path(kind, [self._projected(solid[side][[edge, (edge + 1) % n]])]))
-        return "".join(marks)
+                yield PaintedMark(kind, self.projected(solid[side][[edge, (edge + 1) % n]]), is_face=False)
 
-    def _projected(self, points: Reals) -> list[tuple[int, int]]:
-        across = self.scale * (points @ self.camera[:2].T)
-        return [(round(self.left + x), round(self.top - y)) for x, y in across.tolist()]
+    def projected(self, points: Reals) -> list[tuple[float, float]]:
+        """Return points (n, 3) in the picture: x to the right and y down."""
+        across = self._scale * (points @ self.camera[:2].T)
+        return [(self._left + x, self._top - y) for x, y in across.tolist()]
 
 
 def _shade(normal: Reals) -> int:
@@ -221,14 +253,37 @@ def _shade(normal: Reals) -> int:
     return round((SHADE_COUNT - 1) * (0.5 + 0.5 * light))
 
 
-def _style() -> str:
-    rules = ["path{stroke:#3b404a;stroke-width:1.5;stroke-linejoin:round}"]
-    for name, colour in zip("abc", (*STACK_COLOURS, PANEL_COLOUR), strict=True):
+def _mark_colours() -> dict[str, tuple[int, int, int]]:
+    colours = {kind: _rgb(colour) for kind, colour in _LINES.items()}
+    for name, light in zip("abc", (*STACK_COLOURS, PANEL_COLOUR), strict=True):
         for shade in range(SHADE_COUNT):
             part = 0.45 + 0.55 * shade / (SHADE_COUNT - 1)
-            red, green, blue = (round(part * value) for value in colour)
-            rules.append(f".{name}{shade}{{fill:#{red:02x}{green:02x}{blue:02x}}}")
-    rules += [f".{kind}{{stroke:{colour};stroke-width:5;stroke-linecap:round}}" for kind, colour in _LINES.items()]
+            red, green, blue = (round(part * value) for value in light)
+            colours[f"{name}{shade}"] = (red, green, blue)
+    return colours
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    """Return the colour of a text `#rrggbb`."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+MARK_COLOURS = _mark_colours()
+"""RGB colours: of faces by the letter of their panel and a brightness level, of lines by the letter of their fold."""
+OUTLINE_COLOUR = _rgb("#3b404a")
+OUTLINE_WIDTH, HINGE_WIDTH = 1.5, 5.0
+"""Widths of lines in a picture of `FRAME_WIDTH` units."""
+
+
+def _style() -> str:
+    hexes = {look: "#{:02x}{:02x}{:02x}".format(*colour) for look, colour in MARK_COLOURS.items()}
+    outline = "#{:02x}{:02x}{:02x}".format(*OUTLINE_COLOUR)
+    rules = [f"path{{stroke:{outline};stroke-width:{OUTLINE_WIDTH:g};stroke-linejoin:round}}"]
+    rules += [f".{look}{{fill:{colour}}}" for look, colour in hexes.items() if look not in _LINES]
+    rules += [
+        f".{kind}{{stroke:{colour};stroke-width:{HINGE_WIDTH:g};stroke-linecap:round}}"
+        for kind, colour in _LINES.items()
+    ]
     begin, end = 100 * REST_SHARE, 100 * (1 - REST_SHARE)
     last = f"transform:translate(-{(FRAME_COUNT - 1) * FRAME_WIDTH}px)"
     rules.append(

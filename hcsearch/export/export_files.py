@@ -48,13 +48,14 @@ def exported_case(
 ) -> Exported:
     """Prepare a case for export, with its motion where the format or the state needs one.
 
-    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for a share of a
-    motion that does not end flat.
+    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for solids at a share of
+    a motion that does not end flat.
     """
     replay, sentence, share = None, case.sentence, _is_share(export_format, state)
     if export_format.subject == "motion" or by is not None or share:
         replay, sentence = replay_case(case, by)
-    if share and replay is not None and not replay.ends_flat:
+    # a picture tells that its motion does not end flat
+    if share and replay is not None and not replay.ends_flat and not export_format.frames:
         raise HcsearchError(
             f"the motion of {case.title} does not end flat ({replay.source}): write --state flat or folded"
         )
@@ -90,13 +91,31 @@ def export_files(
     """
     export_format.check_installed()
     check_export_motion(export_format, motion, settings.state)
-    circuit = _design(what, db) if export_format.subject == "array" and motion is None else None
-    if circuit is not None:
-        exported = Exported(circuit.notation, circuit)
-    else:
-        case = resolve(what, db, path=motion == "path", **named)
-        exported = exported_case(case, export_format, motion, settings.state)
+    exported = exported_subject(
+        export_subject(what, export_format, motion, db, **named), export_format, motion, settings
+    )
     return exported, export_contents(exported, export_format, settings)
+
+
+def export_subject(
+    what: str | Folding | Circuit | Case,
+    export_format: ExportFormat,
+    motion: ReplaySource | None = None,
+    db: Place | None = None,
+    **named: Any,
+) -> Circuit | Case:
+    """Resolve what is exported: a design without a crease in a format of the array, else a case; named : as above."""
+    circuit = _design(what, db) if export_format.subject == "array" and motion is None else None
+    return resolve(what, db, path=motion == "path", **named) if circuit is None else circuit
+
+
+def exported_subject(
+    subject: Circuit | Case, export_format: ExportFormat, motion: ReplaySource | None, settings: ExportSettings
+) -> Exported:
+    """Prepare a resolved subject for export, with its motion where one is needed."""
+    if isinstance(subject, Circuit):
+        return Exported(subject.notation, subject)
+    return exported_case(subject, export_format, motion, settings.state)
 
 
 def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:

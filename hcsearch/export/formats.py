@@ -66,6 +66,27 @@ def write_animation(exported: Exported) -> str:
     return animation_of(exported.motion)
 
 
+def write_png(exported: Exported, *, state: ExportState) -> bytes:
+    """Write a still of a state."""
+    from hcsearch.export.films import still_of
+
+    return still_of(exported, state)
+
+
+def write_gif(exported: Exported) -> bytes:
+    """Write the motion as an animated GIF."""
+    from hcsearch.export.films import film_of
+
+    return film_of(exported.motion, "GIF")
+
+
+def write_webp(exported: Exported) -> bytes:
+    """Write the motion as an animated WebP."""
+    from hcsearch.export.films import film_of
+
+    return film_of(exported.motion, "WEBP")
+
+
 def write_csv(exported: Exported) -> str:
     """Write the table of the motion as CSV text, in full precision."""
     return exported.motion.table().to_csv(index=False, lineterminator="\n")
@@ -74,6 +95,14 @@ def write_csv(exported: Exported) -> str:
 def write_parquet(exported: Exported) -> bytes:
     """Write the table of the motion as Parquet."""
     return exported.motion.table().to_parquet(index=False)
+
+
+def write_bill(exported: Exported, *, ending: str) -> str:
+    """Write the bill of materials as a table of the style of the ending."""
+    from hcsearch.export.bill_items import bill_of_case
+    from hcsearch.export.bill_texts import BILL_STYLES, bill_text
+
+    return bill_text(bill_of_case(exported.case), BILL_STYLES.get(ending, "csv"))
 
 
 def write_networkx(exported: Exported) -> str:
@@ -88,6 +117,20 @@ def write_graph6(exported: Exported) -> bytes:
     from hcsearch.export.graphs import graph6_of
 
     return graph6_of(_array_of(exported))
+
+
+def write_sparse6(exported: Exported) -> bytes:
+    """Write the graph of neighbouring panels as sparse6."""
+    from hcsearch.export.graphs import sparse6_of
+
+    return sparse6_of(_array_of(exported))
+
+
+def write_edge_list(exported: Exported) -> str:
+    """Write the graph of panels, creases and slits as an edge list."""
+    from hcsearch.export.graphs import edge_list_of
+
+    return edge_list_of(exported.name, _array_of(exported))
 
 
 def _array_of(exported: Exported) -> Folding | Circuit | Pattern:
@@ -166,6 +209,7 @@ class ExportFormat:
     frames : whether a format of the pattern can also hold a motion, chosen by `--motion`.
     extra, needs : name of the extra, and the modules from it that the format needs.
     only_by_name : whether the format must be chosen by `--format`, since another one has its ending.
+    joins : whether a file can hold several designs, one after the other.
     """
 
     name: str
@@ -177,6 +221,7 @@ class ExportFormat:
     extra: str = "export"
     needs: tuple[str, ...] = ()
     only_by_name: bool = False
+    joins: bool = False
 
     @property
     def setting_names(self) -> frozenset[str]:
@@ -215,6 +260,9 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             subject="motion",
             only_by_name=True,
         ),
+        ExportFormat("gif", (".gif",), "a film of the motion, for slides", write_gif, subject="motion"),
+        ExportFormat("webp", (".webp",), "the same film, in finer colours", write_webp, subject="motion"),
+        ExportFormat("png", (".png",), "a still of the panels in a state", write_png, frames=True),
         ExportFormat("dxf", (".dxf",), "the same sheet for CAD systems and cutters", write_dxf, needs=("ezdxf",)),
         ExportFormat("csv", (".csv",), "a table of fold angles and gaps along the motion", write_csv, subject="motion"),
         ExportFormat(
@@ -227,13 +275,33 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
             needs=("pyarrow",),
         ),
         ExportFormat(
+            "bom",
+            (".csv", ".md", ".txt", ".json"),
+            "with --format bom: panels, hinges, springs and drives to make or buy",
+            write_bill,
+            only_by_name=True,
+        ),
+        ExportFormat(
             "networkx",
             (".json",),
             "the graph of panels, creases and slits, as node-link JSON",
             write_networkx,
             subject="array",
         ),
-        ExportFormat("graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array"),
+        ExportFormat(
+            "graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array", joins=True
+        ),
+        ExportFormat(
+            "sparse6",
+            (".s6",),
+            "the same graph as sparse6, shorter for large arrays",
+            write_sparse6,
+            subject="array",
+            joins=True,
+        ),
+        ExportFormat(
+            "edgelist", (".edgelist",), "panels, creases and slits, one pair a line", write_edge_list, subject="array"
+        ),
         ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, subject="motion"),
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
         ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
@@ -244,12 +312,17 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
 }
 
 
+def format_named(name: str) -> ExportFormat:
+    """Return the format of a name; OutputError where it is unknown."""
+    if name not in EXPORT_FORMATS:
+        raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
+    return EXPORT_FORMATS[name]
+
+
 def export_format_of(path: str, name: str | None = None) -> ExportFormat:
     """Return the format of a given name, or else of a file's ending; OutputError where it is unknown or ambiguous."""
     if name is not None:
-        if name not in EXPORT_FORMATS:
-            raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
-        chosen = EXPORT_FORMATS[name]
+        chosen = format_named(name)
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen

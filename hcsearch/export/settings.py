@@ -28,7 +28,8 @@ class ExportSettings:
     profile : colours and kinds of lines, of laser cutters or of Origami Simulator.
     part : name of the one panel that is written; all where it is None. contact : whether panels collide in a simulator.
     timestep_s : of a simulator, s; None for one that fits the scene. stem : name of the file without its ending, by
-        which files beside it are named; known when it is written.
+        which files beside it are named. ending : of the file, which sets the style of a list. Both are known when the
+        file is written.
     Errors: HcsearchError for values that the options of `hcsearch export` do not take.
     """
 
@@ -41,6 +42,7 @@ class ExportSettings:
     contact: bool = False
     timestep_s: float | None = None
     stem: str = "array"
+    ending: str = ""
 
     def __post_init__(self) -> None:
         """Check the values, as Python may give others than the command line."""
@@ -54,8 +56,8 @@ class ExportSettings:
             _check_number("timestep_s", self.timestep_s, MIN_TIMESTEP_S, MAX_TIMESTEP_S)
 
 
-SETTING_NAMES = tuple(field.name for field in fields(ExportSettings) if field.name != "stem")
-"""What users set; the stem is known from the name of the file."""
+SETTING_NAMES = tuple(field.name for field in fields(ExportSettings) if field.name not in {"stem", "ending"})
+"""What users set; the others are known from the name of the file."""
 
 
 def read_export_state(text: str) -> ExportState:

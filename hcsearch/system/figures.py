@@ -107,6 +107,14 @@ def set_title(axes: Axes, title: str) -> None:
     axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
 
 
+def text_font_file() -> str:
+    """Return the file of the font of figures, which has Latin, Greek and Cyrillic letters."""
+    load_matplotlib()
+    import matplotlib  # noqa: PLC0415 - only where a picture is wanted
+
+    return str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+
+
 def load_matplotlib() -> None:
     """Import matplotlib without its interactive backend; HcsearchError where that fails.
 

@@ -67,7 +67,13 @@ def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
     data = json.loads(written(value, "networkx"))
     graph = nx.node_link_graph(data, edges="edges")
     small = nx.from_graph6_bytes(written(value, "graph6").strip())
+    sparse = nx.from_sparse6_bytes(written(value, "sparse6").strip())
+    listed = nx.parse_edgelist(written(value, "edgelist").splitlines(), nodetype=int, data=[("kind", str)])
     assert nx.is_isomorphic(graph, ours)
+    assert set(map(frozenset, sparse.edges)) == set(map(frozenset, graph.edges))
+    assert {frozenset(edge): kind for *edge, kind in listed.edges(data="kind")} == {
+        frozenset(edge): kind for *edge, kind in graph.edges(data="kind")
+    }
     assert set(map(frozenset, small.edges)) == set(map(frozenset, graph.edges))
     creases = {d["crease"]: frozenset((a, b)) for a, b, d in graph.edges(data=True) if d["kind"] == "crease"}
     assert creases == {k: frozenset((k, (k + 1) % circuit.n)) for k in range(circuit.n)}

@@ -53,6 +53,10 @@ COMMANDS = {
         DESIGNS,
         {"--output": FILES, "--format": ["graph6", "x"], "--kerf": NUMBERS, "--state": NUMBERS, "--profile": TEXTS},
     ),
+    ("export", "--db", "d.sqlite", "--output", "a.zip", "--format", "svg"): (
+        QUERIES,
+        {"--output": FILES, "--format": ["bom", "x"], "--kerf": NUMBERS},
+    ),
     ("identify", "spring"): (FILES, {}),
     ("identify", "damping", "--inertia", "1"): (
         FILES,

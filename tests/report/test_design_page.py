@@ -157,3 +157,13 @@ def test_a_page_draws_a_circuit_of_any_grid_with_smaller_numbers_on_triangles(gr
     assert len(page.with_class("picture")) == 1
     assert bool(page.with_class("triangles")) == (GRIDS[grid].edges_per_cell == 3)
     assert [text for tag, text in page.texts if tag == "text"] == list(map(str, range(12)))
+
+
+def test_the_page_of_a_design_lists_its_parts(computed):
+    (shown,) = computed.foldings
+    page = Page(render_design(computed))
+    texts = [text for tag, text in page.texts if tag == "caption"]
+    assert texts == ["Panels", "Hinges", "Springs"]
+    assert any(tag == "summary" and "8 panels of 213.2 g together" in text for tag, text in page.texts)
+    lengths = [text for tag, text in page.texts if tag == "td"]
+    assert {"linear:0.1", "valley", "mountain", f"{1e3 * shown.bill.panels[0].mass:.4g}"} <= set(lengths)

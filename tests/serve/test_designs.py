@@ -98,6 +98,10 @@ def test_exports_are_files_to_download(asking, number):
     moving = asking(f"{below}.svg?format=animation")
     assert moving.headers["Content-Disposition"] == f"attachment; filename=design-{number}-folding-1-animation.svg"
     assert moving.body != asking(f"{below}.svg").body
+    bill = asking(f"{below}.md?format=bom")
+    assert bill.headers["Content-Disposition"] == f"attachment; filename=design-{number}-folding-1-bom.md"
+    assert bill.text.startswith("# Bill of materials")
+    assert asking(f"{below}.png?state=folded").body.startswith(b"\x89PNG")
     tree = asking(f"{below}.urdf")
     assert zipfile.ZipFile(io.BytesIO(tree.body)).namelist()[0] == f"design-{number}-folding-1.urdf"
     graph = asking(f"/designs/{number}/export.g6")

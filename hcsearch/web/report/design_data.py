@@ -20,6 +20,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.twisting import twist
+from hcsearch.export.bill_items import BillOfMaterials, bill_of_case
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
 from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
@@ -57,7 +58,7 @@ class ShownFolding:
 
     row : of the view `foldings`, empty if not stored. status : a word, or `twisted`.
     reason : the reason for the status. deployments : rows of `deployments`. locks : sentences on each end state,
-    followed by more precise ones. sheet : the flight sheet of the best folding, if it moves.
+    followed by more precise ones. sheet : the flight sheet of the best folding, if it moves. bill : its parts.
     """
 
     folding: Folding
@@ -71,6 +72,7 @@ class ShownFolding:
     locks: Sequence[Sequence[str]] = ()
     motions: Sequence[ShownMotion] = ()
     sheet: FlightSheet | None = None
+    bill: BillOfMaterials | None = None
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,16 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),
         motions=motions,
+        bill=_bill(folding, stored, scene, db),
     )
+
+
+def _bill(folding: Folding, stored: _Known, scene: Scene, db: str) -> BillOfMaterials | None:
+    """Return the parts of a folding in the scene of the page; None where its scene does not suit it."""
+    try:
+        return bill_of_case(resolve(folding.notation, db, scene=scene if stored.paths is None else stored.scene))
+    except HcsearchError:
+        return None
 
 
 def _order(status: str) -> int:

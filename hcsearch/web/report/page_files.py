@@ -11,6 +11,7 @@ from markupsafe import Markup
 from hcsearch.basics.errors import QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
+from hcsearch.export.bill_texts import bill_summary, section_cells
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
@@ -43,6 +44,8 @@ def render_design(data: DesignData) -> str:
             folding_facts=folding_facts,
             sheet_drawings=sheet_drawings,
             sheet_cells=sheet_cells,
+            bill_summary=bill_summary,
+            section_cells=section_cells,
             picture=lambda folding: _picture(folding.circuit, data.size, folding.notation, folding.assignment),
             circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
             # Trusted: plots escape their texts.

@@ -165,7 +165,8 @@ class Application:
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
             raise QueryError(f"{form.name} exports one folding: request {below}")
         stem += f"-{form.name}" if form.only_by_name else ""  # another format has this ending, too
-        file = self._computed(jobs.export_file, subject, form, replace(settings, stem=stem), motion, scene)
+        settings = replace(settings, stem=stem, ending=f".{ending}")
+        file = self._computed(jobs.export_file, subject, form, settings, motion, scene)
         headers = {"Content-Disposition": f"attachment; filename={file.name}"}
         return Response(file.content, mimetype="application/octet-stream", headers=headers)
 

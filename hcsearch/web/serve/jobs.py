@@ -97,7 +97,7 @@ def export_file(
     _, files = export_files(subject, form, settings, motion, db, scene=scene)
     stem, ending = settings.stem, form.endings[0]
     if len(files) == 1:
-        return ExportedFile(stem + ending, files[ending])
+        return ExportedFile(stem + settings.ending, files[ending])
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for suffix, content in files.items():
