@@ -16,6 +16,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
+from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.paths.motions import (
     STOP_TOLERANCE,
     MotionPath,
@@ -53,6 +54,7 @@ class Stepping:
     method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
         `runge-kutta` (fourth), `hermite` (fifth, from two states).
     step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every step if not adaptive.
+    max_step : greatest step (rad of arc length); None for a tenth of a half turn of every hinge.
     tolerance : distance (rad) from the predicted to the corrected state at which adaptive steps aim.
     corrections : Newton corrections in each step; None for as many as closure needs. A number serves to compare
         methods, with fixed steps.
@@ -60,6 +62,7 @@ class Stepping:
 
     method: str = "hermite"
     step: float | None = None
+    max_step: float | None = None
     tolerance: float = 1e-3
     adaptive: bool = True
     corrections: int | None = None
@@ -90,7 +93,8 @@ class PathLimits:
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
         at 0 and pi; else they turn on. events : whether to search for singular states between the states.
-    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first.
+    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first. at_event : the same for all
+        singular states.
     length : arc length (rad) at which to end.
     """
 
@@ -98,6 +102,7 @@ class PathLimits:
     stops: bool = True
     events: bool = True
     at_bifurcation: Literal["pass", "stop"] = "pass"
+    at_event: Literal["pass", "stop"] = "pass"
     max_steps: int = 2000
     length: float = math.inf
 
@@ -112,17 +117,19 @@ def follow_path(
     *,
     stepping: Stepping = ADAPTIVE_STEPPING,
     limits: PathLimits = DEFAULT_PATH_LIMITS,
+    zero_below: float | None = None,
 ) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
     direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
         to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
+    zero_below : singular values below it count as zero at the start, as in `find_branches`.
     """
     begin = np.array(start, float)
     if direction is None:
         direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
-    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float))
+    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float), zero_below)
 
 
 class _Landing(NamedTuple):
@@ -147,7 +154,7 @@ class _Following:
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
         }
         self.size = math.sqrt(linkage.n_hinges)
-        self.max_step = 0.1 * math.pi * self.size
+        self.max_step = stepping.max_step or 0.1 * math.pi * self.size
         self.states: list[PathStep] = []
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
@@ -161,16 +168,19 @@ class _Following:
     def before(self) -> PathStep | None:
         return self.states[-2] if len(self.states) > 1 else None
 
-    def run(self, start: Reals, direction: Reals) -> MotionPath:
-        ending = self._begin(start, direction)
+    def run(self, start: Reals, direction: Reals, zero_below: float | None) -> MotionPath:
+        ending = self._begin(start, direction, zero_below)
         while ending is None:
             ending = self._ending() or self._advance()
         states, lengths = [state.local for state in self.states], [state.length for state in self.states]
         effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.walker.evaluations}
         return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
 
-    def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
+    def _begin(self, start: Reals, direction: Reals, zero_below: float | None) -> PathEnding | None:
         local = self.walker.state_at(start)
+        if zero_below is not None:
+            kept_rank = int(np.count_nonzero(local.rank.singular_values > zero_below))
+            local = local_at(local.linkage, start, kept_rank=kept_rank)
         tangent = local.tangent(direction)
         tangent_norm, direction_norm = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = tangent_norm > 1e-9 * direction_norm
@@ -184,7 +194,7 @@ class _Following:
         if len(beyond):
             names = named_hinges(self.walker.linkage, beyond)
             return PathEnding("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
-        if local.rank.rank is None:
+        if local.rank.rank is None and zero_below is None:
             return PathEnding("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
             return PathEnding("lost closure", "closure lets nothing move in this direction: take one from `branches`")
@@ -292,10 +302,19 @@ class _Following:
         if self.watches_events:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
-                if (self.limits.at_bifurcation == "stop") and event.kind == "bifurcation":
+                ending = self._ending_at(event)
+                if ending is not None:
                     self.states.append(replace(last, local=self.walker.state_at(event.angles), length=event.length))
-                    return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
+                    return ending
         self.states.append(after)
+        return None
+
+    def _ending_at(self, event: SingularEvent) -> PathEnding | None:
+        """The reason to end the path at a singular state; None where it passes it."""
+        if event.kind == "bifurcation" and "stop" in {self.limits.at_bifurcation, self.limits.at_event}:
+            return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
+        if self.limits.at_event == "stop":
+            return PathEnding("singular", f"a singular state ({event.kind}): {event.nullity} first-order motions")
         return None
 
 
