@@ -172,16 +172,16 @@ def _print(followed: LinkageMotion, facts: dict[str, Any], *, degrees: bool) -> 
         click.echo(f"{event['kind']} at {place}; fold angles {_by_value(angles, 2 if degrees else 4)}")
         if event["at_stops"]:
             click.echo(f"  at stops: {' '.join(map(str, event['at_stops']))}")
-    click.echo(f"{facts['outcome']}: {facts['reason']}")
+    click.echo(facts["reason"])
 
 
 def _print_branch(branch: dict[str, Any], *, followed: bool) -> None:
     family = f", family of dimension {branch['family_dimension']}" if branch["family_dimension"] else ""
     stops = "" if branch["within_stops"] else ", beyond the stops"
+    turning = {name: rate for name, rate in branch["direction"].items() if abs(rate) >= 0.5e-3}
+    rates = _by_value(turning, 3) + (", else 0" if len(turning) < len(branch["direction"]) else "")
     mark = ">" if followed else " "
-    click.echo(
-        f"{mark} branch {branch['branch']}: {branch['status']}{family}{stops}; rates {_by_value(branch['direction'], 3)}"
-    )
+    click.echo(f"{mark} branch {branch['branch']}: {branch['status']}{family}{stops}; rates {rates}")
 
 
 def _by_value(numbers: dict[str, float], digits: int) -> str:

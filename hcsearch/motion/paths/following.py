@@ -297,7 +297,9 @@ class _Following:
                 return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            reached = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
+            margins, beyond = stop_margins(stop.angles), stop_margins(after.angles) < -STOP_TOLERANCE
+            # near a singular state the stop is located less accurately than its tolerance
+            reached = beyond & (margins <= max(STOP_TOLERANCE, float(margins[beyond].min())))
             return _stopped(self.walker.linkage, np.flatnonzero(reached))
         if self.watches_events:
             for event in singular_states(self.walker, before, last, after):

@@ -83,8 +83,9 @@ class LinkageMotion(ByValue):
             return path.sentence
         counts = Counter(event.kind for event in self.events)
         passed = ", ".join(f"{count} {kind}" for kind, count in counts.items()) or "none"
+        ended = f"stopped, {path.sentence}" if path.outcome == "stopped" else path.sentence
         return (
-            f"{path.sentence}; arc length {path.lengths[-1]:.6g} rad along branch {number} of {len(self.branches)}; "
+            f"{ended}; arc length {path.lengths[-1]:.6g} rad along branch {number} of {len(self.branches)}; "
             f"singular states: {passed}"
         )
 

@@ -113,7 +113,7 @@ def _closed(linkage: Linkage, angles: Reals) -> Reals | None:
         if not math.isfinite(local.residual):
             return None
         residual = linkage.closure(closed)[0]
-        kept = local.values > SINGULAR_VALUE_SHARE * local.values[0]
+        kept = local.values > SINGULAR_VALUE_SHARE * local.values.max(initial=0.0)
         closed = closed - local.right[kept].T @ ((local.left[:, kept].T @ residual) / local.values[kept])
     return None
 
