@@ -16,7 +16,7 @@ from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.motion.paths.branch_following import Until, follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion
-from hcsearch.motion.paths.start_states import start_state
+from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene
 from hcsearch.system.terminal import write_notice
 
@@ -67,7 +67,7 @@ def follow_motion(
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
     linkage, labels = case.linkage, case.labels
     given = start if isinstance(start, str | Path) else np.array(start, float).ravel()
-    angles, words = start_state(linkage, labels, given, row=row, stops=stops)
+    angles, words = resolve_start(linkage, labels, given, row=row, stops=stops)
     if progress is not None:
         progress(0, len(_STEPS), _STEPS[0])
     followed = follow_branch(

@@ -22,8 +22,8 @@ from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
+from hcsearch.cli.follow import motion_
 from hcsearch.cli.identify import identify
-from hcsearch.cli.motion import motion
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.prove import prove, verify
 from hcsearch.cli.query import query
@@ -100,7 +100,7 @@ for command in (
     deploy,
     tune,
     drive,
-    motion,
+    motion_,
     export,
     check,
     identify,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.local import local_at
+from hcsearch.motion.kinematics.numerical_rank import NEAR_ZERO_SHARE
 from hcsearch.motion.paths.branches import Branches, find_branches
 from hcsearch.motion.paths.following import PathGoal, PathLimits, Stepping, follow_path
 from hcsearch.motion.paths.motions import MotionPath, PathEnding, PathOutcome, motion_path_of
@@ -66,10 +67,12 @@ def follow_branch(
         known.
     Errors: HcsearchError for a branch that there is not, and for a goal at which the motion begins.
     """
-    for name, end in (("flat", linkage.flat), ("folded", linkage.folded)):
-        if until == name and not np.abs(start - end).any():
-            raise HcsearchError(f"the motion begins {name}: follow it until another state, such as --until end")
-    zero_below = near_singular_threshold(linkage, start)
+    ends = {"flat": linkage.flat, "folded": linkage.folded}
+    begins = [name for name, end in ends.items() if not np.abs(start - end).any()]
+    if until in begins:
+        raise HcsearchError(f"the motion begins {until}: follow it until another state, such as --until end")
+    # ends are exact, so that small singular values there are no zeros
+    zero_below = None if begins else near_singular_threshold(linkage, start)
     branches = find_branches(linkage, start, stops=stops, zero_below=zero_below)
     if found is not None:
         found(branches)
@@ -88,11 +91,8 @@ def follow_branch(
     )
     direction = np.sign(number) * branches.branches[abs(number) - 1].direction
     stepping = Stepping(max_step=max_step)
-    path = follow_path(linkage, start, direction, stepping=stepping, limits=limits, zero_below=zero_below)
-    # the path counts singular values above the noise; at a state near a singular one the others are zeros, too
-    nullities = path.nullities.copy()
-    nullities[0] = branches.nullity
-    return FollowedBranch(branches, number, replace(path, nullities=nullities))
+    path = follow_path(linkage, start, direction, stepping=stepping, limits=limits, zero_share=NEAR_ZERO_SHARE)
+    return FollowedBranch(branches, number, path)
 
 
 def _most_direct(linkage: Linkage, start: Reals, branches: Branches, until: Until) -> int | None:

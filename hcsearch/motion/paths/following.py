@@ -16,7 +16,6 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
-from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.paths.motions import (
     STOP_TOLERANCE,
     MotionPath,
@@ -117,19 +116,19 @@ def follow_path(
     *,
     stepping: Stepping = ADAPTIVE_STEPPING,
     limits: PathLimits = DEFAULT_PATH_LIMITS,
-    zero_below: float | None = None,
+    zero_share: float = 0.0,
 ) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
     direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
         to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
-    zero_below : singular values below it count as zero at the start, as in `find_branches`.
+    zero_share : as of `Walker`, for a start that is located only approximately, and for motions along singular states.
     """
     begin = np.array(start, float)
     if direction is None:
         direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
-    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float), zero_below)
+    return _Following(linkage, stepping, limits, zero_share).run(begin, np.asarray(direction, float))
 
 
 class _Landing(NamedTuple):
@@ -143,8 +142,8 @@ class _Landing(NamedTuple):
 class _Following:
     """The state of a path that is being followed."""
 
-    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
-        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
+    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits, zero_share: float) -> None:
+        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections, zero_share)
         self.limits, self.step = limits, stepping.first(linkage.n_hinges)
         self.adapts_first = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
@@ -168,19 +167,16 @@ class _Following:
     def before(self) -> PathStep | None:
         return self.states[-2] if len(self.states) > 1 else None
 
-    def run(self, start: Reals, direction: Reals, zero_below: float | None) -> MotionPath:
-        ending = self._begin(start, direction, zero_below)
+    def run(self, start: Reals, direction: Reals) -> MotionPath:
+        ending = self._begin(start, direction)
         while ending is None:
             ending = self._ending() or self._advance()
         states, lengths = [state.local for state in self.states], [state.length for state in self.states]
         effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.walker.evaluations}
         return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
 
-    def _begin(self, start: Reals, direction: Reals, zero_below: float | None) -> PathEnding | None:
-        local = self.walker.state_at(start)
-        if zero_below is not None:
-            kept_rank = int(np.count_nonzero(local.rank.singular_values > zero_below))
-            local = local_at(local.linkage, start, kept_rank=kept_rank)
+    def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
+        local = self.walker.start_at(start)
         tangent = local.tangent(direction)
         tangent_norm, direction_norm = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = tangent_norm > 1e-9 * direction_norm
@@ -194,7 +190,7 @@ class _Following:
         if len(beyond):
             names = named_hinges(self.walker.linkage, beyond)
             return PathEnding("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
-        if local.rank.rank is None and zero_below is None:
+        if local.rank.rank is None and not self.walker.zero_share:
             return PathEnding("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
             return PathEnding("lost closure", "closure lets nothing move in this direction: take one from `branches`")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.motion.kinematics.numerical_rank import kept_beside_singular, rank_at
 from hcsearch.motion.paths.branch_following import REACHED_OUTCOMES, FollowedBranch, Until
 from hcsearch.motion.paths.branches import Branch
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, SingularEvent, stop_margins
@@ -98,15 +99,14 @@ class LinkageMotion(ByValue):
         count = len(path.angles) - ends_singular
         order = np.argsort(np.r_[path.lengths[:count], [event.length for event in self.events]], kind="stable")
         angles = np.array([*path.angles[:count], *(event.angles for event in self.events)])[order]
-        nullities = np.array([*path.nullities[:count], *(event.nullity for event in self.events)], np.int64)[order]
-        kinds = [*[""] * count, *(event.kind for event in self.events)]
         lengths = np.array([*path.lengths[:count], *(event.length for event in self.events)])[order]
-        closures = [self.linkage.closure(state) for state in angles]
-        rank = self.linkage.n_hinges - min(nullities[nullities >= 0], default=self.linkage.n_hinges)
-        least_values = np.full(len(angles), math.nan)
-        if rank:
-            least_values = np.array([np.linalg.svd(jacobian, compute_uv=False)[rank - 1] for _, jacobian in closures])
-        residuals = np.array([np.abs(residual).max(initial=0.0) for residual, _ in closures])
+        kinds = [*[""] * count, *(event.kind for event in self.events)]
+        ranks = [rank_at(self.linkage, state) for state in angles]
+        kept = [kept_beside_singular(rank) for rank in ranks]
+        nullities = np.array([-1 if number is None else self.linkage.n_hinges - number for number in kept], np.int64)
+        generic = max((number for number in kept if number is not None), default=0)
+        least_values = np.array([rank.singular_values[generic - 1] if generic else math.nan for rank in ranks])
+        residuals = np.array([np.abs(self.linkage.closure(state)[0]).max(initial=0.0) for state in angles])
         return MotionRows(angles, lengths, residuals, nullities, tuple(kinds[k] for k in order), least_values)
 
     def table(self, *, degrees: bool = False) -> pd.DataFrame:

@@ -11,16 +11,13 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.local import local_at
-from hcsearch.motion.kinematics.numerical_rank import DECIDED_RANK_GAP
+from hcsearch.motion.kinematics.numerical_rank import NEAR_ZERO_SHARE, kept_beside_singular
 from hcsearch.motion.kinematics.within_stops import close_within_stops
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, stop_margins
 from hcsearch.shape.labels import Labels, named_hinges
 from hcsearch.shape.linkage import Linkage
 from hcsearch.system.csv_columns import is_number, read_columns
 
-SINGULAR_VALUE_SHARE = 1e-6
-"""At a start, singular values below this share of the greatest are zeros if a gap separates them from the others: a
-singular state is located to some 1e-7 rad, so its zeros are of this order."""
 MAX_CLOSING_TURN = 0.05
 """Greatest turn of a hinge (rad) by which given fold angles are changed to close the loops: they may be rounded."""
 MAX_CLOSING_STEPS = 30
@@ -28,7 +25,7 @@ MAX_STATES_BYTES = 64 * 2**20
 """Limit of the size of a table of states: thousands of states of hundreds of hinges."""
 
 
-def start_state(
+def resolve_start(
     linkage: Linkage, labels: Labels, start: str | Path | Reals, *, row: int | None = None, stops: bool
 ) -> tuple[Reals, str]:
     """Return the closed state that a start names, and what it is in words.
@@ -60,13 +57,11 @@ def near_singular_threshold(linkage: Linkage, angles: Reals) -> float | None:
     None where the state is in general position, or singular itself, so that rounding alone decides its rank.
     """
     rank = local_at(linkage, angles).rank
+    kept = kept_beside_singular(rank)
     values = rank.singular_values
-    small = int(np.count_nonzero(values > SINGULAR_VALUE_SHARE * values[0])) if len(values) else 0
-    if not small or small == len(values) or values[small] <= rank.noise:
+    if not kept or kept == len(values) or values[kept] <= rank.noise:
         return None
-    if values[small - 1] < DECIDED_RANK_GAP * values[small]:
-        return None
-    return float(math.sqrt(values[small - 1] * values[small]))
+    return float(math.sqrt(values[kept - 1] * values[kept]))
 
 
 def closed_start(linkage: Linkage, angles: Reals, *, stops: bool) -> Reals:
@@ -113,7 +108,7 @@ def _closed(linkage: Linkage, angles: Reals) -> Reals | None:
         if not math.isfinite(local.residual):
             return None
         residual = linkage.closure(closed)[0]
-        kept = local.values > SINGULAR_VALUE_SHARE * local.values.max(initial=0.0)
+        kept = local.values > NEAR_ZERO_SHARE * local.values.max(initial=0.0)
         closed = closed - local.right[kept].T @ ((local.left[:, kept].T @ residual) / local.values[kept])
     return None
 

@@ -28,12 +28,13 @@ _SPACED_ROWS = 12
 
 
 @click.command(
+    "motion",
     epilog=examples_epilog(
         "hcsearch motion unit-ii --picture unit-ii.svg --output unit-ii.csv",
         "hcsearch motion element-6r --from flat --branch 2 --degrees",
         "hcsearch motion hex:0234435011:1 --until event --output event.csv",
         "hcsearch motion hex:0234435011:1 --from event.csv --branch 1 --output motion.glb",
-    )
+    ),
 )
 @linkage_options
 @click.option(
@@ -89,7 +90,7 @@ _SPACED_ROWS = 12
     metavar="FILE",
     help="Draw fold angles and the least singular value over arc length into a file .svg, .png or .pdf.",
 )
-def motion(name: str, as_json: bool, **options: Any) -> None:
+def motion_(name: str, as_json: bool, **options: Any) -> None:
     """Follow the motion of a linkage from a state.
 
     The branches that begin at the state are found by the second-order equations of closure, and listed. One of them is
