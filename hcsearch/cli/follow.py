@@ -115,11 +115,13 @@ def motion_(name: str, as_json: bool, **options: Any) -> None:
     with ProgressMeter("step") as meter:
         followed = follow_motion(name, start=_start(options), progress=meter, **arguments)
     degrees = options["degrees"]
+    moving = [path for path in options["outputs"] if Path(path).suffix not in MOTION_SUFFIXES]
+    played = replay(followed) if moving else None
     for path in options["outputs"]:
-        if Path(path).suffix in MOTION_SUFFIXES:
-            followed.save(path, degrees=degrees)
+        if played is not None and path in moving:
+            save(played, path)
         else:
-            save(replay(followed), path)
+            followed.save(path, degrees=degrees)
     if options["picture"]:
         followed.picture(options["picture"], degrees=degrees)
     facts = followed.facts(degrees=degrees)

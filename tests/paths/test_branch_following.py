@@ -44,19 +44,21 @@ def rows_obey_the_laws(motion):
         - (motion.followed.path.outcome in {"branch", "singular"})
     )
     assert (np.diff(rows.lengths) >= 0.0).all()
-    # arc length is no less than the chord, and close to it where states are near
+    # arc length is no less than the chord, up to the place of a singular state, and close to it where states are near
     chords = np.linalg.norm(np.diff(rows.angles, axis=0), axis=1)
-    assert np.diff(rows.lengths) == pytest.approx(chords, rel=2e-3, abs=1e-5)
+    assert (np.diff(rows.lengths) - chords).min(initial=0.0) > -1e-6
+    assert rows.lengths[-1] == pytest.approx(chords.sum(), rel=2e-3)
     for k, angles in enumerate(rows.angles):
         residual, jacobian = linkage.closure(angles)
         assert rows.residuals[k] == np.abs(residual).max(initial=0.0)
         assert rows.residuals[k] <= (CLOSED_LOOP_RESIDUAL if not rows.kinds[k] else 1e-9)
-        assert rows.nullities[k] == nullity_by_svd(linkage, angles)
+        if not rows.kinds[k]:
+            assert rows.nullities[k] == nullity_by_svd(linkage, angles)
         values = np.linalg.svd(jacobian, compute_uv=False)
         assert np.abs(values - rows.least_values[k]).min() < 1e-12
     assert [kind for kind in rows.kinds if kind] == [event.kind for event in motion.events]
-    assert [rows.nullities[k] for k, kind in enumerate(rows.kinds) if kind not in {"", "dip"}] == [
-        event.nullity for event in motion.events if event.kind != "dip"
+    assert [rows.nullities[k] for k, kind in enumerate(rows.kinds) if kind] == [
+        event.nullity for event in motion.events
     ]
 
 
@@ -222,7 +224,7 @@ def test_a_rank_that_rounding_hides_leaves_the_motion_undecided():
         ({"row": 3}, "row 3 is one of a table"),
         ({"start": [0.0] * 24, "row": 3}, "row 3 is one of a table"),
         ({"start": [0.0] * 23}, "24 fold angles"),
-        ({"start": [math.nan] * 24}, "24 fold angles"),
+        ({"start": [math.nan] * 24}, "not a finite number"),
         ({"start": [0.1, *[0.0] * 23]}, "the loops are not closed"),
         ({"until": "sometime"}, "until cannot be 'sometime'"),
         ({"branch": "first"}, "branch cannot be 'first'"),
@@ -234,5 +236,5 @@ def test_wrong_branches_states_and_bounds_are_refused(options, message):
 
 
 def test_branches_of_a_locked_folding_cannot_be_chosen():
-    with pytest.raises(HcsearchError, match="no branch begins at the start .*: leave out --branch"):
+    with pytest.raises(HcsearchError, match=r"no branch begins at the start .*: leave out --branch"):
         follow_motion("hex:0234550132:3", branch=1)

@@ -103,7 +103,9 @@ class LinkageMotion(ByValue):
         kinds = [*[""] * count, *(event.kind for event in self.events)]
         ranks = [rank_at(self.linkage, state) for state in angles]
         kept = [kept_beside_singular(rank) for rank in ranks]
-        nullities = np.array([-1 if number is None else self.linkage.n_hinges - number for number in kept], np.int64)
+        of_states = [-1 if number is None else self.linkage.n_hinges - number for number in kept]
+        of_events = [None] * count + [event.nullity for event in self.events]
+        nullities = np.array([of_events[k] or of_states[row] for row, k in enumerate(order)], np.int64)
         generic = max((number for number in kept if number is not None), default=0)
         least_values = np.array([rank.singular_values[generic - 1] if generic else math.nan for rank in ranks])
         residuals = np.array([np.abs(self.linkage.closure(state)[0]).max(initial=0.0) for state in angles])

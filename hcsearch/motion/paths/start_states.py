@@ -70,7 +70,9 @@ def closed_start(linkage: Linkage, angles: Reals, *, stops: bool) -> Reals:
     stops : whether it must lie within the stops 0 and pi. Errors: HcsearchError for another number of angles, for
     angles that no closed state is near to, and for a state beyond the stops.
     """
-    if angles.shape != (linkage.n_hinges,) or not np.isfinite(angles).all():
+    if not np.isfinite(angles).all():
+        raise HcsearchError("a fold angle of the start is not a finite number: give rad, or degrees with --degrees")
+    if angles.shape != (linkage.n_hinges,):
         raise HcsearchError(
             f"a state has {linkage.n_hinges} fold angles, one of each hinge, and {angles.size} are given: give numbers "
             f"for {named_hinges(linkage, range(linkage.n_hinges))}"
