@@ -160,7 +160,7 @@ def arc_length(first: PathStep, second: PathStep) -> float:
     """Arc length between two states, exact to fourth order, by end points, tangents and accelerations.
 
     The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent. It is no less
-    than their distance: near a singular state accelerations are inaccurate.
+    than their distance along that tangent: near a singular state accelerations are inaccurate.
     """
     mean = 0.5 * (first.tangent + second.tangent)
     along = float(mean @ mean)
@@ -169,7 +169,7 @@ def arc_length(first: PathStep, second: PathStep) -> float:
     s = chord
     for _ in range(3):
         s = chord - s * s * curve
-    return max(s, float(np.linalg.norm(second.angles - first.angles)))
+    return max(s, chord * math.sqrt(along))
 
 
 def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> float:
