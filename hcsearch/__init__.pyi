@@ -8,6 +8,7 @@ from hcsearch.api.driving import drive as drive
 from hcsearch.api.enumerating import enumerate_into as enumerate_into
 from hcsearch.api.exporting import save as save
 from hcsearch.api.exporting import save_designs as save_designs
+from hcsearch.api.following_motions import follow_motion as follow_motion
 from hcsearch.api.identifying import identify_damping as identify_damping
 from hcsearch.api.identifying import identify_spring as identify_spring
 from hcsearch.api.proving import prove as prove
@@ -62,6 +63,7 @@ from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.drive_facts import Drive as Drive
 from hcsearch.springs.flight.flight_sheet import FlightSheet as FlightSheet
 from hcsearch.cases.replay import Replay as Replay
+from hcsearch.motion.paths.linkage_motion import LinkageMotion as LinkageMotion
 from hcsearch.search.pipeline import Funnel as Funnel
 
 # Databases

@@ -9,17 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.basics.errors import QueryError
+from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place, reading_database
+from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.bulk_export import BulkProgress, BulkRequest, SavedDesigns, designs_of_query, export_designs
 from hcsearch.export.bulk_targets import bulk_kind_of, open_bulk_target
-from hcsearch.export.export_files import check_export_motion, checked_export_settings, export_files
+from hcsearch.export.export_files import (
+    check_export_motion,
+    checked_export_settings,
+    export_files,
+    replay_contents,
+)
 from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.store import scene_names
@@ -28,7 +34,7 @@ from hcsearch.system.terminal import write_notice
 
 
 def save(
-    what: str | Folding | Circuit | Case,
+    what: str | Folding | Circuit | Case | Replay,
     path: str | Path,
     scene: Scene | str | None = None,
     *,
@@ -42,7 +48,8 @@ def save(
 ) -> list[Path]:
     """Write a folding or an assembly to a file for another program, as `hcsearch export` does; return the paths.
 
-    what, scene, panel, flat_pairs, db : as in `deploy`; a Linkage cannot be exported.
+    what, scene, panel, flat_pairs, db : as in `deploy`; a Linkage cannot be exported. A Replay is written by itself:
+        it has its scene and its motion.
     path : the file; its ending sets the format. format : the format, if the ending does not determine it.
     motion : the motion to export, `path` or `springs`. values : other values of the scene, as in `deploy`.
     settings : options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
@@ -52,6 +59,11 @@ def save(
     ['sheet.svg']
     """
     check_kinds(save, locals())
+    if isinstance(what, Replay):
+        if settings or any(value is not None for value in (scene, motion, panel, flat_pairs, db, values)):
+            raise HcsearchError("a Replay has its scene and its motion, and no settings: give its file alone")
+        check_output(path)
+        return _written(path, replay_contents(what, str(path), format))
     export_format = export_format_of(str(path), format)
     export_settings = replace(
         checked_export_settings(export_format, settings), stem=Path(path).stem, ending=Path(path).suffix.lower()
@@ -59,11 +71,17 @@ def save(
     check_output(path)
     case_arguments = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
     exported, files = export_files(what, export_format, export_settings, motion, db, **case_arguments)
+    paths = _written(path, files)
+    write_notice(exported.sentence)
+    return paths
+
+
+def _written(path: str | Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Write the files of an export, all of them or none; return their paths. files : contents by ending."""
     paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
     with ExitStack() as stack:
         for target, content in zip(paths, files.values(), strict=True):
             stack.enter_context(replacing_file(target)).write_bytes(content)
-    write_notice(exported.sentence)
     return paths
 
 

@@ -1,12 +1,13 @@
-"""Notebook views of foldings, deployments and replays: a picture, and a player of the motion."""
+"""Notebook views of foldings, deployments, motions and replays: a picture, and a player of the motion."""
 
 from __future__ import annotations
 
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_deployment
+from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_motion
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
+from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import notebook_html
 
@@ -21,6 +22,8 @@ def notebook_value_html(value: object) -> str | None:
             return _folding_html(value)
         case Deployed():
             return notebook_html(replay_of_deployment(value.deployment, value.name))
+        case LinkageMotion() if value.followed.path.steps:
+            return notebook_html(replay_of_motion(value))
         case Replay():
             return notebook_html(value)
     return None

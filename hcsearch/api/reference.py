@@ -15,6 +15,7 @@ from hcsearch.basics.vocabulary import Formulation, Keep, Way
 from hcsearch.cases.case import CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.motion.paths.branch_following import Until
 from hcsearch.system.lazy import names_in_stub
 
 REFERENCE_TITLE = """# Reference of the Python names
@@ -35,6 +36,7 @@ SIGNATURE_KINDS = {
     "Keep": Keep,
     "Place": Place,
     "ReplaySource": ReplaySource,
+    "Until": Until,
     "Way": Way,
 }
 """Names of kinds in the signatures of functions."""

@@ -9,17 +9,18 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import ReplaySource, replay_case, replay_of_deployment
+from hcsearch.cases.replay_sources import ReplaySource, replay_case, replay_of_deployment, replay_of_motion
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
+from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.system.terminal import write_notice
 
 
 def replay(
-    what: str | Folding | Circuit | Case | Deployed,
+    what: str | Folding | Circuit | Case | Deployed | LinkageMotion,
     scene: Scene | str | None = None,
     *,
     motion: ReplaySource | None = None,
@@ -30,7 +31,7 @@ def replay(
 ) -> Replay:
     """Return a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
 
-    what : as in `deploy`, but not a Linkage; or a result of `deploy` with its simulated motion.
+    what : as in `deploy`, but not a Linkage; or a result of `deploy` with its simulated motion, or of `follow_motion`.
     motion : `path` for the planned path only, or `springs` for the simulated motion only.
     scene, panel, flat_pairs, db, values : as in `deploy`.
 
@@ -41,6 +42,8 @@ def replay(
     check_kinds(replay, locals())
     if isinstance(what, Deployed):
         return replay_of_deployment(what.deployment, what.name, reason=what.reason)
+    if isinstance(what, LinkageMotion):
+        return replay_of_motion(what)
     path = motion == "path"
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=path)
     shown, note = replay_case(case, motion)

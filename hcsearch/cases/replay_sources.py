@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_re
 from hcsearch.springs.flight.deployed_modes import DeployedModes
 from hcsearch.store import Database, StoredPath, find_paths
 from hcsearch.system.terminal import short_number
+
+if TYPE_CHECKING:
+    from hcsearch.motion.paths.linkage_motion import LinkageMotion
 
 
 def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
@@ -126,6 +129,33 @@ def replay_of_path(
         error=error,
         title=title,
         source=f"planned path from packed to flat, {proved}",
+    )
+
+
+def replay_of_motion(motion: LinkageMotion) -> Replay:
+    """Return the replay of a motion that was followed; one that begins flat is played backwards, towards flat.
+
+    Places on the axis are shares of its arc length. HcsearchError for a linkage that does not move.
+    """
+    rows = motion.rows
+    if rows.lengths[-1] <= 0.0:
+        raise HcsearchError(f"{motion.name} does not move from {motion.start}: {motion.sentence}")
+    places, states = _without_repeats(rows.lengths / rows.lengths[-1], rows.angles)
+    if not np.abs(states[0] - motion.linkage.flat).any():
+        places, states = (1.0 - places)[::-1], states[::-1]
+    indices, error = thin_states(places, states, REPLAY_ANGLE_TOLERANCE)
+    return Replay(
+        linkage=motion.linkage,
+        labels=motion.labels,
+        axis="path",
+        at=places[indices],
+        angles=states[indices],
+        certified=(),
+        collision=None,
+        margin=0.0,
+        error=error,
+        title=motion.name,
+        source=f"followed from {motion.start}, {motion.sentence}; panels may pass through each other",
     )
 
 

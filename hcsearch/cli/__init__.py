@@ -22,6 +22,7 @@ from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
+from hcsearch.cli.follow import motion_
 from hcsearch.cli.identify import identify
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.prove import prove, verify
@@ -99,6 +100,7 @@ for command in (
     deploy,
     tune,
     drive,
+    motion_,
     export,
     check,
     identify,

@@ -93,6 +93,11 @@ def proof_options(command: Command) -> Command:
     return _panel_options(command, "DESIGN:CREASE", "either")
 
 
+def linkage_options(command: Command) -> Command:
+    """Add the same for a folding or an assembly of which the linkage alone counts, without loads on its panels."""
+    return _panel_options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid")
+
+
 def _options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
     """Add the options of all subjects under loads, and those of a command; the last one is first in the help."""
     options: tuple[Command, ...] = (

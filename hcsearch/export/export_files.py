@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, get_args
 
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
+from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
@@ -116,6 +118,31 @@ def exported_subject(
     if isinstance(subject, Circuit):
         return Exported(subject.notation, subject)
     return exported_case(subject, export_format, motion, settings.state)
+
+
+def replay_export_format(path: str, name: str | None = None) -> ExportFormat:
+    """Return the format of a file that holds a motion, of a given name or by its ending; OutputError for others.
+
+    The ending `.svg` stands for the moving picture, as a sheet does not move.
+    """
+    suffix = Path(path).suffix.lower()
+    formats = [form for form in EXPORT_FORMATS.values() if form.frames or form.subject == "motion"]
+    fitting = [form for form in formats if suffix in form.endings and name in (None, form.name)]
+    if not fitting:
+        endings = ", ".join(form.endings[0] for form in formats)
+        raise OutputError(f"{path} is no name for a file of a motion{f' as {name}' if name else ''}: write {endings}")
+    return fitting[0]
+
+
+def replay_contents(replay: Replay, path: str, name: str | None = None) -> dict[str, bytes]:
+    """Return the contents of all files of an export of a replay, by what follows the stem of their names.
+
+    path : the file, and name : of the format, if its ending does not determine it.
+    """
+    export_format = replay_export_format(path, name)
+    export_format.check_installed()
+    settings = ExportSettings(ending=Path(path).suffix.lower())
+    return export_contents(Exported(replay.title, None, replay=replay), export_format, settings)
 
 
 def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:

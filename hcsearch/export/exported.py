@@ -48,6 +48,8 @@ class Exported:
     @cached_property
     def labels(self) -> Labels:
         """Names of the panels and hinges of `linkage`."""
+        if self.replay is not None:
+            return self.replay.labels
         return labels_of(self.linkage, design=self.folding is not None)
 
     @property

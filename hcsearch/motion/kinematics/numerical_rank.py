@@ -54,6 +54,22 @@ def decide_rank(singular_values: Reals, n_columns: int, residual: float = 0.0) -
     return Rank(singular_values, n_columns, noise, above if gap >= DECIDED_RANK_GAP else None, gap)
 
 
+NEAR_ZERO_SHARE = 1e-6
+"""Singular values below this share of the greatest are zeros of a singular state near by, where a gap separates them
+from the others: such a state is located to some 1e-7 rad."""
+
+
+def kept_beside_singular(rank: Rank) -> int | None:
+    """Return the number of singular values that are not zero at a state, or at a singular state near by.
+
+    Without a gap of `DECIDED_RANK_GAP` below which all are near zero it is the rank, None where this is undecided.
+    """
+    values = rank.singular_values
+    kept = int(np.count_nonzero(values > max(rank.noise, NEAR_ZERO_SHARE * values.max(initial=0.0))))
+    others = float(values[kept]) if kept < len(values) else 0.0
+    return kept if kept and values[kept - 1] >= DECIDED_RANK_GAP * max(rank.noise, others) else rank.rank
+
+
 def rank_at(linkage: Linkage, angles: Reals) -> Rank:
     """Rank of the closure Jacobian at a closed state; an open chain has rank 0."""
     residual, jacobian = linkage.closure(angles)

@@ -20,7 +20,13 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, stop_margins
-from hcsearch.motion.paths.quadrics import LOCATED_STATE_RESIDUAL, SOLVED_RESIDUAL, second_order_forms, solve_quadrics
+from hcsearch.motion.paths.quadrics import (
+    FAMILY_MEMBER_DISTANCE,
+    LOCATED_STATE_RESIDUAL,
+    SOLVED_RESIDUAL,
+    second_order_forms,
+    solve_quadrics,
+)
 from hcsearch.shape.linkage import Linkage
 
 BranchStatus = Literal["finite", "infinitesimal", "undecided"]
@@ -30,6 +36,11 @@ NUDGE_STEPS = (0.04, 0.02, 0.01, 0.005)
 MIN_FINITE_POWER, MAX_INFINITESIMAL_POWER = 1.7, 1.3
 """Orders, in the step, of the distance from the line: at least the first for motions, at most the second for
 infinitesimal ones."""
+MIN_TANGENT_SHARE = 0.99
+"""Share of a direction of closed states that lies in the null space, at least."""
+LIMIT_CLOSURE_RESIDUAL, MAX_LIMIT_STEPS = 1e-15, 100
+"""Closed states that give a direction are closed as well as rounding admits, since the error of a state is of the order
+of the square root of its residual."""
 EVEN_OPENING_SUM = 1e-6
 """Hinges open as much as they close where the entries of a unit velocity sum to less than this."""
 STRAIGHT_LINE_CURVATURE = 0.02
@@ -111,14 +122,67 @@ def find_branches(linkage: Linkage, angles: Reals, *, stops: bool = False, zero_
         direction /= np.linalg.norm(direction)
         if not stops:
             direction = _opening(direction)
-        power, within = _nudged(local, direction)
-        status: BranchStatus = "infinitesimal" if power <= MAX_INFINITESIMAL_POWER else "undecided"
-        if power >= MIN_FINITE_POWER:
-            status = "finite"
-        nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
+        nudged.append(_branch(local, direction, solution.dimension, solution.residual))
+    if not any(branch.status == "finite" and (branch.within_stops or not stops) for branch in nudged):
+        nudged += _closed_members(local, basis, forms, nudged)
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
     return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, cover_radius)
+
+
+def _branch(local: LocalState, direction: Reals, dimension: int, residual: float) -> Branch:
+    """The branch of a direction, with the verdict of the nudges along it."""
+    power, within = _nudged(local, direction)
+    status: BranchStatus = "infinitesimal" if power <= MAX_INFINITESIMAL_POWER else "undecided"
+    if power >= MIN_FINITE_POWER:
+        status = "finite"
+    return Branch(direction, dimension, residual, status, power, within)
+
+
+def _closed_members(local: LocalState, basis: Reals, forms: Reals, nudged: list[Branch]) -> list[Branch]:
+    """The finite branches to which nudges along members of families lead, if no listed member is finite.
+
+    Equations of higher order hold for some members of such a family only, and the listed ones need not be among them:
+    in eight hexagons two panels of which stay parallel, say. Closed states beside the others lie on these motions.
+    """
+    members: list[Branch] = []
+    for branch in nudged:
+        direction = _limit_direction(local, branch.direction) if branch.dimension else None
+        if direction is None:
+            continue
+        vector = basis.T @ direction
+        size = float(np.linalg.norm(vector))
+        vector /= size
+        direction = basis @ vector
+        near = any(np.linalg.norm(direction - other.direction) < FAMILY_MEMBER_DISTANCE for other in members)
+        if size < MIN_TANGENT_SHARE or near:
+            continue
+        residual = float(np.linalg.norm(np.einsum("i,kij,j->k", vector, forms, vector)))
+        member = _branch(local, direction, branch.dimension, residual)
+        if member.status == "finite":
+            members.append(member)
+    return members
+
+
+def _limit_direction(local: LocalState, direction: Reals) -> Reals | None:
+    """The direction in which closed states beside a nudge tend to the state, up to the square of the step.
+
+    None if there are none, or if they stay near the state itself.
+    """
+    offset = NUDGE_STEPS[0] * direction
+    offsets = []
+    for _ in range(2):
+        result = close_linkage(
+            local.linkage, local.angles + offset, tolerance=LIMIT_CLOSURE_RESIDUAL, max_steps=MAX_LIMIT_STEPS
+        )
+        offset = result.angles - local.angles
+        if result.residual > CLOSED_LOOP_RESIDUAL or np.linalg.norm(offset) < 0.1 * NUDGE_STEPS[0]:
+            return None
+        offsets.append(offset)
+        offset = 0.5 * offset
+    limit: Reals = 4.0 * offsets[1] - offsets[0]
+    size = float(np.linalg.norm(limit))
+    return limit / size if size > 0.0 else None
 
 
 def _opening(direction: Reals) -> Reals:

@@ -53,6 +53,7 @@ class Stepping:
     method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
         `runge-kutta` (fourth), `hermite` (fifth, from two states).
     step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every step if not adaptive.
+    max_step : greatest step (rad of arc length); None for a tenth of a half turn of every hinge.
     tolerance : distance (rad) from the predicted to the corrected state at which adaptive steps aim.
     corrections : Newton corrections in each step; None for as many as closure needs. A number serves to compare
         methods, with fixed steps.
@@ -60,6 +61,7 @@ class Stepping:
 
     method: str = "hermite"
     step: float | None = None
+    max_step: float | None = None
     tolerance: float = 1e-3
     adaptive: bool = True
     corrections: int | None = None
@@ -90,7 +92,8 @@ class PathLimits:
 
     goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
         at 0 and pi; else they turn on. events : whether to search for singular states between the states.
-    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first.
+    at_bifurcation : whether to pass bifurcations straight on, or to stop at the first. at_event : the same for all
+        singular states.
     length : arc length (rad) at which to end.
     """
 
@@ -98,6 +101,7 @@ class PathLimits:
     stops: bool = True
     events: bool = True
     at_bifurcation: Literal["pass", "stop"] = "pass"
+    at_event: Literal["pass", "stop"] = "pass"
     max_steps: int = 2000
     length: float = math.inf
 
@@ -112,17 +116,19 @@ def follow_path(
     *,
     stepping: Stepping = ADAPTIVE_STEPPING,
     limits: PathLimits = DEFAULT_PATH_LIMITS,
+    zero_share: float = 0.0,
 ) -> MotionPath:
     """Follow the motion that begins at a closed state in a direction.
 
     direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
         to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
+    zero_share : as of `Walker`, for a start that is located only approximately, and for motions along singular states.
     """
     begin = np.array(start, float)
     if direction is None:
         direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
-    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float))
+    return _Following(linkage, stepping, limits, zero_share).run(begin, np.asarray(direction, float))
 
 
 class _Landing(NamedTuple):
@@ -136,8 +142,8 @@ class _Landing(NamedTuple):
 class _Following:
     """The state of a path that is being followed."""
 
-    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits) -> None:
-        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
+    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits, zero_share: float) -> None:
+        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections, zero_share)
         self.limits, self.step = limits, stepping.first(linkage.n_hinges)
         self.adapts_first = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
@@ -147,7 +153,7 @@ class _Following:
             name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
         }
         self.size = math.sqrt(linkage.n_hinges)
-        self.max_step = 0.1 * math.pi * self.size
+        self.max_step = stepping.max_step or 0.1 * math.pi * self.size
         self.states: list[PathStep] = []
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
@@ -170,7 +176,7 @@ class _Following:
         return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
-        local = self.walker.state_at(start)
+        local = self.walker.start_at(start)
         tangent = local.tangent(direction)
         tangent_norm, direction_norm = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = tangent_norm > 1e-9 * direction_norm
@@ -184,7 +190,7 @@ class _Following:
         if len(beyond):
             names = named_hinges(self.walker.linkage, beyond)
             return PathEnding("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
-        if local.rank.rank is None:
+        if local.rank.rank is None and not self.walker.zero_share:
             return PathEnding("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
             return PathEnding("lost closure", "closure lets nothing move in this direction: take one from `branches`")
@@ -287,15 +293,26 @@ class _Following:
                 return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            reached = (stop_margins(stop.angles) <= STOP_TOLERANCE) & (stop_margins(after.angles) < -STOP_TOLERANCE)
+            margins, beyond = stop_margins(stop.angles), stop_margins(after.angles) < -STOP_TOLERANCE
+            # near a singular state the stop is located less accurately than its tolerance
+            reached = beyond & (margins <= max(STOP_TOLERANCE, float(margins[beyond].min())))
             return _stopped(self.walker.linkage, np.flatnonzero(reached))
         if self.watches_events:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
-                if (self.limits.at_bifurcation == "stop") and event.kind == "bifurcation":
+                ending = self._ending_at(event)
+                if ending is not None:
                     self.states.append(replace(last, local=self.walker.state_at(event.angles), length=event.length))
-                    return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
+                    return ending
         self.states.append(after)
+        return None
+
+    def _ending_at(self, event: SingularEvent) -> PathEnding | None:
+        """The reason to end the path at a singular state; None where it passes it."""
+        if event.kind == "bifurcation" and "stop" in {self.limits.at_bifurcation, self.limits.at_event}:
+            return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
+        if self.limits.at_event == "stop":
+            return PathEnding("singular", f"a singular state ({event.kind}): {event.nullity} first-order motions")
         return None
 
 

@@ -15,7 +15,17 @@ from hcsearch.motion.kinematics.local import LocalState
 from hcsearch.motion.paths.stepping import PathStep, Walker
 
 PathOutcome = Literal[
-    "flat", "folded", "length", "stopped", "branch", "stuck", "undecided", "lost closure", "out of budget"
+    "flat",
+    "folded",
+    "length",
+    "stopped",
+    "branch",
+    "singular",
+    "stuck",
+    "rigid",
+    "undecided",
+    "lost closure",
+    "out of budget",
 ]
 
 

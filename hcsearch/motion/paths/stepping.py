@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -159,7 +159,8 @@ PREDICTORS = {
 def arc_length(first: PathStep, second: PathStep) -> float:
     """Arc length between two states, exact to fourth order, by end points, tangents and accelerations.
 
-    The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent.
+    The two-point formula q1 - q0 = s/2 (t0 + t1) + s^2/12 (w0 - w1), solved for s along the mean tangent. It is no less
+    than their distance along that tangent: near a singular state accelerations are inaccurate.
     """
     mean = 0.5 * (first.tangent + second.tangent)
     along = float(mean @ mean)
@@ -168,7 +169,7 @@ def arc_length(first: PathStep, second: PathStep) -> float:
     s = chord
     for _ in range(3):
         s = chord - s * s * curve
-    return s
+    return max(s, chord * math.sqrt(along))
 
 
 def miss_distance(before: PathStep | None, last: PathStep, state: Reals) -> float:
@@ -199,17 +200,28 @@ class Walker:
     """Makes steps with one predictor, and counts evaluations of the closure.
 
     corrections : Newton corrections in each step; None for as many as closure needs.
+    zero_share : singular values below this share of the greatest count as zeros at a start, and from there on as long
+        as they stay below it; elsewhere rounding alone decides, so that singular states on the way are found.
     """
 
     linkage: Linkage
     predictor: Predictor
     corrections: int | None = None
+    zero_share: float = 0.0
     evaluations: int = field(default=0, init=False)
 
     def state_at(self, angles: Reals) -> LocalState:
         """Analyse the linkage at given fold angles."""
         self.evaluations += 1
         return local_at(self.linkage, angles)
+
+    def start_at(self, angles: Reals) -> LocalState:
+        """Analyse the linkage at the start of a motion."""
+        return self._without_zeros(self.state_at(angles))
+
+    def _without_zeros(self, local: LocalState) -> LocalState:
+        kept = int(np.count_nonzero(local.values > self.zero_share * local.values.max(initial=0.0)))
+        return replace(local, left=local.left[:, :kept], values=local.values[:kept], right=local.right[:kept])
 
     def advance(self, before: PathStep | None, last: PathStep, distance: float) -> Advance | None:
         """Make a step of a given length; None if no trustworthy state results."""
@@ -220,6 +232,9 @@ class Walker:
         )
         if local is None:
             return None
+        if last.local.kept_rank < local.kept_rank:
+            reduced = self._without_zeros(local)
+            local = reduced if reduced.kept_rank == last.local.kept_rank else local
         tangent = local.tangent(velocity)
         size = float(np.linalg.norm(tangent))
         if size < MIN_TANGENT_COSINE or tangent @ last.tangent < MIN_TANGENT_COSINE * size:
