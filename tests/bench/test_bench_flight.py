@@ -42,5 +42,5 @@ def test_frequencies_are_those_of_mujoco(report):
 def test_it_is_saved(report, tmp_path):
     report[0].save(tmp_path)
     page = (tmp_path / "flight.md").read_text(encoding="utf-8")
-    assert page.startswith("# Flight\n")
+    assert page.startswith("# Measured: designs that pass")
     assert (tmp_path / "flight" / "flight_passing.csv").read_text().count("\n") == 2
