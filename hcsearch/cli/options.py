@@ -115,7 +115,10 @@ def target_options(command: Command, sizes_option: Callable[[Command], Command] 
             help="Which designs are kept: all, those that fold into two stacks, or those that fold without twist.",
         ),
         click.option(
-            "--array", "array_spec", metavar="SPEC", help="Search one array: 6x5, 3-4-3, p5x4, t5, h3, s1 or @FILE."
+            "--array",
+            "array_spec",
+            metavar="SPEC",
+            help="Search one array: 6x5, 3-4-3, p5x4, t5, h3, s1, @FILE or a drawing, 'XXX / X.X'.",
         ),
         sizes_option,
         click.option(
