@@ -8,6 +8,7 @@ from hcsearch.api.enumerating import enumerate_into as enumerate_into
 from hcsearch.api.exporting import save as save
 from hcsearch.api.identifying import identify_damping as identify_damping
 from hcsearch.api.identifying import identify_spring as identify_spring
+from hcsearch.api.initializing import init_scene as init_scene
 from hcsearch.api.proving import prove as prove
 from hcsearch.api.proving import verify as verify
 from hcsearch.api.querying import rank as rank
