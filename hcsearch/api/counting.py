@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
-from hcsearch.api.enumerating import chosen_search, chosen_workers
+from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
@@ -15,7 +15,7 @@ from hcsearch.designs.grid.sequences import polygon_sequence
 from hcsearch.search.enumeration import ArraySearch, Search, count_array
 from hcsearch.search.enumeration.growth import POLYGON_EXPONENT, Growth, fit_growth
 from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
-from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
 
 if TYPE_CHECKING:
     import pandas as pd
