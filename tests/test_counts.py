@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -148,3 +150,9 @@ def test_several_sizes_are_no_array(run):
         count(grid="hex", n=[])
     with pytest.raises(HcsearchError, match="count: n"):
         count(grid="hex", n=["6"])
+
+
+def test_counting_loads_no_database():
+    lines = "import sys, hcsearch; hcsearch.count(grid='hex', n=6); print('sqlalchemy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
