@@ -4,10 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from hcsearch.basics.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
 from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
-from hcsearch.designs.grid.arrays import MAX_CELLS
+from hcsearch.designs.grid.arrays import MAX_CELLS, cell_form
 from tests.strategies import arrays
 
 
@@ -190,7 +191,12 @@ def test_cells_that_are_no_array_of_a_grid(grid, cells, message):
         ("0 0\n1 0\n0 0\n", "given twice"),
         ("0 0\n1 x\n", "line 2"),
         ("0 0 0\n", "line 1"),
-        ("# nothing\n\n", "at least one cell"),
+        ("# nothing\n\n", "cells.txt holds no cells: write one a line, as 0,0, or draw rows of X and ."),
+        ("", "cells.txt holds no cells"),
+        ("0 0\n1 0\n0 0\n", "cells.txt: cell 0 0 is given twice"),
+        ("x,y\n0,0\n", "cells.txt: line 1: 'x,y' is no heading of cells: write q,r"),
+        ("q,r\n0,0,1\n", "cells.txt: line 2: '0,0,1' is no cell: write q,r"),
+        ("r,q\n0,0,1\n", "write r,q"),
     ],
 )
 def test_wrong_files(tmp_path, text, message):
@@ -214,10 +220,81 @@ def test_files_of_cells_give_the_array_of_the_cells(array):
         assert parse_array(array.grid, f"@{file}") == array
 
 
+@given(arrays(), st.sampled_from([",", "; ", "\t"]), st.randoms())
+def test_files_of_cells_may_have_a_heading_in_any_order(array, comma, random):
+    names, _ = cell_form(array.grid)
+    order = random.sample(range(len(names)), len(names))
+    lines = [comma.join(f'"{names[k].upper()}"' for k in order)]
+    lines += [comma.join(str(cell[k]) for k in order) for cell in array.cells]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "cells.csv"
+        file.write_text("\r\n".join(lines))
+        assert parse_array(array.grid, f"@{file}") == array
+
+
+@pytest.mark.parametrize(
+    ("grid", "drawing", "same"),
+    [
+        ("square", "XXX / XXX", "3x2"),
+        ("square", "X X X/X X X", "3x2"),
+        ("rectangle", "..xx/..xx/..xx", "2x3"),
+        ("right45", "XX/XX", "p2x2"),
+        ("square", "XXX / X.X / XXX", "square:7.5.7"),
+        ("square", "XX. / .XX", "square:6.3"),
+        ("hex", "X X X / X X X X /  X X X", None),
+        ("hex", " X X X /X X X X/ X X X", "3-4-3"),
+        ("hex", ".X.X.X./X.X.X.X/.X.X.X.", "3-4-3"),
+        ("kite", " X X / X X X /  X X", "2-3-2"),
+        ("kite", " X X /X X X/ X X", "2-3-2"),
+        ("rhombus", ".X.X/X.X.X", "2-3"),
+        ("triangle", ".X./XXX", None),
+        ("triangle", "XXX/XXX", "h1"),
+        ("obtuse", "XXX/XXX", "h1"),
+        ("triangle", ".XXX", "triangle:7"),
+    ],
+)
+def test_drawings(grid, drawing, same):
+    if same is None:
+        with pytest.raises(HcsearchError):
+            parse_array(grid, drawing)
+    else:
+        assert parse_array(grid, drawing).canonical() == parse_array(grid, same).canonical()
+
+
+@given(arrays())
+def test_drawn_arrays_are_the_arrays(array):
+    grid = array.grid
+    if grid.name not in ("square", "rectangle", "hex", "triangle"):
+        return
+    places = {}
+    for x, y, *kind in array.cells:
+        column = x if grid.name in ("square", "rectangle") else 2 * x + y + sum(kind)
+        places[column, -y] = "X"
+    top, left = (min(place[axis] for place in places) for axis in (1, 0))
+    left -= (left - top) % 2  # upright triangles where column and row are even
+    height, width = (max(place[axis] for place in places) for axis in (1, 0))
+    rows = [
+        "".join(places.get((column, row), ".") for column in range(left, width + 1)) for row in range(top, height + 1)
+    ]
+    assert parse_array(grid, "/".join(rows)) == array
+    assert parse_array(grid, " / ".join(rows)) == array
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "drawn.txt"
+        file.write_text("# drawn\n" + "\n".join(rows))
+        assert parse_array(grid, f"@{file}") == array
+
+
+def test_a_drawing_of_hexagons_side_by_side_is_refused_with_the_remedy():
+    with pytest.raises(
+        NotationError, match=r"row 1 of the drawing .* two places wide.*shifted by one, as in \.X\.X\./X"
+    ):
+        parse_array("hex", "XXX / X.X")
+
+
 def test_a_file_with_a_cell_of_a_kind_that_the_grid_has_not(tmp_path):
     file = tmp_path / "cells.txt"
     file.write_text("0 0 0\n0 0 3\n")
-    with pytest.raises(ArrayError, match="line 2: '0 0 3' is no cell: write x y k with k from 0 to 2"):
+    with pytest.raises(ArrayError, match="line 2: '0 0 3' is no cell: write x,y,k with k from 0 to 2"):
         parse_array("rhombus", f"@{file}")
 
 

@@ -12,9 +12,10 @@ from contextlib import chdir, contextmanager, redirect_stdout
 from io import StringIO
 from typing import Any, NamedTuple
 
+from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.counting import count
 from hcsearch.api.deploying import deploy
-from hcsearch.api.enumerating import chosen_search, chosen_workers, enumerate_into, plan_enumeration, run_enumeration
+from hcsearch.api.enumerating import enumerate_into, plan_enumeration, run_enumeration
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel

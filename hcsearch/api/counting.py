@@ -1,17 +1,27 @@
-"""Count circuits without storing them."""
+"""Count circuits without storing them: of one size, or of several, with their growth."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
 
-from hcsearch.api.enumerating import chosen_search, chosen_workers
+from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.designs.grid import Array, Grid
+from hcsearch.designs.grid.sequences import polygon_sequence
 from hcsearch.search.enumeration import ArraySearch, Search, count_array
+from hcsearch.search.enumeration.growth import POLYGON_EXPONENT, Growth, fit_growth
 from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
-from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_LISTED_BESIDE = 1e7
+"""Greatest number of classes that are listed beside those that fold, which takes seconds."""
 
 
 @dataclass(frozen=True)
@@ -26,28 +36,168 @@ class CircuitCount:
     circuits: int
     classes: int
 
+    def records(self) -> list[dict[str, Any]]:
+        """Return the counts as one row of values by column."""
+        array = {"array": self.search.target} if self.search.target else {}
+        kept = {} if self.keep == "all" else {"keep": self.keep}
+        return [array | {"n": self.search.n} | kept | {"circuits": self.circuits, "classes": self.classes}]
 
+
+@dataclass(frozen=True)
+class CountRow:
+    """The counts for one n in a `CountTable`.
+
+    circuits, classes : number of all circuits, and of their classes up to symmetry; None where only designs that fold
+    were counted, as all are too many to list in seconds. kept_circuits, kept_classes : those that `keep` selects.
+    ratio : kept_circuits over those of the row before that has any. growth : fitted to the kept_circuits up to this
+    row, and biased_growth with the exponent -5/2 of all circuits. These are None where there are no circuits, in the
+    first row that has any, and where the counts do not determine them.
+    """
+
+    n: int
+    circuits: int | None
+    classes: int | None
+    kept_circuits: int
+    kept_classes: int
+    ratio: float | None
+    growth: Growth | None
+    biased_growth: Growth | None
+
+    def record(self, keep: Keep) -> dict[str, Any]:
+        """Return the row as values by column; circuits that fold have columns named by `keep`."""
+        kept = {}
+        if keep != "all":
+            name = keep.replace("-", "_")
+            kept = {f"{name}_circuits": self.kept_circuits, name: self.kept_classes}
+        growth, biased = self.growth, self.biased_growth
+        return {
+            "n": self.n,
+            "circuits": self.circuits,
+            "classes": self.classes,
+            **kept,
+            "ratio": self.ratio,
+            "mu": growth and growth.mu,
+            "mu_error": growth and growth.mu_error,
+            "exponent": growth and growth.exponent,
+            "exponent_error": growth and growth.exponent_error,
+            **({} if kept else {"biased_mu": biased and biased.mu, "biased_mu_error": biased and biased.mu_error}),
+        }
+
+
+@dataclass(frozen=True)
+class CountTable:
+    """The numbers of circuits of all arrays of n cells, for several n.
+
+    grid : its name. rows : one for each n, in ascending order. circuits_oeis, classes_oeis : the numbers of the
+    sequences of all circuits, and of their classes, in the On-Line Encyclopedia of Integer Sequences, or None.
+    """
+
+    grid: str
+    keep: Keep
+    rows: tuple[CountRow, ...]
+
+    @property
+    def circuits_oeis(self) -> str | None:
+        """Number of the sequence of all circuits."""
+        return polygon_sequence(self.grid, "circuits")
+
+    @property
+    def classes_oeis(self) -> str | None:
+        """Number of the sequence of classes."""
+        return polygon_sequence(self.grid, "classes")
+
+    @property
+    def growth(self) -> Growth | None:
+        """Growth of the kept circuits by all rows."""
+        return next((row.growth for row in reversed(self.rows) if row.kept_circuits), None)
+
+    @property
+    def biased_growth(self) -> Growth | None:
+        """Growth of all circuits by all rows, with the exponent -5/2; None where `keep` selects some."""
+        return next((row.biased_growth for row in reversed(self.rows) if row.kept_circuits), None)
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return each row as values by column, with the numbers of the sequences."""
+        oeis = {"circuits_oeis": self.circuits_oeis, "classes_oeis": self.classes_oeis}
+        return [row.record(self.keep) | oeis for row in self.rows]
+
+    def table(self) -> pd.DataFrame:
+        """Return the rows as a pandas table; counts are integers of any size."""
+        import pandas as pd  # noqa: PLC0415 - only for tables
+
+        records = self.records()
+        names = list(records[0])
+        kinds = {name: "Float64" for name in names if name == "ratio" or "mu" in name or "exponent" in name}
+        kinds |= {"n": "int64", "circuits_oeis": "string", "classes_oeis": "string"}
+        return pd.DataFrame(records, columns=names, dtype=object).astype(kinds)
+
+
+@overload
+def count(
+    *,
+    grid: str | Grid | None = ...,
+    n: int | None = ...,
+    array: str | Array | None = ...,
+    keep: Keep = ...,
+    jobs: int | None = ...,
+    scheduler: str | None = ...,
+    progress: RunProgress | None = ...,
+    announce: AnnounceSentence | None = ...,
+) -> CircuitCount: ...
+@overload
+def count(
+    *,
+    grid: str | Grid | None = ...,
+    n: Sequence[int],
+    array: None = ...,
+    keep: Keep = ...,
+    jobs: int | None = ...,
+    scheduler: str | None = ...,
+    progress: RunProgress | None = ...,
+    announce: AnnounceSentence | None = ...,
+) -> CountTable: ...
 def count(
     *,
     grid: str | Grid | None = None,
-    n: int | None = None,
+    n: int | Sequence[int] | None = None,
     array: str | Array | None = None,
     keep: Keep = "all",
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: RunProgress | None = None,
     announce: AnnounceSentence | None = None,
-) -> CircuitCount:
+) -> CircuitCount | CountTable:
     """Count the circuits of all arrays of n cells, or of one array, as `hcsearch count` does.
 
-    grid, n, array, keep, jobs, scheduler, progress, announce : as in `enumerate_into`.
+    n : the number of cells, or several numbers, such as `range(6, 17)`: these give a `CountTable`, with ratios and the
+    growth constant. grid, array, keep, jobs, scheduler, progress, announce : as in `enumerate_into`.
 
     >>> from hcsearch import count
     >>> counted = count(grid="square", array="6x6")
     >>> counted.circuits, counted.classes
     (1072, 149)
+    >>> [(row.n, row.circuits, row.classes) for row in count(grid="hex", n=[6, 8, 10]).rows]
+    [(6, 15, 4), (8, 123, 16), (10, 1212, 120)]
     """
     check_kinds(count, locals())
+    if isinstance(n, Sequence):
+        if array is not None:
+            raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
+        return _count_sizes(grid, n, keep, jobs, scheduler, progress, announce)
+    return _count_one(grid, n, array, keep, jobs, scheduler, progress, announce)
+
+
+def _count_one(
+    grid: str | Grid | None,
+    n: int | None,
+    array: str | Array | None,
+    keep: Keep,
+    jobs: int | None,
+    scheduler: str | None,
+    progress: RunProgress | None,
+    announce: AnnounceSentence | None,
+) -> CircuitCount:
+    """Count the circuits of one search."""
     search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     is_single_array = isinstance(search, ArraySearch) and keep == "all"
     if scheduler is not None and is_single_array:
@@ -63,3 +213,69 @@ def count(
     else:
         counted = count_designs(search, keep, crew, progress)
     return CircuitCount(search, keep, counted.circuits, counted.classes)
+
+
+def _count_sizes(
+    grid: str | Grid | None,
+    sizes: Sequence[int],
+    keep: Keep,
+    jobs: int | None,
+    scheduler: str | None,
+    progress: RunProgress | None,
+    announce: AnnounceSentence | None,
+) -> CountTable:
+    """Count the circuits of several n; sizes out of reach are refused before anything is counted."""
+    ordered = sorted(set(sizes))
+    if not ordered:
+        raise HcsearchError("there is no n to count: give at least one, such as range(6, 17)")
+    searches = [chosen_search(grid, n, None, keep) for n in ordered]
+    for search in reversed(searches):  # the largest is refused first
+        if search.lists == "all":
+            _ = search.prefixes  # SizeError when there are too many circuits to list
+    if len(sizes) > len(ordered):
+        twice = next(n for n in ordered if list(sizes).count(n) > 1)
+        raise HcsearchError(f"n = {twice} is given twice: give each number once")
+
+    def counted(n: int, kept: Keep) -> CircuitCount:
+        return _count_one(grid, n, None, kept, jobs, scheduler, _noting(progress, n), announce)
+
+    pairs = []
+    for search in searches:
+        chosen = counted(search.n, keep)
+        everything: CircuitCount | None = chosen
+        if keep != "all":
+            alone = chosen_search(grid, search.n, None, "all")
+            few = alone.expected is not None and alone.expected < _LISTED_BESIDE
+            everything = counted(search.n, "all") if few else None
+        pairs.append((everything, chosen))
+    return CountTable(searches[0].grid.name, keep, tuple(_rows(pairs, keep)))
+
+
+def _noting(progress: RunProgress | None, n: int) -> RunProgress | None:
+    """Progress whose notes begin with n."""
+    if progress is None:
+        return None
+
+    def noted(done: int, total: int, note: str, unit: str = "batch") -> None:
+        progress(done, total, f"n = {n}, {note}", unit)
+
+    return noted
+
+
+def _rows(pairs: Sequence[tuple[CircuitCount | None, CircuitCount]], keep: Keep) -> Iterator[CountRow]:
+    """Yield the rows of a table from the counts of all circuits, and of those kept, with ratios and growth."""
+    positive: dict[int, int] = {}
+    for everything, kept in pairs:
+        before = next(reversed(positive.values()), None)
+        if kept.circuits:
+            positive[kept.search.n] = kept.circuits
+        yield CountRow(
+            n=kept.search.n,
+            circuits=None if everything is None else everything.circuits,
+            classes=None if everything is None else everything.classes,
+            kept_circuits=kept.circuits,
+            kept_classes=kept.classes,
+            ratio=kept.circuits / before if before and kept.circuits else None,
+            growth=fit_growth(positive) if kept.circuits else None,
+            biased_growth=fit_growth(positive, POLYGON_EXPONENT) if kept.circuits and keep == "all" else None,
+        )

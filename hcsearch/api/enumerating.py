@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.cases.databases import Place, database_location, database_snapshot, writing_database
 from hcsearch.cases.stored_scenes import read_scene
-from hcsearch.designs.grid import GRIDS, Array, Grid, grid_of, parse_array
+from hcsearch.designs.grid import Array, Grid
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import with_size
-from hcsearch.search.enumeration import ArraySearch, Search, search_all
+from hcsearch.search.enumeration import Search
 from hcsearch.search.pipeline import (
     Funnel,
     Plan,
@@ -24,12 +25,8 @@ from hcsearch.search.pipeline import (
     run_dry,
     run_into,
 )
-from hcsearch.search.pipeline.run import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
 from hcsearch.search.stages.order import STAGES, check_keep
-from hcsearch.system.machine import usable_cores
-
-MAX_JOBS_PER_CORE = 4
-"""Greatest number of processes per core: more gain nothing, and each takes some hundred megabytes."""
 
 
 @dataclass(frozen=True)
@@ -81,36 +78,6 @@ def enumerate_into(
     search, workers = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, until=until, keep=keep, scene=scene, panel=panel, budget=budget)
     return run_enumeration(plan, db, progress, announce).summary.funnel
-
-
-def chosen_search(grid: str | Grid | None, n: int | None, array: str | Array | None, keep: str) -> Search:
-    """The search of all arrays of n cells, or of one array, for the designs that are kept."""
-    if (n is None) == (array is None):
-        raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
-    if grid is None and not isinstance(array, Array):
-        raise HcsearchError(f"name a grid: {', '.join(GRIDS)}")
-    own = array.grid if isinstance(array, Array) and grid is None else grid_of(grid or "")
-    if isinstance(array, Array) and array.grid != own:
-        raise HcsearchError(f"the array is on the grid {array.grid.name}, not {own.name}: leave the grid out")
-    if array is not None:
-        return ArraySearch(parse_array(own, array) if isinstance(array, str) else array)
-    assert n is not None
-    return search_all(own, int(n), keep)  # NumPy's numbers cannot be stored as JSON
-
-
-def chosen_workers(jobs: int | None, scheduler: str | None) -> WorkerPool:
-    """The workers: processes of this machine, one per core unless `jobs` is given, or a Dask cluster."""
-    if jobs is not None and scheduler is not None:
-        raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
-    if jobs is not None and jobs < 1:
-        raise HcsearchError(f"--jobs {jobs} is too few: give 1 or more, or leave it out")
-    cores = usable_cores()
-    most = MAX_JOBS_PER_CORE * cores
-    if jobs is not None and jobs > most:
-        raise HcsearchError(
-            f"--jobs {jobs} is more than four processes a core, of {cores} cores: give {most} at most, or leave it out"
-        )
-    return WorkerPool(jobs or cores, scheduler)
 
 
 def plan_enumeration(

@@ -24,6 +24,7 @@ from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
 from hcsearch.cli.follow import motion_
 from hcsearch.cli.identify import identify
+from hcsearch.cli.init import init
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.prove import prove, verify
 from hcsearch.cli.query import query
@@ -87,6 +88,7 @@ def hcsearch() -> None:
 
 
 for command in (
+    init,
     enumerate_,
     count,
     prove,

@@ -55,7 +55,8 @@ def enumerate_(
     a motion for each folding that may open, and simulates how springs open it. It prints how many designs pass each
     stage. Finished work is stored: the same command continues an interrupted search.
     """
-    from hcsearch.api.enumerating import chosen_search, chosen_workers, plan_enumeration, run_enumeration
+    from hcsearch.api.chosen_searches import chosen_search, chosen_workers
+    from hcsearch.api.enumerating import plan_enumeration, run_enumeration
 
     search, workers = chosen_search(grid, n, array_spec, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, keep=keep, **limits)

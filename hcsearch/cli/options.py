@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import click
@@ -66,8 +68,47 @@ def json_option(command: Command) -> Command:
     return click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")(command)
 
 
-def target_options(command: Command) -> Command:
-    """Add `--grid` with `--n` or `--array`, and `--keep`."""
+class PanelNumbers(click.ParamType[int | list[int]]):
+    """A number of panels, or several: a range such as 6-16, or a list such as 6,8,10-14; a list of them for several."""
+
+    name = "numbers"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int | list[int]:
+        """Parse the numbers; click.BadParameter for another text, or for a range that is empty or too long."""
+        ranges = []
+        for part in str(value).split(","):
+            match = re.fullmatch(r"\s*(-?[0-9]{1,6})\s*(?:-\s*([0-9]{1,6})\s*)?", part)
+            if match is None:
+                self.fail(f"{value!r} is no number of panels: write 12, a range 6-16 or a list 6,8,10.", param, ctx)
+            first, last = int(match[1]), int(match[2] or match[1])
+            if last < first:
+                self.fail(f"the range {part.strip()} is empty: write the smaller number first.", param, ctx)
+            ranges.append(range(first, last + 1))
+        if sum(map(len, ranges)) > _MOST_NUMBERS:
+            self.fail(f"{value!r} has more than {_MOST_NUMBERS} numbers: ask for fewer.", param, ctx)
+        return ranges[0][0] if str(value).strip().lstrip("-").isdigit() else [*chain.from_iterable(ranges)]
+
+
+_MOST_NUMBERS = 1000  # none above 120 is searched: the others are refused by name
+
+
+def one_size_option(command: Command) -> Command:
+    """Add `--n` for one number of cells."""
+    return click.option("--n", type=int, metavar="N", help="Search all arrays of N cells.")(command)
+
+
+def several_sizes_option(command: Command) -> Command:
+    """Add `--n` for one number of cells, or several."""
+    return click.option(
+        "--n",
+        type=PanelNumbers(),
+        metavar="N|RANGE",
+        help="Count on all arrays of N cells, for one N, a range (6-16) or a list (6,8,10).",
+    )(command)
+
+
+def target_options(command: Command, sizes_option: Callable[[Command], Command] = one_size_option) -> Command:
+    """Add `--grid` with `--n`, as an option of its own adds it, or `--array`, and `--keep`."""
     for option in (
         click.option(
             "--keep",
@@ -77,9 +118,12 @@ def target_options(command: Command) -> Command:
             help="Which designs are kept: all, those that fold into two stacks, or those that fold without twist.",
         ),
         click.option(
-            "--array", "array_spec", metavar="SPEC", help="Search one array: 6x5, 3-4-3, p5x4, t5, h3, s1 or @FILE."
+            "--array",
+            "array_spec",
+            metavar="SPEC",
+            help="Search one array: 6x5, 3-4-3, p5x4, t5, h3, s1, @FILE or a drawing, 'XXX / X.X'.",
         ),
-        click.option("--n", type=int, metavar="N", help="Search all arrays of N cells."),
+        sizes_option,
         click.option(
             "--grid", type=click.Choice(tuple(GRIDS)), required=True, help="The tiling whose cells are the panels."
         ),

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Sequence
 
-from hcsearch.basics.errors import ArrayError, NotationError, expect_kind
-from hcsearch.designs.grid.arrays import Array, cell_form, check_size, is_cell
+from hcsearch.basics.errors import NotationError, expect_kind
+from hcsearch.designs.grid.arrays import Array, check_size
+from hcsearch.designs.grid.drawn_arrays import array_in_file, drawn_array, is_drawing
+from hcsearch.designs.grid.lattice_regions import HEXAGONS, SQUARES, TRIANGLES, blocks, within
 from hcsearch.designs.grid.tessellation import LatticePoint
 from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
-from hcsearch.system.reading import read_text_file
-
-_SQUARES = ("square", "rectangle", "right45")
-"""Grids whose cells are squares or rectangles, or parts of squares."""
-_HEXAGONS = ("hex", "rhombus", "kite", "right30")
-"""Grids whose cells are hexagons or parts of them; of all but `hex`, the cells of one lattice point are a hexagon."""
-_TRIANGLES = ("triangle", "kite", "right30", "obtuse")
-"""Grids whose cells are equilateral triangles or parts of them, with lattice points in the triangles' corners."""
 
 
 def parse_array(grid: Grid | str, spec: str) -> Array:
@@ -25,9 +17,10 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
 
     `6x5` has 6 columns and 5 rows of squares or rectangles; `3-4-3` lists rows of hexagons from the top; `p5x4` is a
     parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of
-    triangles or hexagons; `@file` names a file with one cell a line. On grids whose panels are parts of squares,
-    triangles or hexagons, these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of `right45`
-    in two, with its legs as sides. An array's own notation is read, too.
+    triangles or hexagons; `XXX / X.X` is drawn, its rows from the top; `@file` names a file with one cell a line, or
+    with a drawing. On grids whose panels are parts of squares, triangles or hexagons, these are cut into panels
+    (docs/reference/grids.md has pictures): squares `6x5` of `right45` in two, with its legs as sides. An array's own
+    notation is read, too.
 
     Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
     cells that are no array, InputFileError for a file that cannot be read.
@@ -39,7 +32,9 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     grid = grid_of(grid)
     expect_kind("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
     if spec.startswith("@"):
-        return Array.from_cells(grid, _read_cells(grid, spec[1:]))
+        return array_in_file(grid, spec[1:])
+    if is_drawing(spec):
+        return drawn_array(grid, spec)
     if ":" in spec:
         array = Array.from_notation(spec)
         if array.grid != grid:
@@ -64,92 +59,65 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
 
 def _help(grid: Grid) -> str:
     """The specifications that a grid has, as a sentence part."""
-    words = ["6x5 (columns x rows)"] if grid.name in _SQUARES else []
-    words += ["3-4-3 (rows of hexagons from the top)"] if grid.name in _HEXAGONS else []
-    if grid.name not in _SQUARES:
+    words = ["6x5 (columns x rows)"] if grid.name in SQUARES else []
+    words += ["3-4-3 (rows of hexagons from the top)"] if grid.name in HEXAGONS else []
+    if grid.name not in SQUARES:
         words.append("t5, h3 (triangle, hexagon by its side)")
-    if grid.name in _TRIANGLES or grid.name == "rhombus":
+    if grid.name in TRIANGLES or grid.name == "rhombus":
         words.append("s1 (star)")
-    return f"use {', '.join([*words, 'p5x4', '@file'])} or an array's notation"
-
-
-def _blocks(grid: Grid, places: Sequence[LatticePoint]) -> list[Cell]:
-    """All cells at some lattice points."""
-    return [(*place, kind) if grid.kinds > 1 else place for place in places for kind in range(grid.kinds)]
-
-
-def _within(grid: Grid, regions: Sequence[Sequence[tuple[float, float]]]) -> list[Cell]:
-    """The cells in any of some convex regions with corners at lattice points or halves of these, counterclockwise."""
-    origin, (ax, ay), (bx, by) = (grid.point((x, y, 0)) for x, y in ((0, 0), (1, 0), (0, 1)))
-    scale = grid.corner_scale
-    basis = (scale * (ax - origin[0]), scale * (ay - origin[1]), scale * (bx - origin[0]), scale * (by - origin[1]))
-    found: dict[Cell, None] = {}
-    for region in regions:
-        corners = [(basis[0] * x + basis[2] * y, basis[1] * x + basis[3] * y) for x, y in region]
-        sides = list(zip(corners, corners[1:] + corners[:1], strict=True))
-        (left, right), (low, high) = (
-            (math.floor(min(values)) - 1, math.ceil(max(values)) + 1) for values in zip(*region, strict=True)
-        )
-        for cell in _blocks(grid, [(x, y) for y in range(low, high) for x in range(left, right)]):
-            if all(
-                (qx - px) * (y - py) - (qy - py) * (x - px) >= 0
-                for x, y in grid.lattice_corners(cell)
-                for (px, py), (qx, qy) in sides
-            ):
-                found[cell] = None
-    return list(found)
+    return f"use {', '.join([*words, 'p5x4', '@file'])}, a drawing (XXX / X.X) or an array's notation"
 
 
 def _rectangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     columns, rows = sizes
     if grid.name == "right45":  # squares on the legs, which lie on the diagonals of the lattice
         x, y = 0.5 * columns, 0.5 * rows
-        return _within(grid, [[(0, 0), (x, x), (x - y, x + y), (-y, y)]])
-    return _parallelogram(grid, sizes) if grid.name in _SQUARES else None
+        return within(grid, [[(0, 0), (x, x), (x - y, x + y), (-y, y)]])
+    return _parallelogram(grid, sizes) if grid.name in SQUARES else None
 
 
 def _parallelogram(grid: Grid, sizes: list[int]) -> list[Cell]:
     columns, rows = sizes
-    if grid.name in _TRIANGLES:
-        return _within(grid, [[(0, 0), (columns, 0), (columns, rows), (0, rows)]])
-    return _blocks(grid, [(x, y) for y in range(rows) for x in range(columns)])
+    if grid.name in TRIANGLES:
+        return within(grid, [[(0, 0), (columns, 0), (columns, rows), (0, rows)]])
+    return blocks(grid, [(x, y) for y in range(rows) for x in range(columns)])
 
 
 def _triangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in _TRIANGLES:
-        return _within(grid, [[(0, 0), (side, 0), (0, side)]])
-    if grid.name in _HEXAGONS:
-        return _blocks(grid, [(x, y) for y in range(side) for x in range(side - y)])
+    if grid.name in TRIANGLES:
+        return within(grid, [[(0, 0), (side, 0), (0, side)]])
+    if grid.name in HEXAGONS:
+        return blocks(grid, [(x, y) for y in range(side) for x in range(side - y)])
     return None
 
 
 def _hexagon(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in _TRIANGLES:
-        return _within(grid, [[(side, 0), (0, side), (-side, side), (-side, 0), (0, -side), (side, -side)]])
-    if grid.name in _HEXAGONS:
+    if grid.name in TRIANGLES:
+        return within(grid, [[(side, 0), (0, side), (-side, side), (-side, 0), (0, -side), (side, -side)]])
+    if grid.name in HEXAGONS:
         span = range(1 - side, side)
-        return _blocks(grid, [(q, r) for r in span for q in span if abs(q + r) < side])
+        return blocks(grid, [(q, r) for r in span for q in span if abs(q + r) < side])
     return None
 
 
 def _star(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in _TRIANGLES:
+    if grid.name in TRIANGLES:
         up, down = (
             [(-side, -side), (2 * side, -side), (-side, 2 * side)],
             [(side, side), (-2 * side, side), (side, -2 * side)],
         )
-        return _within(grid, [up, down])
+        return within(grid, [up, down])
     if grid.name == "rhombus" and side == 1:  # the six rhombi around a corner
-        near = _blocks(grid, [(x, y) for y in (-1, 0) for x in (-1, 0)])
+        near = blocks(grid, [(x, y) for y in (-1, 0) for x in (-1, 0)])
         return [cell for cell in near if (0, 0) in grid.lattice_corners(cell)]
     return None
 
 
 def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    if grid.name not in _HEXAGONS:
+    if grid.name not in HEXAGONS:
         return None
     places: list[LatticePoint] = []
     q = 0  # going down a row keeps q half a cell to the left, q + 1 half a cell to the right
@@ -166,7 +134,7 @@ def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
                 left_next = not left_next
             q += right
         places.extend((q + x, -y) for x in range(length))
-    return _blocks(grid, places)
+    return blocks(grid, places)
 
 
 _SHAPES = (
@@ -177,21 +145,3 @@ _SHAPES = (
     ("s[0-9]+", _star),
     ("[0-9]+(-[0-9]+)+", _hexagon_rows),
 )
-
-
-def _read_cells(grid: Grid, path: str) -> list[Cell]:
-    """Read the cells of a text file, one in each line; empty lines and comments from # on are skipped."""
-    lines = read_text_file(path, "the cells in").splitlines()
-    cells: list[Cell] = []
-    for number, line in enumerate(lines, 1):
-        text = line.split("#")[0].replace(",", " ").split()
-        if not text:
-            continue
-        numbers = [int(word) for word in text if re.fullmatch("[+-]?[0-9]{1,9}", word)]
-        cell = tuple(numbers) if len(numbers) == len(text) else ()
-        if not is_cell(grid, cell):
-            names, kinds = cell_form(grid)
-            form = " ".join(names) + kinds.replace(",", " with", 1)
-            raise ArrayError(f"{path}, line {number}: {line.strip()!r} is no cell: write {form}")
-        cells.append(cell)
-    return cells

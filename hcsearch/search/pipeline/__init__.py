@@ -1,28 +1,8 @@
-"""The pipeline: runs stages whose results are missing or outdated, one transaction per batch."""
+"""The pipeline: runs stages whose results are missing or outdated, one transaction per batch.
 
-from hcsearch.search.pipeline.estimate import (
-    DesignCount,
-    check_disk_room,
-    count_designs,
-    counting_seconds,
-    estimate_run,
-)
-from hcsearch.search.pipeline.run import Funnel, Plan, RunSummary, finished_shards, run_dry, run_into
-from hcsearch.search.pipeline.workers import WorkerPool
-from hcsearch.system.terminal import duration_text
+Names are resolved on first use, so that counts load neither databases nor what judges motions.
+"""
 
-__all__ = [
-    "DesignCount",
-    "Funnel",
-    "Plan",
-    "RunSummary",
-    "WorkerPool",
-    "check_disk_room",
-    "count_designs",
-    "counting_seconds",
-    "duration_text",
-    "estimate_run",
-    "finished_shards",
-    "run_dry",
-    "run_into",
-]
+from hcsearch.system.lazy import lazy_importer
+
+__getattr__ = lazy_importer(__name__)

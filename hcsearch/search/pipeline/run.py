@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,8 @@ from hcsearch.search.pipeline.judging import (
     settling_tasks,
     unfinished_shards,
 )
-from hcsearch.search.pipeline.shards import ShardJob, ShardOutput
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.shards import SMALL_CIRCUIT_COUNT, ShardJob, ShardOutput
 from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
@@ -48,7 +48,7 @@ from hcsearch.store import (
 )
 from hcsearch.system.terminal import duration_text
 
-SMALL_CIRCUIT_COUNT, SMALL_JUDGED_COUNT = 5_000_000, 3_000  # circuits; the second where motions are searched for
+SMALL_JUDGED_COUNT = 3_000  # circuits, where motions are searched for
 QUICK_CORE_SECONDS = 100.0  # core seconds below which threads suffice, since new processes first load kernels
 LONG_RUN_SECONDS = 30.0  # seconds above which a run announces its duration
 _GROUPS = 25
@@ -57,16 +57,6 @@ _FIRST = stage_keeping("all").name
 _SHARD_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
 RunBatch = tuple[str, DesignBatch, tuple[StageResult, ...]]
-
-
-class RunProgress(Protocol):
-    """Callback for progress: amount done and in all, a note on results, and the unit."""
-
-    def __call__(self, done: int, total: int, note: str, unit: str = "batch") -> None:
-        """Show it."""
-
-
-AnnounceSentence = Callable[[str], None]
 
 
 def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:

@@ -20,6 +20,9 @@ from hcsearch.search.stages.circuits import list_shard_circuits
 from hcsearch.search.stages.stage import Stage, run_stages
 from hcsearch.search.stages.statuses import best_foldings, folding_statuses
 
+SMALL_CIRCUIT_COUNT = 5_000_000
+"""Circuits that one process lists in seconds."""
+
 
 def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
     """Return the rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""

@@ -1,0 +1,13 @@
+from hcsearch.search.pipeline.design_counts import DesignCount as DesignCount
+from hcsearch.search.pipeline.design_counts import count_designs as count_designs
+from hcsearch.search.pipeline.design_counts import counting_seconds as counting_seconds
+from hcsearch.search.pipeline.estimate import check_disk_room as check_disk_room
+from hcsearch.search.pipeline.estimate import estimate_run as estimate_run
+from hcsearch.search.pipeline.run import Funnel as Funnel
+from hcsearch.search.pipeline.run import Plan as Plan
+from hcsearch.search.pipeline.run import RunSummary as RunSummary
+from hcsearch.search.pipeline.run import finished_shards as finished_shards
+from hcsearch.search.pipeline.run import run_dry as run_dry
+from hcsearch.search.pipeline.run import run_into as run_into
+from hcsearch.search.pipeline.workers import WorkerPool as WorkerPool
+from hcsearch.system.terminal import duration_text as duration_text
