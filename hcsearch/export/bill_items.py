@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.distance import pdist
 from shapely import MultiPoint
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.cases.case import Case
 from hcsearch.scenes.hardware import hinge_values
 from hcsearch.scenes.laws import Law
@@ -285,7 +285,7 @@ def _drives(case: Case) -> tuple[DriveItem, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class _PanelShape:
+class _PanelShape(ByValue):
     """The shape of a panel in the plane, m.
 
     outline : corners of the outer walk, straight ones left out, (n, 2). points : those of all walks. box : length and
