@@ -105,9 +105,7 @@ def remembered_scene(database: Database) -> RememberedScene | None:
     if len(names) == 1:
         why = f"{names[0]}, the only one that {database.location} has verdicts of"
         return RememberedScene(names[0], "" if names[0] == DEFAULT_SCENE_NAME else why)
-    from hcsearch.search.stages.order import STAGES  # noqa: PLC0415 - takes longer to load than a query
-
-    last = last_scene(database, names, [stage.name for stage in STAGES.values() if stage.depends_on_scene])
+    last = last_scene(database, names)
     if last is None:
         return None
     others = ", ".join(map(shlex.quote, (name for name in names if name != last)))

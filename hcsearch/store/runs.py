@@ -75,11 +75,10 @@ def finish_run(
 
 
 @retry_if_changed
-def last_scene(database: Database, names: Collection[str], stages: Collection[str]) -> str | None:
-    """Return the scene of the last run in one of some scenes that ended with one of some stages; None without any."""
-    runs = select(run.c.arguments).where(run.c.until.in_(stages)).order_by(run.c.id.desc())
+def last_scene(database: Database, names: Collection[str]) -> str | None:
+    """Return the scene of the last run that judged foldings in one of some scenes; None where there was none."""
     with database.reading() as connection:
-        for arguments in connection.execute(runs).scalars():
+        for arguments in connection.execute(select(run.c.arguments).order_by(run.c.id.desc())).scalars():
             try:
                 name = json.loads(arguments).get("scene")
             except (ValueError, TypeError, AttributeError) as error:
