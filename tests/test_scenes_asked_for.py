@@ -1,8 +1,6 @@
 """Which scene the commands that read a database show, where it has verdicts of the user's own panels alone."""
 
-import contextlib
 import shutil
-import sqlite3
 from pathlib import Path
 
 import pytest
@@ -59,39 +57,11 @@ def test_the_only_scene_of_a_database_is_taken_and_named(one, words):
 
 
 @reading
-def test_of_several_scenes_that_of_the_last_enumerate_is_taken_and_named(two, words):
-    last = f"in the scene 500x500x20, the last of `enumerate` in {two}; --scene chooses of 1000x1000x20\n"
-    shown, said = call(*words, "--db", two)
-    assert said == last
-    if words[0] == "show":  # which lists what is stored of all scenes, below the verdict in one
-        assert "scene           500x500x20" in shown
-    else:
-        assert shown == call(*words, "--db", two, "--panel", "500x20")[0]
-        assert "48.13" not in shown
+def test_one_of_several_scenes_has_to_be_named(two, words):
+    assert "its scenes are: 1000x1000x20, 500x500x20; name one of these with --scene" in refusal(*words, "--db", two)
     shown, said = call(*words, "--db", two, "--scene", "1000x20")
     assert ("48.13" in shown, said) == (words[0] != "show", "") or "deploy time     48.13 s" in shown
-
-
-def test_enumerate_again_changes_the_scene_that_is_taken(two):
-    file = Path(shutil.copy(two, two.with_name("again.sqlite")))
-    call(*SEARCH, "--panel", "1000x20", "--db", file)
-    shown, said = call("query", "untwisted", "-c", "id,deploy_time", "--db", file)
-    assert "48.13" in shown
-    assert "in the scene 1000x1000x20, the last of `enumerate`" in said
-    call(*SEARCH, "--until", "mobility", "--db", file)  # judges nothing
-    assert call("query", "untwisted", "-c", "id,deploy_time", "--db", file) == (shown, said)
-    call(*SEARCH, "--db", file)
-    shown, said = call("query", "untwisted", "-c", "id,status", "--db", file)
-    assert "movable" in shown
-    assert said.startswith("in the scene default, the last of `enumerate`")
-    assert said.endswith("; --scene chooses of 1000x1000x20, 500x500x20\n")
-
-
-def test_a_run_without_arguments_is_damage(two):
-    file = Path(shutil.copy(two, two.with_name("damaged.sqlite")))
-    with contextlib.closing(sqlite3.connect(file)) as connection, connection:
-        connection.execute("UPDATE run SET arguments = '[]'")
-    assert "is damaged, the arguments of a run" in refusal("query", "untwisted", "--db", file)
+    assert "48.13" not in call(*words, "--db", two, "--panel", "500x20")[0]
 
 
 @reading
@@ -117,9 +87,8 @@ def test_reports_are_of_the_only_scene(one, two, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "in the scene 1000x1000x20, the only one" in call("report", "n=8", "--db", one, "--output", "r.html")[1]
     assert "48.13 s" in Path("r.html").read_text(encoding="utf-8")
-    said = call("report", "n=8", "--db", two, "--output", "last.html")[1]
-    assert "in the scene 500x500x20, the last of `enumerate`" in said
-    assert "48.13 s" not in Path("last.html").read_text(encoding="utf-8")
+    assert "name one of these with --scene" in refusal("report", "n=8", "--db", two, "--output", "none.html")
+    assert not Path("none.html").exists()
 
 
 def test_views_that_name_scenes_show_all_of_them(two):
@@ -130,7 +99,7 @@ def test_views_that_name_scenes_show_all_of_them(two):
 def test_an_export_of_what_was_not_judged_says_so(two, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = call("export", 1, "--output", "a.fold", "--db", two)[1]
-    assert said.startswith(f"scene 500x500x20, the last of `enumerate` in {two}; --scene chooses of 1000x1000x20")
+    assert said == f"scene default, without verdicts in {two}: its scenes are 1000x1000x20, 500x500x20\n"
     for options, scene in ((("--panel", "60x6"), "60x60x6"), (("--scene", "earth"), "earth")):
         said = call("export", 1, *options, "--output", "a.fold", "--db", two)[1]
         assert said == f"scene {scene}, without verdicts in {two}: its scenes are 1000x1000x20, 500x500x20\n"

@@ -16,7 +16,7 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
 from hcsearch.cases.databases import Place, database_snapshot
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.stored_scenes import read_scene, remembered_scene
+from hcsearch.cases.stored_scenes import only_scene, read_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -202,11 +202,9 @@ class _DesignResolution:
     def within(self, database: Database) -> Case:
         """Return the case of a design, looked up in a database that need not contain it."""
         by_id, arguments, resolution = is_id(self.text) and not self.content, self.arguments, self
-        if by_id and (arguments.scene, arguments.panel) == (None, None):
-            remembered = remembered_scene(database)
-            if remembered is not None and remembered.sentence:
-                self.noted.append(f"scene {remembered.sentence}")
-                resolution = replace(self, arguments=replace(arguments, scene=remembered.name))
+        if by_id and (arguments.scene, arguments.panel) == (None, None) and (only := only_scene(database)) is not None:
+            self.noted.append(f"scene {only}, the only one that {database.location} has verdicts of")
+            resolution = replace(self, arguments=replace(arguments, scene=only))
         try:
             number, notation = find_circuit(database, self.text)
         except QueryError:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from hcsearch.basics.errors import DatabaseError, SceneError
@@ -12,7 +11,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, joined_name, with
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_in
-from hcsearch.store import Database, check_scene, find_scene, grids_in, last_scene, scene_names
+from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
 from hcsearch.system.terminal import write_notice
 
 
@@ -44,15 +43,19 @@ def scene_asked_for(
 ) -> str:
     """Return the name of the stored scene denoted by options, with panels of a grid or of the grids of a query.
 
-    Without options: the scene that `remembered_scene` returns, which a line on stderr reports, or `default`.
+    Without options: `default`, or the only other scene with verdicts in the database, which a line on stderr reports.
+    SceneError if the database has verdicts of several scenes, none of them `default`.
     """
     if text is None and panel is None:
-        remembered = remembered_scene(database)
-        if remembered is None:
+        only_name = only_scene(database)
+        write_notice(
+            ""
+            if only_name is None
+            else f"in the scene {only_name}, the only one that {database.location} has verdicts of"
+        )
+        if only_name is None:
             check_scene(database, DEFAULT_SCENE_NAME)
-            return DEFAULT_SCENE_NAME
-        write_notice(f"in the scene {remembered.sentence}" if remembered.sentence else "")
-        return remembered.name
+        return only_name or DEFAULT_SCENE_NAME
     base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
         parted = _parted(base)
@@ -85,31 +88,10 @@ def scene_asked_for(
     return name
 
 
-@dataclass(frozen=True)
-class RememberedScene:
-    """The scene in which a database is read where none is named.
-
-    sentence : the name and why it was taken, for a notice; empty where the database has verdicts in `default` alone.
-    """
-
-    name: str
-    sentence: str
-
-
-def remembered_scene(database: Database) -> RememberedScene | None:
-    """Return the only scene with verdicts in a database, or of several the one of the last `enumerate`.
-
-    None where there are no verdicts.
-    """
+def only_scene(database: Database) -> str | None:
+    """Return the only scene with verdicts in a database; None for several, none, or `default`."""
     names = scene_names(database)
-    if len(names) == 1:
-        why = f"{names[0]}, the only one that {database.location} has verdicts of"
-        return RememberedScene(names[0], "" if names[0] == DEFAULT_SCENE_NAME else why)
-    last = last_scene(database, names)
-    if last is None:
-        return None
-    others = ", ".join(map(shlex.quote, (name for name in names if name != last)))
-    return RememberedScene(last, f"{last}, the last of `enumerate` in {database.location}; --scene chooses of {others}")
+    return names[0] if len(names) == 1 and names[0] != DEFAULT_SCENE_NAME else None
 
 
 def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:

@@ -39,8 +39,7 @@ def scene_options(command: Command) -> Command:
         click.option(
             "--scene",
             metavar="NAME|FILE.toml",
-            help="The panels, springs and gravity: a scene such as default or earth, or a file (`hcsearch init` writes "
-            "one).  [default: of designs in a database the scene of its last `enumerate`, else default]",
+            help="The panels, springs and gravity: a scene such as default or earth, or a file.  [default: default]",
         ),
     ):
         run = option(run)

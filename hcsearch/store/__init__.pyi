@@ -26,7 +26,6 @@ from hcsearch.store.queries import select_sql as select_sql
 from hcsearch.store.queries import stream as stream
 from hcsearch.store.queries import stream_sql as stream_sql
 from hcsearch.store.runs import find_evaluations as find_evaluations
-from hcsearch.store.runs import last_scene as last_scene
 from hcsearch.store.runs import record_evaluations as record_evaluations
 from hcsearch.store.runs import record_units as record_units
 from hcsearch.store.runs import save_scores as save_scores

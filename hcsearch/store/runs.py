@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -72,23 +72,6 @@ def finish_run(
     }
     with database.writing() as connection:
         connection.execute(update(run).where(run.c.id == run_id).values(values))
-
-
-@retry_if_changed
-def last_scene(database: Database, names: Collection[str]) -> str | None:
-    """Return the scene of the last run that judged foldings in one of some scenes; None where there was none."""
-    with database.reading() as connection:
-        for arguments in connection.execute(select(run.c.arguments).order_by(run.c.id.desc())).scalars():
-            try:
-                name = json.loads(arguments).get("scene")
-            except (ValueError, TypeError, AttributeError) as error:
-                raise DatabaseError(
-                    f"database {database.location} is damaged, the arguments of a run: restore a copy, or enumerate "
-                    "anew"
-                ) from error
-            if name in names:
-                return str(name)
-    return None
 
 
 def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, int]) -> dict[str, list[StageResult]]:

@@ -293,8 +293,7 @@ def run_into(
             "array": plan.listing_key.target or None,
             "until": plan.until,
         }
-        | {"keep": plan.keep, "scene": plan.scene.name if plan.scene_stages else None, "budget": plan.budget}
-        | asdict(plan.crew),
+        | {"keep": plan.keep, "scene": plan.scene.name, "budget": plan.budget, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
     return _Run(plan, database, run_id, progress or _hidden, announce).run()
