@@ -68,7 +68,7 @@ def json_option(command: Command) -> Command:
     return click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")(command)
 
 
-class PanelNumbers(click.ParamType[int | list[int]]):
+class PanelNumbers(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
     """A number of panels, or several: a range such as 6-16, or a list such as 6,8,10-14; a list of them for several."""
 
     name = "numbers"

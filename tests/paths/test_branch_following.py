@@ -158,7 +158,8 @@ def test_all_branches_of_a_bifurcation_are_followed():
     # the planar 4R of the 6R element meets its other branch, and the stage in which the two other joints open
     first = follow_motion("element-6r", until="bifurcation", stops=False)
     assert first.followed.path.outcome == "branch"
-    assert first.rows.lengths[-1] == pytest.approx(2.0 * math.pi, abs=1e-6)
+    # a state is located where singular values are least, and these hardly change beside it
+    assert first.rows.lengths[-1] == pytest.approx(2.0 * math.pi, abs=1e-4)
     ends = []
     for branch in (1, 2, 3, -1, -2, -3):
         on = follow_motion("element-6r", start=first.rows.angles[-1], stops=False, branch=branch, length=0.5)
