@@ -88,51 +88,50 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
             limit = event_threshold(mechanism, hold, i, kind)
             if math.isinf(limit) or hold.held[i] == HELD_BY_FRICTION:
                 continue
-            sign = 1.0 if kind % 2 else -1.0
-            before = 0.0
-            for k in range(1, 5):
-                x = 0.25 * k
-                if sign * (_coordinate(span, i, x) - limit) > PASSED_STOP_ANGLE:
-                    after = x
-                    for _ in range(50):
-                        x = 0.5 * (before + after)
-                        if sign * (_coordinate(span, i, x) - limit) > 0.0:
-                            after = x
-                        else:
-                            before = x
-                    if after < best:
-                        best, joint, event_kind = after, i, kind
-                    break
-                before = x
+            share = _passing_share(span, i, kind, 1.0 if kind % 2 else -1.0, limit, PASSED_STOP_ANGLE)
+            if share < best:
+                best, joint, event_kind = share, i, kind
     for i in range(len(hold.slides)):
         if hold.slides[i]:
-            share = _rest_share(span, i, hold.slides[i])
+            share = _passing_share(span, i, EVENT_REST, -float(hold.slides[i]), 0.0, REVERSED_RATE)
             if share < best:
                 best, joint, event_kind = share, i, EVENT_REST
     return best, joint, event_kind
 
 
 @lean
-def _rest_share(span: IntegrationStep, i: int, sense: int) -> float:
-    """Return the share of a step at which the rate of a sliding joint passes 0; 2 if it does not.
+def _passing_share(span: IntegrationStep, i: int, kind: int, sign: float, limit: float, passed: float) -> float:
+    """Return the share of a step at which a joint passes a limit; 2 if in no quarter it is beyond by `passed`.
 
-    By the cubic through rates and accelerations at both ends.
+    By its coordinate or, for `EVENT_REST`, its rate; sign : 1 where it passes upwards, -1 downwards.
     """
-    rise, s0, s1 = span.v1[i] - span.v0[i], span.h * span.a0[i], span.h * span.a1[i]
-    c, d = 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise
     before = 0.0
     for k in range(1, 5):
         after = 0.25 * k
-        if sense * (span.v0[i] + after * (s0 + after * (c + after * d))) < -REVERSED_RATE:
+        if sign * (_followed(span, i, kind, after) - limit) > passed:
             for _ in range(50):
                 x = 0.5 * (before + after)
-                if sense * (span.v0[i] + x * (s0 + x * (c + x * d))) < 0.0:
+                if sign * (_followed(span, i, kind, x) - limit) > 0.0:
                     after = x
                 else:
                     before = x
             return after
         before = after
     return 2.0
+
+
+@lean
+def _followed(span: IntegrationStep, i: int, kind: int, x: float) -> float:
+    """Return the rate of a joint at a share x of a step for `EVENT_REST`, else its coordinate."""
+    return _rate(span, i, x) if kind == EVENT_REST else _coordinate(span, i, x)
+
+
+@lean
+def _rate(span: IntegrationStep, i: int, x: float) -> float:
+    """Return the rate of a joint at a share x of a step, by the cubic through rates and accelerations at both ends."""
+    rise, s0, s1 = span.v1[i] - span.v0[i], span.h * span.a0[i], span.h * span.a1[i]
+    c, d = 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise
+    return float(span.v0[i] + x * (s0 + x * (c + x * d)))
 
 
 @lean

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
-from hcsearch.kernels.multibody.steps import MIN_JUMP_STEP_SHARE, accelerate_at, take_step
+from hcsearch.kernels.multibody.steps import MIN_JUMP_STEP_SHARE, accelerate_at, next_length, take_step
 from hcsearch.kernels.multibody.sticking import any_slips, forces_hold
 
 REACHED_REST_RATE = 1e-10
@@ -18,19 +18,14 @@ SLIP_STEP_SHARE = 1e-6
 def land_on_rest(method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int) -> float:
     """Repeat a step so that it ends where the rate of a sliding joint is 0; return its length."""
     end, last, n = stepper.end, stepper.stages[len(method.b)], len(stepper.hold.held)
-    sense = stepper.hold.slides[joint]
+    sense = float(stepper.hold.slides[joint])
     low, high, h = 0.0, longest, guess
     for _ in range(12):
         take_step(method, stepper, h)
         rate, change = end[n + joint], last[n + joint]
         if abs(rate) <= REACHED_REST_RATE:
             break
-        if sense * rate < 0.0:
-            high = min(high, h)
-        else:
-            low = max(low, h)
-        trial = h - rate / change if change != 0.0 else 0.5 * (low + high)
-        h = trial if low < trial < high else 0.5 * (low + high)
+        low, high, h = next_length(h, rate, change, -sense, low, high)
     return h
 
 

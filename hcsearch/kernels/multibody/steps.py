@@ -130,13 +130,25 @@ def land_on_event(
                 end[2 * n] += extension * last[2 * n]
                 end[2 * n + 1] += extension
                 return float(h + extension)
-        if sign * miss > 0.0:
-            high = min(high, h)
-        else:
-            low = max(low, h)
-        trial = h - miss / speed if speed != 0.0 else 0.5 * (low + high)
-        h = trial if low < trial < high else 0.5 * (low + high)
+        low, high, h = next_length(h, miss, speed, sign, low, high)
     return h
+
+
+@lean
+def next_length(
+    h: float, miss: float, speed: float, sign: float, low: float, high: float
+) -> tuple[float, float, float]:
+    """Narrow the bracket of the length of a step that ends at an event; return it, and the next length by Newton.
+
+    miss, speed : how far the last step, of length h, ended from the event, and how fast that grows. sign : of a miss
+    beyond the event. low, high : the bracket, which is halved where Newton's method leaves it.
+    """
+    if sign * miss > 0.0:
+        high = min(high, h)
+    else:
+        low = max(low, h)
+    trial = h - miss / speed if speed != 0.0 else 0.5 * (low + high)
+    return low, high, trial if low < trial < high else 0.5 * (low + high)
 
 
 @lean
