@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.spatial.distance import pdist
@@ -27,8 +27,25 @@ ALIKE = 1e-6
 """Greatest relative difference of the sizes or values of parts that are counted together."""
 
 
+class _Item:
+    """Alike parts; names : of the panels or hinges that they are, or are at."""
+
+    names: tuple[str, ...]
+    part: ClassVar[str] = "hinges"
+
+    @property
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
+        raise NotImplementedError
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The number of parts, the cells and the names of the parts, by the names of columns."""
+        return {"count": len(self.names), **self.cells, self.part: label_ranges(self.names)}
+
+
 @dataclass(frozen=True)
-class PanelItem:
+class PanelItem(_Item):
     """Congruent panels; a panel and its mirror image are one part, turned over.
 
     corners : number of corners of the outline. length, width, thickness : of the smallest box around one of them, m.
@@ -42,24 +59,24 @@ class PanelItem:
     area: float
     mass: float
     names: tuple[str, ...]
+    part = "panels"
 
     @property
-    def row(self) -> dict[str, Any]:
-        """Its cells by the names of columns."""
-        size = {"length_mm": 1e3 * self.length, "width_mm": 1e3 * self.width, "thickness_mm": 1e3 * self.thickness}
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
         return {
-            "count": len(self.names),
             "corners": self.corners,
-            **size,
+            "length_mm": 1e3 * self.length,
+            "width_mm": 1e3 * self.width,
+            "thickness_mm": 1e3 * self.thickness,
             "area_mm2": 1e6 * self.area,
             "mass_g": 1e3 * self.mass,
             "total_mass_g": 1e3 * self.mass * len(self.names),
-            "panels": label_ranges(self.names),
         }
 
 
 @dataclass(frozen=True)
-class HingeItem:
+class HingeItem(_Item):
     """Hinges of one length on one face of the sheet.
 
     face : which carries them. fold : valleys are on the top face, mountains on the bottom face, and hinges of flat
@@ -72,20 +89,18 @@ class HingeItem:
     names: tuple[str, ...]
 
     @property
-    def row(self) -> dict[str, Any]:
-        """Its cells by the names of columns."""
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
         return {
-            "count": len(self.names),
             "face": self.face,
             "fold": self.fold,
             "length_mm": 1e3 * self.length,
             "total_length_mm": 1e3 * self.length * len(self.names),
-            "hinges": label_ranges(self.names),
         }
 
 
 @dataclass(frozen=True)
-class SpringItem:
+class SpringItem(_Item):
     """Springs of one law; stiffness : the mean one, N m/rad. law : its notation. names : of their hinges."""
 
     stiffness: float
@@ -93,35 +108,26 @@ class SpringItem:
     names: tuple[str, ...]
 
     @property
-    def row(self) -> dict[str, Any]:
-        """Its cells by the names of columns."""
-        return {
-            "count": len(self.names),
-            "stiffness_N_m_per_rad": self.stiffness,
-            "law": self.law,
-            "hinges": label_ranges(self.names),
-        }
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
+        return {"stiffness_N_m_per_rad": self.stiffness, "law": self.law}
 
 
 @dataclass(frozen=True)
-class LatchItem:
+class LatchItem(_Item):
     """Latches that hold hinges flat; stiffness : N m/rad. names : of their hinges."""
 
     stiffness: float
     names: tuple[str, ...]
 
     @property
-    def row(self) -> dict[str, Any]:
-        """Its cells by the names of columns."""
-        return {
-            "count": len(self.names),
-            "stiffness_N_m_per_rad": self.stiffness,
-            "hinges": label_ranges(self.names),
-        }
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
+        return {"stiffness_N_m_per_rad": self.stiffness}
 
 
 @dataclass(frozen=True)
-class DriveItem:
+class DriveItem(_Item):
     """Drives of equal torque and travel; torque : greatest planned, N m. travel : of the fold angle, rad.
 
     names : of their hinges.
@@ -132,14 +138,9 @@ class DriveItem:
     names: tuple[str, ...]
 
     @property
-    def row(self) -> dict[str, Any]:
-        """Its cells by the names of columns."""
-        return {
-            "count": len(self.names),
-            "torque_N_m": self.torque,
-            "travel_rad": self.travel,
-            "hinges": label_ranges(self.names),
-        }
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
+        return {"torque_N_m": self.torque, "travel_rad": self.travel}
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ class BillOfMaterials:
     @cached_property
     def sections(self) -> tuple[BillSection, ...]:
         """The kinds of parts that there are, with their items."""
-        kinds: dict[str, Sequence[PanelItem | HingeItem | SpringItem | LatchItem | DriveItem]] = {
+        kinds: dict[str, Sequence[_Item]] = {
             "panels": self.panels,
             "hinges": self.hinges,
             "springs": self.springs,
@@ -198,10 +199,8 @@ class BillOfMaterials:
         rows = []
         for section in self.sections:
             for row in section.rows:
-                named = {"names": row["panels" if section.kind == "panels" else "hinges"]}
-                rows.append(
-                    {"kind": section.kind, **{k: v for k, v in row.items() if k not in ("panels", "hinges")}, **named}
-                )
+                *cells, (_, names) = row.items()
+                rows.append({"kind": section.kind, **dict(cells), "names": names})
         table = pd.DataFrame(rows).astype({"count": "Int64", "corners": "Int64"})
         return table[[*(name for name in table if name != "names"), "names"]]
 
