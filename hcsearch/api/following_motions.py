@@ -10,11 +10,11 @@ import numpy as np
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import Until, Way
 from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
-from hcsearch.motion.paths.branch_following import Until, follow_branch
+from hcsearch.motion.paths.branch_following import follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene

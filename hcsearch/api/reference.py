@@ -11,11 +11,10 @@ from importlib import import_module
 from typing import Any
 
 from hcsearch.api.kinds import describe_kind
-from hcsearch.basics.vocabulary import Formulation, Keep, Way
+from hcsearch.basics.vocabulary import Formulation, Keep, Until, Way
 from hcsearch.cases.case import CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.replay_sources import ReplaySource
-from hcsearch.motion.paths.branch_following import Until
 from hcsearch.system.lazy import names_in_stub
 
 REFERENCE_TITLE = """# Reference of the Python names

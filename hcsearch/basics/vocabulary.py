@@ -35,6 +35,12 @@ ENDINGS: tuple[Ending, ...] = get_args(Ending)
 """Endings of a simulated deployment: `moving` when time is up, `stuck` where friction holds what would move without it,
 `jammed` where stops and loops block all motion."""
 
+Until = Literal["end", "flat", "folded", "stop", "event", "bifurcation"]
+UNTILS: tuple[Until, ...] = get_args(Until)
+"""What ends a motion that is followed, beside a stop: `end`, the flat or the folded state, whichever comes first; one
+of them; `stop`, nothing else; `event`, the first singular state on the way; `bifurcation`, the first where it branches.
+"""
+
 Way = Literal["rigid", "hinged", "merged"]
 WAYS: tuple[Way, ...] = get_args(Way)
 """Ways to join flat pairs: `rigid`, `hinged`, or `merged` (rigid, with mirror pairs of panels made one)."""

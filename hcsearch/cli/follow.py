@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import UNTILS
 from hcsearch.cli.cases import linkage_options
 from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
 from hcsearch.cli.progress import ProgressMeter
@@ -20,7 +21,6 @@ from hcsearch.system.terminal import short_number
 if TYPE_CHECKING:
     from hcsearch.motion.paths.linkage_motion import LinkageMotion
 
-_GOALS = ("end", "flat", "folded", "stop", "event", "bifurcation")
 _MOST_BRANCHES = 20
 """Most branches that are printed."""
 _SPACED_ROWS = 12
@@ -57,7 +57,7 @@ _SPACED_ROWS = 12
 )
 @click.option(
     "--until",
-    type=click.Choice(_GOALS),
+    type=click.Choice(UNTILS),
     default="end",
     show_default=True,
     help="Where the motion ends: at either end, at one of them, only at a stop, at the first singular state, or at the "

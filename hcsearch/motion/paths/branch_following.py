@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import Until
 from hcsearch.motion.kinematics.local import local_at
 from hcsearch.motion.kinematics.numerical_rank import NEAR_ZERO_SHARE
 from hcsearch.motion.paths.branches import Branches, find_branches
@@ -18,10 +18,6 @@ from hcsearch.motion.paths.following import PathGoal, PathLimits, Stepping, foll
 from hcsearch.motion.paths.motions import MotionPath, PathEnding, PathOutcome, motion_path_of
 from hcsearch.motion.paths.start_states import near_singular_threshold
 from hcsearch.shape.linkage import Linkage
-
-Until = Literal["end", "flat", "folded", "stop", "event", "bifurcation"]
-"""What ends a motion, beside a stop: `end`, the flat or the folded state, whichever comes first; one of them; `stop`,
-nothing else; `event`, the first singular state on the way; `bifurcation`, the first at which it branches."""
 
 _GOALS: dict[Until, PathGoal] = {"flat": "flat", "folded": "folded", "stop": "none"}
 REACHED_OUTCOMES: dict[Until, frozenset[PathOutcome]] = {
