@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -119,16 +120,15 @@ def _print_table(counted: CountTable) -> None:
     from hcsearch.system.terminal import short_number
 
     hidden = ("_error", "exponent", "_oeis", "biased_mu")  # the lines below have them
-    records = [
-        {
-            name: short_number(value, 6) if isinstance(value, float) else str(value)
-            for name, value in record.items()
-            if not name.endswith(hidden)
-        }
-        | {"mu": "None" if row.growth is None else _with_error(row.growth.mu, row.growth.mu_error)}
-        for row, record in zip(counted.rows, counted.records(), strict=True)
-    ]
-    cells = [["-" if cell == "None" else cell for cell in record.values()] for record in records]
+    records = []
+    for row, record in zip(counted.rows, counted.records(), strict=True):
+        mu = None if row.growth is None else _with_error(row.growth.mu, row.growth.mu_error)
+        records.append({name: value for name, value in (record | {"mu": mu}).items() if not name.endswith(hidden)})
+
+    def cell(value: object) -> str:
+        return "-" if value is None else short_number(value, 6) if isinstance(value, float) else str(value)
+
+    cells = [[cell(value) for value in record.values()] for record in records]
     click.echo(tabulate(cells, headers=list(records[0]), disable_numparse=True, colalign=["right"] * len(records[0])))
     click.echo()
     click.echo(f"{'growth constant':<19}{_growth_text(counted.growth)}")
@@ -148,7 +148,5 @@ def _growth_text(growth: Growth | None) -> str:
 
 def _with_error(value: float, error: float) -> str:
     """Return a value with its error in units of the last digits, such as 4.161(70)."""
-    from math import floor, log10
-
-    places = max(0, 1 - floor(log10(error))) if error > 0 else 6
+    places = max(0, 1 - math.floor(math.log10(error))) if error > 0 else 6
     return f"{value:.{places}f}({round(error * 10**places)})"

@@ -16,9 +16,8 @@ from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.spring_sets import tied_hinges
-from hcsearch.springs.flight.flight_figures import travel_margins
 from hcsearch.springs.flight.law_torques import law_torques
-from hcsearch.springs.flight.path_margins import path_rates
+from hcsearch.springs.flight.path_margins import margins_along, path_rates
 from hcsearch.springs.flight.rules import Rules
 from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
 from hcsearch.springs.flight.travel import Travel
@@ -81,7 +80,7 @@ def springs_that_pass(
         asked = replace(rule, required=raised * rule.required)
         setup, preloads, bound = _of_offers(travel, asked, laws) if offers else _with_preloads(travel, asked)
         lower_bound = bound if lower_bound is None else lower_bound  # of the rule itself
-        margins = travel_margins(replace(travel, setup=setup), rule.friction)
+        margins = margins_along(rule.path, law_torques(setup.laws, travel.states), rule.friction)
         least = np.minimum(margins.margins, margins.failed) if rule.redundant else margins.margins
         if least.min() >= rule.required:
             margin = float(least.min())
