@@ -25,6 +25,7 @@ from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism
+from hcsearch.kernels.multibody.endings import ENDING_FLAT, ENDING_NONE, ENDING_TIME_OUT
 from hcsearch.kernels.multibody.events import (
     INTERPOLATED_STATE_RESIDUAL,
     StateSeries,
@@ -34,16 +35,9 @@ from hcsearch.kernels.multibody.events import (
 )
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, no_targets
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
+from hcsearch.kernels.multibody.paused_simulation import Simulation, new_pace
 from hcsearch.kernels.multibody.recording import SimulationRecord
-from hcsearch.kernels.multibody.simulation import (
-    ENDING_FLAT,
-    ENDING_NONE,
-    ENDING_TIME_OUT,
-    Simulation,
-    continue_simulation,
-    new_pace,
-    start_simulation,
-)
+from hcsearch.kernels.multibody.simulation import continue_simulation, start_simulation
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.tree import BodyTree, work_for
 from hcsearch.kernels.multibody.welds import CutHinges

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
@@ -19,6 +17,13 @@ from hcsearch.kernels.multibody.accelerations import (
     largest_pivot,
     project_state,
 )
+from hcsearch.kernels.multibody.endings import (
+    CROWDED_TIME_SHARE,
+    ENDING_NONE,
+    ending_after,
+    ending_before,
+    update_pace,
+)
 from hcsearch.kernels.multibody.events import (
     EVENT_REST,
     EVENT_SNAP_UP,
@@ -29,6 +34,22 @@ from hcsearch.kernels.multibody.events import (
 )
 from hcsearch.kernels.multibody.hinges import law_moment, write_energies
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, write_stage
+from hcsearch.kernels.multibody.paused_simulation import (
+    PACE_COORDINATES,
+    PACE_CROWD_COUNT,
+    PACE_CROWD_TIME,
+    PACE_EVENT_COUNT,
+    PACE_GRIP,
+    PACE_LARGEST_ENERGY,
+    PACE_SCALE,
+    PACE_START_ENERGY,
+    PACE_STEP,
+    PACE_STOPS_KEPT,
+    PACE_TIME,
+    Simulation,
+    accelerate_simulation,
+    new_pace,
+)
 from hcsearch.kernels.multibody.recording import (
     RECORDED_RELEASE,
     RECORDED_SLIP,
@@ -54,79 +75,12 @@ from hcsearch.kernels.multibody.steps import (
 from hcsearch.kernels.multibody.sticking import (
     any_started,
     forces_hold,
-    frictionless_acceleration,
-    nothing_moves,
-    only_creeps,
     settle_joints,
 )
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import BODY_CENTRE, WORK_PLACE, WORK_ROTATION, Work
 from hcsearch.kernels.multibody.welds import cut_energy, cut_gap
-
-ENDING_NONE = -1
-(
-    ENDING_TIME_OUT,
-    ENDING_FLAT,
-    ENDING_REST,
-    ENDING_TOO_MANY_STEPS,
-    ENDING_SMALL_STEP,
-    ENDING_OPEN,
-    ENDING_INVALID_NUMBER,
-    ENDING_UNBALANCED,
-    ENDING_JAMMED,
-    ENDING_STUCK,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-"""Endings of a simulation, in this order: time is up; flat; at rest elsewhere; out of steps; step size too small; loops
-could not be closed; a number is not finite; the energy balance is violated; jammed, with event after event at stops and
-hardly any motion; stuck, where friction holds what would else move."""
-
-MAX_CROWDED_EVENTS, CROWDED_TIME_SHARE = 40, 1e-6
-"""A motion counts as jammed after this many successive events, each within this share of the simulated time after the
-one before: the loops drive joints that can hardly move against their stops, as at a dead point."""
-MAX_UNMOVED_EVENTS, UNMOVED_JOINT_ANGLE = 100, 1e-3
-"""A motion also counts as jammed after this many events and releases during which no joint has moved by more than this
-angle (rad) at the end of a step; with restitution e, after 1 / (1 - e) times as many, as a step may span a bounce.
-Motions of 14 squares that come flat have at most 34."""
-MAX_BALANCE_ERROR = 1e-2
-"""Error of the energy balance, as a share of the largest energy, at which a simulation is aborted."""
-OPEN_LOOP_RESIDUAL = 1e-3
-"""Closure residual after projection at which loops count as open."""
-
-(
-    PACE_TIME,
-    PACE_STEP,
-    PACE_SCALE,
-    PACE_GRIP,
-    PACE_START_ENERGY,
-    PACE_LARGEST_ENERGY,
-    PACE_STOPS_KEPT,
-    PACE_CROWD_COUNT,
-    PACE_CROWD_TIME,
-    PACE_EVENT_COUNT,
-    PACE_COORDINATES,
-) = range(11)
-"""Entries of `Simulation.pace`: time and next step size (s); `largest_pivot`; pull above which a stop lets go (N m);
-energy at the start, and largest energy (J); whether stops that seemed to pull were kept; number of crowded events, and
-time of the last event (s); number of events since a joint last moved away from the reference coordinates, which follow
-from `PACE_COORDINATES` on."""
-
-
-class Simulation(NamedTuple):
-    """A simulation paused between two steps.
-
-    q, v : (n,), the current state. pace : (PACE_COORDINATES + n,), from `new_pace`.
-    """
-
-    mechanism: Mechanism
-    hold: DiscreteState
-    method: IntegrationMethod
-    plan: StepPlan
-    q: Reals
-    v: Reals
-    work: Work
-    pace: Reals
-    record: SimulationRecord
 
 
 @compiled
@@ -144,12 +98,6 @@ def simulate_motion(
     simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(len(q)), record)
     start_simulation(simulation)
     continue_simulation(simulation, len(record.times) + 1)
-
-
-@compiled
-def new_pace(n: int) -> Reals:
-    """Return an uninitialised pace table for a simulation of n joints."""
-    return np.empty(PACE_COORDINATES + n)
 
 
 @compiled
@@ -171,7 +119,7 @@ def start_simulation(simulation: Simulation) -> None:
         update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     pace[PACE_START_ENERGY] = _write_energies(simulation, energies)
     pace[PACE_LARGEST_ENERGY] = np.abs(energies).max()
-    _accelerate(simulation, a)
+    accelerate_simulation(simulation, a)
     pace[PACE_STEP] = first_step(plan, simulation.method.order, q, v, a)
     record_state(record, hold, 0.0, q, v, a, energies, 0.0)
 
@@ -195,13 +143,13 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         mechanism, hold, scale, plan.relative_tolerance, plan.absolute_tolerance, work, stages, start, end, counts
     )
     work.time[0] = pace[PACE_TIME]
-    _accelerate(simulation, a)
+    accelerate_simulation(simulation, a)
     start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
     coordinates = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, coordinates, coordinates.copy())
     while counts[4] == ENDING_NONE and (counts[0] < max_states or rejected):
-        counts[4] = _ending_before(simulation, a)
+        counts[4] = ending_before(simulation, a)
         if counts[4] != ENDING_NONE:
             break
         pace[PACE_STEP] = min(pace[PACE_STEP], plan.max_step, plan.end - pace[PACE_TIME])
@@ -227,8 +175,8 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         record_state(record, hold, pace[PACE_TIME], q, v, a, energies, residual)
         start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        _update_pace(pace, q, energies)
-        counts[4] = _ending_after(mechanism, plan, residual, flat_share < 1.0, pace, energies)
+        update_pace(pace, q, energies)
+        counts[4] = ending_after(mechanism, plan, residual, flat_share < 1.0, pace, energies)
         growth = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if kind < 0:
             pace[PACE_STEP] *= max(0.2, min(growth, 1.0) if rejected else growth)
@@ -285,11 +233,11 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
         record_hits(mechanism, hold, time, joint, q, v, record)
     elif kind != EVENT_REST:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
-    _accelerate(simulation, a)
+    accelerate_simulation(simulation, a)
     _write_energies(simulation, energies)
     record_state(record, hold, time, q, v, a, energies, residual)
     _apply_event(simulation, joint, kind, a, energies)
-    _accelerate(simulation, a)
+    accelerate_simulation(simulation, a)
     record.counts[2] += 2
 
 
@@ -328,73 +276,7 @@ def _complete_sliding_step(simulation: Simulation, flat: bool, shortened: bool, 
             pace[PACE_EVENT_COUNT] += 1.0
         else:
             pace[PACE_STOPS_KEPT] = 1.0 if shortened else 0.0
-    _accelerate(simulation, a)
-
-
-@lean
-def _update_pace(pace: Reals, q: Reals, energies: Reals) -> None:
-    """Update the largest energy; restart the count of events when a joint has moved by `UNMOVED_JOINT_ANGLE`."""
-    moved = False
-    for i in range(len(q)):
-        moved = moved or abs(q[i] - pace[PACE_COORDINATES + i]) > UNMOVED_JOINT_ANGLE
-    if moved:
-        pace[PACE_EVENT_COUNT] = 0.0
-        for i in range(len(q)):
-            pace[PACE_COORDINATES + i] = q[i]
-    for i in range(len(energies)):
-        pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(energies[i]))
-
-
-@lean
-def _ending_after(
-    mechanism: Mechanism, plan: StepPlan, residual: float, flat: bool, pace: Reals, energies: Reals
-) -> int:
-    """Return the ending reached after a step, or `ENDING_NONE`."""
-    limit = OPEN_LOOP_RESIDUAL if mechanism.closure_stiffness == 0.0 else np.inf
-    unmoved = pace[PACE_EVENT_COUNT] * (1.0 - plan.restitution) > MAX_UNMOVED_EVENTS
-    ending = ENDING_NONE
-    if not residual <= limit:
-        ending = ENDING_OPEN if residual > limit else ENDING_INVALID_NUMBER
-    elif not abs(energies.sum() - pace[PACE_START_ENERGY]) <= MAX_BALANCE_ERROR * pace[PACE_LARGEST_ENERGY]:
-        ending = ENDING_UNBALANCED
-    elif pace[PACE_CROWD_COUNT] > MAX_CROWDED_EVENTS or unmoved:
-        ending = ENDING_JAMMED
-    elif flat:
-        ending = ENDING_FLAT
-    return ending
-
-
-@lean
-def _ending_before(simulation: Simulation, a: Reals) -> int:
-    """Return the ending reached before a step, or `ENDING_NONE`."""
-    hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
-    q, v, time = simulation.q, simulation.v, pace[PACE_TIME]
-    is_flat = plan.flat_distance >= 0.0
-    for i in range(len(q)):
-        is_flat = is_flat and not abs(q[i] - plan.flat[i]) > plan.flat_distance
-    is_slow = is_at_rest = plan.rest_distance >= 0.0
-    time_left = max(1.0, plan.end - time)  # a slow motion with much time left is not at rest
-    for i in range(len(q)):
-        is_slow = is_slow and (hold.held[i] != 0 or abs(v[i]) * time_left <= plan.rest_distance)
-        is_at_rest = is_at_rest and is_slow and (hold.held[i] != 0 or abs(a[i]) * time_left**2 <= plan.rest_distance)
-    is_stuck = False
-    can_stick = len(hold.slides) > 0 and not len(simulation.mechanism.targets.joints)  # drives may free what sticks
-    if can_stick and (is_slow or not hold.slides.any()):
-        is_stuck = _is_stuck(simulation, is_slow, is_at_rest, a)
-    ending = ENDING_NONE
-    if is_flat:
-        ending = ENDING_FLAT
-    elif time >= plan.end * (1.0 - 1e-14):
-        ending = ENDING_TIME_OUT
-    elif is_stuck:
-        ending = ENDING_STUCK
-    elif is_at_rest:
-        ending = ENDING_REST
-    elif record.counts[0] >= len(record.times):
-        ending = ENDING_TOO_MANY_STEPS
-    elif pace[PACE_STEP] < 1e-15 * max(time, 1e-3 * plan.end):
-        ending = ENDING_SMALL_STEP
-    return ending
+    accelerate_simulation(simulation, a)
 
 
 @lean
@@ -430,35 +312,6 @@ def _settle(simulation: Simulation, joint: int, a: Reals) -> bool:
         elif before[i] != 0 and hold.held[i] == 0:
             record_event(record, time, i, RECORDED_SLIP if before[i] == HELD_BY_FRICTION else RECORDED_RELEASE, 0.0)
     return changed
-
-
-@lean
-def _accelerate(simulation: Simulation, a: Reals) -> None:
-    """Write the accelerations of the current state; 0, and not the holding force, where friction holds a joint."""
-    mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work
-    accelerate(mechanism, hold, simulation.q, simulation.v, simulation.pace[PACE_SCALE], True, work, a)
-    for i in range(len(hold.slides)):
-        if hold.held[i] == HELD_BY_FRICTION:
-            a[i] = 0.0
-
-
-@compiled
-def _is_stuck(simulation: Simulation, is_slow: bool, is_at_rest: bool, a: Reals) -> bool:
-    """Return whether all joints are at rest, or creep towards it, and some would move without friction.
-
-    is_slow : whether no joint would move by more than the plan's distance at its rate. is_at_rest : nor by its
-        acceleration; else joints must not move at all, or creep.
-    """
-    mechanism, hold, plan, pace = simulation.mechanism, simulation.hold, simulation.plan, simulation.pace
-    q, v, scale, work, slow = simulation.q, simulation.v, pace[PACE_SCALE], simulation.work, plan.min_bounce_speed
-    time_left = max(1.0, plan.end - pace[PACE_TIME])
-    is_still = is_at_rest or nothing_moves(mechanism, hold, slow, q, v, scale, work)
-    if not is_still and is_slow:
-        is_still = only_creeps(mechanism, hold, slow, q, plan.rest_distance / time_left, scale, work)
-    least = max(0.0, plan.rest_distance) / time_left**2
-    is_stuck = is_still and frictionless_acceleration(mechanism, hold, slow, q, scale, work) > least
-    _accelerate(simulation, a)  # tables of the current state, for the projection that follows
-    return is_stuck
 
 
 @compiled

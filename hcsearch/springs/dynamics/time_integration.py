@@ -10,7 +10,7 @@ from typing import Any, Literal, Required, TypedDict, Unpack
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Flags, Reals
-from hcsearch.kernels.multibody import recording
+from hcsearch.kernels.multibody import endings, recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.accelerations import discrete_state_for
 from hcsearch.kernels.multibody.events import (
@@ -33,16 +33,16 @@ loops `open`; numbers `diverged`; `energy` balance violated; stops `jammed`, eve
 `stuck`, friction holds what would move without it."""
 
 SIMULATION_STOPS: dict[int, SimulationStop] = {
-    kernel.ENDING_TIME_OUT: "time",
-    kernel.ENDING_FLAT: "flat",
-    kernel.ENDING_REST: "rest",
-    kernel.ENDING_TOO_MANY_STEPS: "steps",
-    kernel.ENDING_SMALL_STEP: "short",
-    kernel.ENDING_OPEN: "open",
-    kernel.ENDING_INVALID_NUMBER: "diverged",
-    kernel.ENDING_UNBALANCED: "energy",
-    kernel.ENDING_JAMMED: "jammed",
-    kernel.ENDING_STUCK: "stuck",
+    endings.ENDING_TIME_OUT: "time",
+    endings.ENDING_FLAT: "flat",
+    endings.ENDING_REST: "rest",
+    endings.ENDING_TOO_MANY_STEPS: "steps",
+    endings.ENDING_SMALL_STEP: "short",
+    endings.ENDING_OPEN: "open",
+    endings.ENDING_INVALID_NUMBER: "diverged",
+    endings.ENDING_UNBALANCED: "energy",
+    endings.ENDING_JAMMED: "jammed",
+    endings.ENDING_STUCK: "stuck",
 }
 """Ends of simulations by their codes in the kernel."""
 OPENING_BATCH_STEPS = 100
