@@ -148,7 +148,7 @@ def _judged(folding: Folding, scene: Scene, way: Way, path: Reals) -> _Judged | 
         chosen = springs_that_pass(travel, rules)
     except HcsearchError:
         return None
-    with_them = replace(travel, setup=chosen.setup)
+    with_them = travel.with_values(chosen.setup)
     numbers = figures_of(with_them)
     verdicts = {row.rule: row.verdict for row in rule_rows(with_them, rules, numbers)}
     clears = verdicts["clearance over tolerances"] == "pass"

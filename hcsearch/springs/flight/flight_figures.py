@@ -17,7 +17,7 @@ from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes
 from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.panel_rates import FloatingBase
-from hcsearch.springs.flight.path_margins import PathMargins, margins_along, path_rates
+from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
@@ -46,7 +46,7 @@ def root_of(travel: Travel) -> int:
 def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargins:
     """Return the torque margins at the states of a travel; resistance : (n_hinges,), N m, that of the scene if None."""
     return margins_along(
-        path_rates(travel.linkage, travel.states),
+        travel.rates,
         law_torques(travel.setup.laws, travel.states),
         travel.hardware.resistance if resistance is None else resistance,
     )

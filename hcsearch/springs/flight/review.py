@@ -219,17 +219,17 @@ def sensitivities_of(travel: Travel, numbers: FlightNumbers) -> tuple[Sensitivit
 
 def _with_springs(travel: Travel, factor: float) -> Travel:
     laws = tuple(scaled_law(law, factor) for law in travel.setup.laws)
-    return replace(travel, setup=replace(travel.setup, laws=laws))
+    return travel.with_values(replace(travel.setup, laws=laws))
 
 
 def _with_density(travel: Travel, factor: float) -> Travel:
-    return replace(travel, setup=replace(travel.setup, density=factor * travel.setup.density))
+    return travel.with_values(replace(travel.setup, density=factor * travel.setup.density))
 
 
 def _with_hardware(name: str) -> Callable[[Travel, float], Travel]:
     def changed(travel: Travel, factor: float) -> Travel:
         value = factor * getattr(travel.hardware, name)
-        return replace(travel, hardware=replace(travel.hardware, **{name: value}))
+        return travel.with_values(hardware=replace(travel.hardware, **{name: value}))
 
     return changed
 

@@ -17,7 +17,7 @@ from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.spring_sets import tied_hinges
 from hcsearch.springs.flight.law_torques import law_torques
-from hcsearch.springs.flight.path_margins import margins_along, path_rates
+from hcsearch.springs.flight.path_margins import margins_along
 from hcsearch.springs.flight.rules import Rules
 from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
 from hcsearch.springs.flight.travel import Travel
@@ -101,8 +101,7 @@ def _spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> SpringRule:
     resistance = travel.hardware.friction + harness / friction * travel.hardware.harness
     if not resistance.any():
         raise HcsearchError("nothing resists the springs: give friction or harness in the scene, or --friction 0.001")
-    path = path_rates(travel.linkage, travel.states)
-    return SpringRule(path, resistance, friction, _groups(travel), redundant=rules.redundancy is not None)
+    return SpringRule(travel.rates, resistance, friction, _groups(travel), redundant=rules.redundancy is not None)
 
 
 def _groups(travel: Travel) -> WholeNumbers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -20,6 +20,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.play import course_of_deployment
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
+from hcsearch.springs.flight.path_margins import PathRates, path_rates
 
 MIN_STATE_DISTANCE = 1e-6
 """Greatest change of a fold angle (rad) between states of a deployment that count as one."""
@@ -56,6 +57,20 @@ class Travel(ByValue):
             raise HcsearchError("the path is not proved with this margin: plan it anew with hcsearch enumerate")
         motion, _, slack = prover.motion_in(tubes)
         return motion, slack
+
+    @cached_property
+    def rates(self) -> PathRates:
+        """The rates that loops and stops allow at the states."""
+        return path_rates(self.linkage, self.states)
+
+    def with_values(self, setup: Setup | None = None, hardware: Hardware | None = None) -> Travel:
+        """Return the travel with other springs, density or hardware; what depends on the states alone is kept.
+
+        setup : with the same margin.
+        """
+        changed = replace(self, setup=setup or self.setup, hardware=hardware or self.hardware)
+        vars(changed).update({name: kept for name, kept in vars(self).items() if name in ("course", "rates")})
+        return changed
 
     @property
     def shares(self) -> Reals:
