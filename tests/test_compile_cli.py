@@ -105,7 +105,7 @@ def test_kernels_are_compiled_ahead_only_where_a_run_needs_them_and_they_are_mis
 
 
 def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
-    monkeypatch.setattr(progress, "_SOON", 0.01)
+    monkeypatch.setattr(progress, "_FIRST_NOTE_SECONDS", 0.01)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     everything = under_way.missing_stamps([insert_fingerprints]) | {"one", "two"}
     monkeypatch.setattr(under_way._State, "missing", everything)
@@ -122,7 +122,23 @@ def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
     assert under_way.compilation_under_way() is None
     monkeypatch.setattr(sys, "stderr", pipe := io.StringIO())
     under_way.set_current_kernel(fingerprint_rows)
-    with progress.ProgressMeter("batch"):
+    with progress.ProgressMeter("batch") as meter:
+        meter(1, 2, "circuits")
         time.sleep(0.1)
     assert pipe.getvalue() == ""
     under_way.end_compilation()
+
+
+def test_without_a_terminal_long_work_writes_a_line_from_time_to_time(monkeypatch):
+    monkeypatch.setattr(progress, "_LINE_SECONDS", 0.01)
+    monkeypatch.setattr(sys, "stderr", log := io.StringIO())
+    with progress.ProgressMeter("batch") as meter:
+        meter(1234, 5000, "12 designs")
+        begin = time.monotonic()
+        while log.getvalue().count("\n") < 2 and time.monotonic() < begin + 20:
+            time.sleep(0.01)
+    line, again, *_ = log.getvalue().splitlines()
+    assert line == again == "hcsearch: 0 s, batch 1,234 of 5,000, 12 designs"
+    ended = log.getvalue()
+    time.sleep(0.05)
+    assert log.getvalue() == ended

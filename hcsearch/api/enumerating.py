@@ -8,8 +8,8 @@ from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
-from hcsearch.cases.databases import Place, database_location, database_snapshot, writing_database
-from hcsearch.cases.stored_scenes import read_scene
+from hcsearch.cases.databases import Place, database_location, writing_database
+from hcsearch.cases.stored_scenes import read_scene, scene_database
 from hcsearch.designs.grid import Array, Grid
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import with_size
@@ -96,7 +96,7 @@ def plan_enumeration(
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
-    with database_snapshot(db) as (database, _):
+    with scene_database(scene, db) as (database, _):
         chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
     workers.check_cluster()
     return Plan(search, last, keep, with_size(chosen, panel, search.grid.name), workers, budget)

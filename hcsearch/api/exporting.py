@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from hcsearch import store
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.basics.vocabulary import Way
@@ -28,7 +29,6 @@ from hcsearch.export.export_files import (
 )
 from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
-from hcsearch.store import scene_names
 from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
 
@@ -120,7 +120,7 @@ def save_designs(
     check_export_motion(export_format, motion, export_settings.state)
     with reading_database(db) as database:
         # without any verdict, the columns that depend on a scene are unknown in all scenes
-        is_judged = bool(scene_names(database))
+        is_judged = bool(store.scene_names(database))
         scene_name = scene_asked_for(database, scene, panel, query=query) if is_judged else DEFAULT_SCENE_NAME
         ids = designs_of_query(database, query, scene_name)
         if not ids:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.names import parameters_of
@@ -19,7 +20,6 @@ from hcsearch.scenes.looks import SceneVariant, setup_of_variant
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.store import StoredPath, StoredVerdict
 
 if TYPE_CHECKING:
     from hcsearch.springs.deployment.drives import Drives
@@ -48,8 +48,8 @@ class StoredFolding:
     location: str
     number: int
     scene: str
-    verdict: StoredVerdict | None = None
-    path: StoredPath | None = None
+    verdict: store.StoredVerdict | None = None
+    path: store.StoredPath | None = None
     damage: DatabaseError | None = None
 
 

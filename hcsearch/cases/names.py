@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.cases.databases import Place, reading_database
 from hcsearch.designs.circuit import Circuit
@@ -15,7 +16,6 @@ from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.scenes.scene import joined_name, warn_of_panel_size
-from hcsearch.store import Database, StoredVerdict, find_circuit
 from hcsearch.store.columns import column_names
 
 if TYPE_CHECKING:
@@ -54,11 +54,11 @@ def design_named(name: str, db: Place | None) -> tuple[Circuit, int | None]:
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
     with reading_database(db) as database:
-        number, notation = find_circuit(database, name)
+        number, notation = store.find_circuit(database, name)
         return stored_circuit(database, number, notation), number
 
 
-def stored_circuit(database: Database, number: int, notation: str) -> Circuit:
+def stored_circuit(database: store.Database, number: int, notation: str) -> Circuit:
     """The circuit of a design as a database has it; DatabaseError where the notation is none."""
     try:
         return Circuit.from_notation(notation)
@@ -130,7 +130,7 @@ def _size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def deployment_scene_name(row: Mapping[str, Any], verdict: StoredVerdict | None) -> str:
+def deployment_scene_name(row: Mapping[str, Any], verdict: store.StoredVerdict | None) -> str:
     """Return the scene name with which `hcsearch deploy` repeats a deployment.
 
     verdict : on the folding in the served scene. If another variant gave it, the name includes the joining of flat

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from hcsearch import store
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
 from hcsearch.basics.vocabulary import WAYS, Formulation
@@ -26,7 +27,6 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason
 from hcsearch.springs.flight.deployed_modes import DeployedModes
-from hcsearch.store import Database, StoredPath, find_paths
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
@@ -260,14 +260,14 @@ def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
 
 
 def stored_replays(
-    database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT_SCENE_NAME
-) -> Iterator[tuple[StoredPath, Replay]]:
+    database: store.Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT_SCENE_NAME
+) -> Iterator[tuple[store.StoredPath, Replay]]:
     """Yield the stored paths of some designs with their replays, ordered by design and crease.
 
     circuits : stored circuits of the designs by id.
     """
     values = stored_scene(database, scene)
-    for path in find_paths(database, list(circuits), scene):
+    for path in store.find_paths(database, list(circuits), scene):
         circuit = circuits[path.design_id]
         panel = panel_of(values, circuit.grid.name)
         linkage = None
@@ -279,7 +279,7 @@ def stored_replays(
         yield path, _replay_of(path, folding, linkage)
 
 
-def _linkage_of(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage | None:
+def _linkage_of(folding: Folding, panel: PanelSize, path: store.StoredPath) -> Linkage | None:
     """Return the linkage of a path, or None; without a proof the number of hinges gives the joining of flat pairs."""
     for way in WAYS if path.way is None else (path.way,):
         if folding.can_join(way):
@@ -289,12 +289,12 @@ def _linkage_of(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage
     return None
 
 
-def _replay_of(path: StoredPath, folding: Folding, linkage: Linkage) -> Replay:
+def _replay_of(path: store.StoredPath, folding: Folding, linkage: Linkage) -> Replay:
     margin = None if path.needed_margin is None else 1e-3 * path.needed_margin
     return replay_of_path(linkage, path.states, folding.notation, margin=margin)
 
 
-def _damaged(location: str, circuit: Circuit, path: StoredPath) -> DatabaseError:
+def _damaged(location: str, circuit: Circuit, path: store.StoredPath) -> DatabaseError:
     return DatabaseError(
         f"database {location} is damaged: its path of folding {path.crease} of {circuit.notation} has "
         f"{path.states.shape[1]} hinges, as no linkage of it; restore a copy, or enumerate anew"

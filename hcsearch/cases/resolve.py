@@ -7,34 +7,24 @@ of the stored deployment that deploys, else that of the stored proved path in th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
 from hcsearch.cases.databases import Place, database_snapshot
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.stored_scenes import only_scene, read_scene
+from hcsearch.cases.stored_scenes import only_scene, read_scene, scene_database
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, variant_parts
 from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_with
 from hcsearch.shape.linkage import Linkage
-from hcsearch.store import (
-    Database,
-    StoredVerdict,
-    best_creases,
-    find_circuit,
-    find_paths,
-    find_scene,
-    find_verdict,
-    scene_names,
-)
 from hcsearch.store.failures import retry_if_changed
 
 
@@ -83,20 +73,11 @@ def resolve_scene(
 ) -> Scene:
     """Resolve the scene in which all foldings of a design are tried, with panels on a grid; as `resolve`."""
     arguments = _Arguments(scene, panel, flat_pairs, dict(values or {}), path=False)
-    with _scene_database(scene, db) as (database, _):
+    with scene_database(scene, db) as (database, _):
         base, parts = _base_scene({}, arguments, database, grid)
     if parts:
         raise SceneError(f"{parts[-1]!r} is a variant of a scene: name the scene alone, and --flat-pairs")
     return replace(arguments.changed(base), panel=panel_of(base, grid))
-
-
-def _scene_database(
-    scene: Scene | str | None, db: Place | None
-) -> AbstractContextManager[tuple[Database | None, DatabaseError | None]]:
-    """Open the database in which a scene is looked up; none for values, built-in scenes and files."""
-    if not isinstance(scene, str) or scene in SCENES or scene.endswith(".toml"):
-        return nullcontext((None, None))
-    return database_snapshot(db)
 
 
 @dataclass(frozen=True)
@@ -119,7 +100,7 @@ def _of_linkage(linkage: Linkage, arguments: _Arguments, db: Place | None) -> Ca
     if arguments.panel is not None or arguments.flat_pairs is not None:
         raise HcsearchError("a Linkage has panels and flat pairs: leave out panel and flat_pairs")
     named = arguments.scene
-    with _scene_database(named, db) as (database, _):
+    with scene_database(named, db) as (database, _):
         scene = named if isinstance(named, Scene) else read_scene(named, database)
     scene = replace(arguments.changed(scene), panel=None)
     return Case(repr(linkage), linkage, scene, first_variant(scene))
@@ -158,7 +139,7 @@ def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Foldi
 
 
 def _of_assembly(name: str, subject: str, content: Mapping[str, Any], arguments: _Arguments, db: Place | None) -> Case:
-    with _scene_database(arguments.scene, db) as (database, _):
+    with scene_database(arguments.scene, db) as (database, _):
         scene, parts = _base_scene(content, arguments, database)
     if arguments.panel or scene.panel or arguments.flat_pairs or "panel_mm" in content or parts:
         raise HcsearchError(f"{subject} is an assembly with sizes of its own: leave out --panel, --flat-pairs")
@@ -193,36 +174,36 @@ class _DesignResolution:
         )
         return replace(self, noted=notes).alone(None)
 
-    def alone(self, database: Database | None) -> Case:
+    def alone(self, database: store.Database | None) -> Case:
         """Return the case of a design that is not in the database."""
         circuit = Circuit.from_notation(self.text).canonical()
         scene, parts = _base_scene(self.content, self.arguments, database, circuit.grid.name)
         return self._case(self._named_folding(circuit), scene, parts)
 
-    def within(self, database: Database) -> Case:
+    def within(self, database: store.Database) -> Case:
         """Return the case of a design, looked up in a database that need not contain it."""
         by_id, arguments, resolution = is_id(self.text) and not self.content, self.arguments, self
         if by_id and (arguments.scene, arguments.panel) == (None, None) and (only := only_scene(database)) is not None:
             self.noted.append(f"scene {only}, the only one that {database.location} has verdicts of")
             resolution = replace(self, arguments=replace(arguments, scene=only))
         try:
-            number, notation = find_circuit(database, self.text)
+            number, notation = store.find_circuit(database, self.text)
         except QueryError:
             if is_id(self.text):
                 raise
             return resolution.alone(database)
         return resolution.stored(database, number, stored_circuit(database, number, notation), by_id)
 
-    def stored(self, database: Database, number: int, circuit: Circuit, by_id: bool) -> Case:
+    def stored(self, database: store.Database, number: int, circuit: Circuit, by_id: bool) -> Case:
         """Return the case of a stored design."""
         scene, parts = _base_scene(self.content, self.arguments, database, circuit.grid.name)
-        names = scene_names(database)
+        names = store.scene_names(database)
         judged = scene.name in names and _is_stored(database, scene, self.arguments, self.name)
         if by_id and names and not judged:
             listed = ", ".join(names)
             self.noted.append(f"scene {scene.name}, without verdicts in {database.location}: its scenes are {listed}")
         stored = StoredFolding(database.location, number, scene.name if judged else DEFAULT_SCENE_NAME)
-        best = best_creases(database, [number], stored.scene).get(number) if self.crease is None else None
+        best = store.best_creases(database, [number], stored.scene).get(number) if self.crease is None else None
         choice = ""
         if self.folding is None and best is not None and len(folds := foldings(circuit)) > 1:
             choice = f"folding {best}, the best of {len(folds)}"
@@ -264,13 +245,13 @@ class _DesignResolution:
             noted="; ".join(self.noted),
         )
 
-    def _judged(self, case: Case, database: Database, number: int) -> Case:
+    def _judged(self, case: Case, database: store.Database, number: int) -> Case:
         """Return the case with the verdict on its folding and, unless another is requested, the variant behind it."""
         folding, arguments = case.folding, self.arguments
         assert folding is not None
         assert case.stored is not None
         canonical = Folding.from_notation(folding.notation)
-        verdict = find_verdict(database, number, canonical.crease, case.stored.scene)
+        verdict = store.find_verdict(database, number, canonical.crease, case.stored.scene)
         stored = replace(case.stored, verdict=verdict)
         case = replace(case, stored=stored)
         if arguments.flat_pairs or case.look_of == "name" or verdict is None:
@@ -286,13 +267,13 @@ class _DesignResolution:
         if variant is not None and case.look.pairs != verdict.path_flat_pairs:
             return case
         try:
-            paths = find_paths(database, [number], stored.scene)
+            paths = store.find_paths(database, [number], stored.scene)
         except DatabaseError as error:  # many cases need no path
             return replace(case, stored=replace(stored, damage=error))
         path = next((path for path in paths if path.crease == canonical.crease), None)
         return replace(case, stored=replace(stored, path=path))
 
-    def _with_path(self, case: Case, database: Database) -> Case:
+    def _with_path(self, case: Case, database: store.Database) -> Case:
         """Return the case of the first folding of the design with a proved path if the best folding has none."""
         best, stored = case.folding, case.stored
         assert best is not None
@@ -300,7 +281,7 @@ class _DesignResolution:
         if stored.verdict is None or stored.verdict.path_flat_pairs is not None:
             return case
         for folding in foldings(best.circuit):
-            verdict = find_verdict(database, stored.number, folding.crease, stored.scene)
+            verdict = store.find_verdict(database, stored.number, folding.crease, stored.scene)
             if verdict is not None and verdict.path_flat_pairs is not None:
                 choice = f"folding {folding.crease}, as no path of the best one, {best.crease}, is proved"
                 replacement = replace(
@@ -310,14 +291,14 @@ class _DesignResolution:
         return case
 
 
-def _is_stored(database: Database, scene: Scene, arguments: _Arguments, name: str) -> bool:
+def _is_stored(database: store.Database, scene: Scene, arguments: _Arguments, name: str) -> bool:
     """Return whether a scene equals the stored scene of its name; one from a file or Python may differ."""
     scene_argument = arguments.scene
     is_custom = isinstance(scene_argument, Scene) or (scene_argument or "").endswith(".toml") or name.endswith(".toml")
-    return not is_custom or find_scene(database, scene.name) == scene_file_text({}, None, scene)
+    return not is_custom or store.find_scene(database, scene.name) == scene_file_text({}, None, scene)
 
 
-def _variant_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> SceneVariant | None:
+def _variant_of(verdict: store.StoredVerdict, folding: Folding, scene: Scene) -> SceneVariant | None:
     """Return the variant behind a verdict: that of the deployment that deploys, or of the proved path."""
     if verdict.status == "deploys" and verdict.deployed_variant is not None:
         variant = verdict.deployed_variant
@@ -336,7 +317,7 @@ def _variant_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> Scene
 
 
 def _base_scene(
-    content: Mapping[str, Any], arguments: _Arguments, database: Database | None, grid: str | None = None
+    content: Mapping[str, Any], arguments: _Arguments, database: store.Database | None, grid: str | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
     """Return the scene of a file or name with the requested panels, and the parts of its name that denote a variant.
 

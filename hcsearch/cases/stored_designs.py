@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hcsearch import store
 from hcsearch.basics.vocabulary import play_sentence
 from hcsearch.cases.databases import Place, database_location, reading_database
 from hcsearch.cases.names import deployment_scene_name, stored_circuit, way_option_text
@@ -15,7 +16,6 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
-from hcsearch.store import StoredVerdict, best_creases, find_circuit, find_design, find_verdict
 from hcsearch.store.columns import Quantity
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.location import parse_location
@@ -40,7 +40,7 @@ class StoredDesign:
     scene: str
     row: Mapping[str, Any]
     best: int | None
-    verdicts: Mapping[tuple[int, str], StoredVerdict | None]
+    verdicts: Mapping[tuple[int, str], store.StoredVerdict | None]
     location_option: str
 
     @property
@@ -94,11 +94,11 @@ def stored_design(name: str, db: Place | None, *, scene: str | None, panel: str 
     """Read a design by its id, with its paths and deployments in a scene, or in all scenes if none is named."""
     with reading_database(db) as database:
         number, circuit, scene_name = stored_circuit_in_scene(name, database, scene=scene, panel=panel)
-        row = find_design(database, str(number), scene_name)
-        best = best_creases(database, [number], scene_name).get(number)
+        row = store.find_design(database, str(number), scene_name)
+        best = store.best_creases(database, [number], scene_name).get(number)
         rows = [*row["motions"], *row["deployments"]]
         places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
-        verdicts = {place: find_verdict(database, number, *place) for place in places}
+        verdicts = {place: store.find_verdict(database, number, *place) for place in places}
         size = panel_of(stored_scene(database, scene_name), circuit.grid.name)
     if scene or panel:
         row["motions"] = [path for path in row["motions"] if path["scene"] == scene_name]
@@ -112,7 +112,7 @@ def stored_circuit_in_scene(
 ) -> tuple[int, Circuit, str]:
     """Return the id of a design, its circuit, and the name of the stored scene that is denoted by options."""
     with reading_database(db) as database:
-        number, notation = find_circuit(database, name)
+        number, notation = store.find_circuit(database, name)
         circuit = stored_circuit(database, number, notation)
         return number, circuit, scene_asked_for(database, scene, panel, grid=circuit.grid.name)
 

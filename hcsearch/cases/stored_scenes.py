@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, SceneError
+from hcsearch.cases.databases import Place, database_snapshot
 from hcsearch.designs.panel_sizes import PanelSize, is_panel, panel_text, read_panel
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, joined_name, with_panel
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_in
-from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
 from hcsearch.system.terminal import write_notice
 
 
-def read_scene(text: str | None, database: Database | None, grid: str | None = None) -> Scene:
+def scene_database(
+    scene: Scene | str | None, db: Place | None
+) -> AbstractContextManager[tuple[store.Database | None, DatabaseError | None]]:
+    """Open the database in which a scene is looked up; none for values, built-in scenes and files."""
+    if not isinstance(scene, str) or scene in SCENES or scene.endswith(".toml"):
+        return nullcontext((None, None))
+    return database_snapshot(db)
+
+
+def read_scene(text: str | None, database: store.Database | None, grid: str | None = None) -> Scene:
     """Read a built-in scene, a stored scene or a scene file.
 
     grid : of the panels, if known.
@@ -26,7 +37,7 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
         raise SceneError("a scene has a name: write --scene default, or name a file .toml")
     if text.endswith(".toml"):
         return _of_file(text, grid)
-    if text not in SCENES and database is not None and text in scene_names(database):
+    if text not in SCENES and database is not None and text in store.scene_names(database):
         return stored_scene(database, text)
     parted = _parted(text, grid)
     if parted is not None and _parted(parted[0]) is None:
@@ -39,7 +50,7 @@ def read_scene(text: str | None, database: Database | None, grid: str | None = N
 
 
 def scene_asked_for(
-    database: Database, text: str | None, panel: str | None, *, query: str = "", grid: str | None = None
+    database: store.Database, text: str | None, panel: str | None, *, query: str = "", grid: str | None = None
 ) -> str:
     """Return the name of the stored scene denoted by options, with panels of a grid or of the grids of a query.
 
@@ -54,21 +65,21 @@ def scene_asked_for(
             else f"in the scene {only_name}, the only one that {database.location} has verdicts of"
         )
         if only_name is None:
-            check_scene(database, DEFAULT_SCENE_NAME)
+            store.check_scene(database, DEFAULT_SCENE_NAME)
         return only_name or DEFAULT_SCENE_NAME
     base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if text.endswith(".toml") else text
-    if base not in scene_names(database):
+    if base not in store.scene_names(database):
         parted = _parted(base)
         if parted is not None:
             scene, size_in_name = parted
             base = joined_name(scene, panel_text(size_in_name))
-            if base not in scene_names(database):
+            if base not in store.scene_names(database):
                 warn_of_panel_size(size_in_name)
     if panel is None:
         return base
     candidates: dict[str, tuple[PanelSize | None, str]] = {}
     refused = None
-    for grid_name in grids_in(database, query) if grid is None else [grid]:
+    for grid_name in store.grids_in(database, query) if grid is None else [grid]:
         try:
             size = with_panel(SCENES[DEFAULT_SCENE_NAME], read_panel(panel, grid_name), grid_name).panel
         except SceneError as error:  # rectangles need another form of the size
@@ -83,14 +94,14 @@ def scene_asked_for(
             f"these panels are of the scene {alternatives}: name the grid, as in grid=hex, or one with --scene"
         )
     ((name, (size, its_grid)),) = candidates.items()
-    if size is not None and name not in scene_names(database):
+    if size is not None and name not in store.scene_names(database):
         warn_of_panel_size(size, panel, its_grid)
     return name
 
 
-def only_scene(database: Database) -> str | None:
+def only_scene(database: store.Database) -> str | None:
     """Return the only scene with verdicts in a database; None for several, none, or `default`."""
-    names = scene_names(database)
+    names = store.scene_names(database)
     return names[0] if len(names) == 1 and names[0] != DEFAULT_SCENE_NAME else None
 
 
@@ -116,11 +127,11 @@ def _of_file(path: str, grid: str | None = None) -> Scene:
     return scene
 
 
-def stored_scene(database: Database, name: str) -> Scene:
+def stored_scene(database: store.Database, name: str) -> Scene:
     """Return a built-in or stored scene by name; SceneError for an unknown one, DatabaseError for a damaged one."""
     if name in SCENES:
         return SCENES[name]
-    text = find_scene(database, name)
+    text = store.find_scene(database, name)
     if text is None:
         raise SceneError(f"there is no scene {name!r} in {database.location}: see the view `deployments`")
     try:

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from scipy.spatial.distance import pdist
 from shapely import MultiPoint
 
 from hcsearch.basics.array_values import ByValue, Reals
@@ -325,6 +324,8 @@ class _PanelShape(ByValue):
     @cached_property
     def _distances(self) -> Reals:
         """The distances between all pairs of corners, sorted."""
+        from scipy.spatial.distance import pdist  # noqa: PLC0415 - loads slowly
+
         distances: Reals = np.sort(pdist(self.points))
         return distances
 

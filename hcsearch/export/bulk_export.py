@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Any
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, OutputError
 from hcsearch.cases.case import Case
 from hcsearch.cases.names import stored_circuit
@@ -19,7 +20,6 @@ from hcsearch.export.export_files import export_contents, export_subject, export
 from hcsearch.export.formats import ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.scenes.scene_file import scene_file_text
-from hcsearch.store import Database, best_creases, find_circuit, stream
 from hcsearch.system.machine import __version__
 
 BulkProgress = Callable[[int, int, str], None]
@@ -60,17 +60,17 @@ class BulkRequest:
     motion: ReplaySource | None
     named: dict[str, Any]
 
-    def names(self, database: Database, number: int, scene: str) -> list[str]:
+    def names(self, database: store.Database, number: int, scene: str) -> list[str]:
         """Return the names of what is written of a design: the design itself, or its foldings where none is the best.
 
         scene : whose verdicts tell which folding is the best.
         """
-        if self.export_format.subject == "array" or best_creases(database, [number], scene):
+        if self.export_format.subject == "array" or store.best_creases(database, [number], scene):
             return [str(number)]
-        circuit = stored_circuit(database, *find_circuit(database, str(number)))
+        circuit = stored_circuit(database, *store.find_circuit(database, str(number)))
         return [f"{number}:{folding.crease}" for folding in foldings(circuit)] or [str(number)]
 
-    def export(self, database: Database, number: int, name: str, target: BulkTarget) -> _Outcome:
+    def export(self, database: store.Database, number: int, name: str, target: BulkTarget) -> _Outcome:
         """Write the files of a design, named by its number or as NUMBER:CREASE, to a target, unless it holds them."""
         subject = export_subject(name, self.export_format, self.motion, database, **self.named)
         settings = replace(self.settings, stem=_stem(number, subject))
@@ -112,14 +112,14 @@ def _stem(number: int, subject: Circuit | Case) -> str:
     return str(number) if folding is None else f"{number}-{folding.crease}"
 
 
-def designs_of_query(database: Database, query: str, scene: str) -> Sequence[int]:
+def designs_of_query(database: store.Database, query: str, scene: str) -> Sequence[int]:
     """Return the ids of the designs of a query, in their order: eight bytes each, so that no read stays open."""
-    with stream(database, query, columns="id", scene=scene) as rows:
+    with store.stream(database, query, columns="id", scene=scene) as rows:
         return array("q", (number for chunk in rows.chunks for (number,) in chunk))
 
 
 def export_designs(
-    database: Database,
+    database: store.Database,
     ids: Sequence[int],
     request: BulkRequest,
     target: BulkTarget,

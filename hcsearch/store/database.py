@@ -12,7 +12,7 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError
+from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import FileChangedError, detail_of, explaining_failures
 from hcsearch.store.location import (
@@ -22,6 +22,7 @@ from hcsearch.store.location import (
     check_writable,
     file_identity,
     is_filled,
+    missing_error,
     parse_location,
 )
 from hcsearch.store.migrate import (
@@ -191,7 +192,7 @@ def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Dat
     sqlite.check_sqlite_version()
     with explaining_failures(parsed.text, parsed.path):
         if not is_filled(parsed):
-            raise _missing(parsed)
+            raise missing_error(parsed)
         check_revision(parsed.text, _revision(parsed, timeout) or "", upgradable=False)
         engine = sqlite.reading_engine(parsed.path, timeout)
         engine.connect().close()
@@ -203,10 +204,10 @@ def _prepare_file(location: Location, *, create: bool, timeout: float) -> None:
     for _ in range(3):
         filled = is_filled(location)
         if not filled and not create:
-            raise _missing(location)
+            raise missing_error(location)
         revision = _revision(location, timeout) if filled else None
         if revision is None and not create:
-            raise _missing(location)
+            raise missing_error(location)
         if revision is not None:
             check_revision(location.text, revision, upgradable=True)
         check_writable(location)
@@ -244,13 +245,6 @@ def _upgrade_file(location: Location, timeout: float) -> None:
     engine.dispose()
 
 
-def _missing(location: Location) -> NoDatabaseError:
-    return NoDatabaseError(
-        f"there is no hcsearch database at {location.text}: make one with `hcsearch enumerate`, or name another with "
-        "--db"
-    )
-
-
 def _open_server(location: Location, *, create: bool, readonly: bool, timeout: float) -> Database:
     assert location.url is not None
     try:
@@ -285,7 +279,7 @@ def _prepare_server(engine: Engine, location: Location, *, create: bool, readonl
         if revision is None:
             refuse_foreign_database(connection, location.text)
     if revision is None and not create:
-        raise _missing(location)
+        raise missing_error(location)
     if revision is not None:
         check_revision(location.text, revision, upgradable=not readonly)
     if revision != SCHEMA_REVISION:

@@ -11,8 +11,6 @@ from functools import wraps
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
-
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.system.machine import locks_files
 
@@ -119,6 +117,8 @@ def explaining_failures(location: str, path: Path | None = None) -> Iterator[Non
 
     path : of a file. SQLite also calls it locked if its file system has no locks.
     """
+    from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError  # noqa: PLC0415 - loads slowly
+
     try:
         yield
     except sqlite3.Error as error:

@@ -9,14 +9,15 @@ import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from sqlalchemy import URL, make_url
-from sqlalchemy.exc import ArgumentError
-
-from hcsearch.basics.errors import DatabaseError, printable
+from hcsearch.basics.errors import DatabaseError, NoDatabaseError, printable
 from hcsearch.store.failures import NO_LOCKS_MESSAGE
 from hcsearch.system.machine import locks_files
+
+if TYPE_CHECKING:
+    from sqlalchemy import URL
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
@@ -28,8 +29,6 @@ _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
 """The beginning of a mistyped URL."""
 _SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|user|dbname)\s*=.*\s", re.IGNORECASE)
 """An option of libpq or of a URL that may hold a secret, or a connection string of libpq."""
-_ESCAPED = make_url("sqlite:///%20").database == "%20"
-"""Whether SQLAlchemy leaves database names in URLs percent-encoded, as versions 2.0 do."""
 MAX_LOCATION_BYTES = 500
 """Longest path in bytes; SQLite takes 512 including the names of its journals."""
 
@@ -59,12 +58,7 @@ def parse_location(text: str | Path) -> Location:
         if _MISTYPED.match(text) or _SECRET.search(text):
             raise _unreadable()
         return _file(text)
-    try:
-        url = make_url(text)
-    except (ArgumentError, ValueError) as error:
-        raise _unreadable() from error
-    if _ESCAPED and url.database:
-        url = url.set(database=unquote(url.database))
+    url = _url(text)
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
@@ -76,11 +70,28 @@ def parse_location(text: str | Path) -> Location:
     return Location(shown, url=url.set(drivername=_SERVERS[-1]))
 
 
+def _url(text: str) -> URL:
+    """Parse an SQLAlchemy URL, with the name of its database unquoted."""
+    from sqlalchemy import make_url  # noqa: PLC0415 - loads slowly, and a path needs none of it
+    from sqlalchemy.exc import ArgumentError  # noqa: PLC0415 - as above
+
+    try:
+        url = make_url(text)
+    except (ArgumentError, ValueError) as error:
+        raise _unreadable() from error
+    # versions 2.0 of SQLAlchemy leave names of databases percent-encoded
+    if url.database and make_url("sqlite:///%20").database == "%20":
+        url = url.set(database=unquote(url.database))
+    return url
+
+
 def _is_loose(url: URL) -> bool:
     """Return whether parts of a URL may contain parts of a password, or misplaced options.
 
     A password with an unescaped @, : or / spills into the other parts.
     """
+    from sqlalchemy.exc import ArgumentError  # noqa: PLC0415 - loads slowly
+
     parts = [("host", url.host), ("user", url.username), ("database", url.database)]
     parts += [(name, value) for name, values in url.normalized_query.items() if name in _OPEN for value in values]
     if any(value and re.search(_LOOSE[name], value) for name, value in parts):
@@ -148,6 +159,21 @@ def is_filled(location: Location) -> bool:
         kind = "a folder: name a file in it" if stat.S_ISDIR(status.st_mode) else "not a file: name another"
         raise DatabaseError(f"database {location.text} is {kind}")
     return status.st_size > 0
+
+
+def missing_error(location: Location) -> NoDatabaseError:
+    """Return the error for a database that does not exist."""
+    return NoDatabaseError(
+        f"there is no hcsearch database at {location.text}: make one with `hcsearch enumerate`, or name another with "
+        "--db"
+    )
+
+
+def refuse_missing_file(text: str | Path) -> None:
+    """Raise NoDatabaseError if a location is a path without a database, for which SQLAlchemy need not be loaded."""
+    location = parse_location(text)
+    if location.path is not None and not is_filled(location):
+        raise missing_error(location)
 
 
 def file_identity(path: Path) -> FileIdentity | None:

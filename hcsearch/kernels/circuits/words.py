@@ -142,6 +142,18 @@ def label_words(
 
 
 @compiled
+def _are_equal(first: WholeNumbers, second: WholeNumbers, sign: int) -> bool:
+    """Whether increments are those of another image, times a sign.
+
+    A loop in place of `numpy.all`, for which numba loads scipy.linalg in each process.
+    """
+    for step in range(len(first)):  # noqa: SIM110 - numba compiles no generator in `all`
+        if first[step] != sign * second[step]:
+            return False
+    return True
+
+
+@compiled
 def array_rows(
     words: NDArray[np.int8],
     moves: WholeNumbers,
@@ -168,9 +180,9 @@ def array_rows(
     upright = np.ones(n_images, np.bool_)
     for g in range(n_images):
         for earlier in range(g + 1):
-            same = (moves[g, :, 1] == moves[earlier, :, 1]).all()
-            same &= (moves[g, :, 3] == moves[earlier, :, 3]).all()
-            if same or (rows_per_cell == 1 and (moves[g, :, 1] == -moves[earlier, :, 1]).all()):
+            upward = _are_equal(moves[g, :, 1], moves[earlier, :, 1], 1)
+            same = upward and _are_equal(moves[g, :, 3], moves[earlier, :, 3], 1)
+            if same or (rows_per_cell == 1 and _are_equal(moves[g, :, 1], moves[earlier, :, 1], -1)):
                 measured[g] = earlier
                 upright[g] = same
                 break

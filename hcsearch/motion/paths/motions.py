@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.motion.kinematics.local import LocalState
@@ -193,6 +192,8 @@ def first_stop(walker: Walker, before: PathStep | None, last: PathStep, after: P
     beyond = stop_margins(after.angles) < -STOP_TOLERANCE
     if stop_margins(last.angles)[beyond].min() <= STOP_TOLERANCE:
         return last
+
+    from scipy.optimize import brentq  # noqa: PLC0415 - loads slowly
 
     def margin(distance: float) -> float:
         if not distance:

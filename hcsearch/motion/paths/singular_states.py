@@ -6,8 +6,6 @@ import math
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq, minimize_scalar
 
 from hcsearch.motion.kinematics.local import LocalState, local_at, same_orientation
 from hcsearch.motion.paths.motions import SingularEvent
@@ -54,6 +52,9 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
 
     Closed states near the singular one are inaccurate, by rounding over the least singular value; these two are not.
     """
+    from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - loads slowly
+    from scipy.optimize import brentq  # noqa: PLC0415 - as above
+
     least_before, least_after = last.local.least_singular_value, after.local.least_singular_value
     length = after.length - last.length
     # the least singular value goes through zero: beyond, it counts as negative
@@ -66,6 +67,8 @@ def _crossing(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent:
 
 def _turning(walker: Walker, last: PathStep, after: PathStep) -> SingularEvent | None:
     """Locate the local minimum of the least singular value between two states; None if it is not near zero."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - loads slowly
+
     least_at_ends = min(last.local.least_singular_value, after.local.least_singular_value)
 
     def least(distance: float) -> float:

@@ -6,12 +6,12 @@ import time
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from hcsearch import store
 from hcsearch.basics.errors import SizeError
 from hcsearch.search.pipeline.judging import judging_seconds
 from hcsearch.search.pipeline.run import Plan
 from hcsearch.search.pipeline.shards import ShardJob
 from hcsearch.search.pipeline.workers import WorkerPool
-from hcsearch.store import room_at
 from hcsearch.system.terminal import bytes_text, duration_text, number_text
 
 _PROBE = 8  # shards
@@ -78,7 +78,7 @@ def estimate_run(plan: Plan, *, stored: bool, finished: Collection[str] = ()) ->
 
 def check_disk_room(expected: RunEstimate, location: str) -> None:
     """Check that a database's disk has room for the estimate, its present contents included; SizeError otherwise."""
-    room = room_at(location)
+    room = store.room_at(location)
     if room is not None and expected.stored_bytes > room:
         raise SizeError(
             f"about {number_text(expected.designs)} designs need {bytes_text(expected.stored_bytes)} and {location} "

@@ -11,6 +11,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, StageError
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult, WorkKey
@@ -33,19 +34,6 @@ from hcsearch.search.pipeline.shards import SMALL_CIRCUIT_COUNT, ShardJob, Shard
 from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
-from hcsearch.store import (
-    Database,
-    count_arrays,
-    finish_run,
-    finished_batches,
-    open_readonly,
-    record_batches,
-    record_scene,
-    record_settled,
-    record_verdicts,
-    start_run,
-    undecided,
-)
 from hcsearch.system.terminal import duration_text
 
 SMALL_JUDGED_COUNT = 3_000  # circuits, where motions are searched for
@@ -264,14 +252,14 @@ class _DistinctArrays:
 def finished_shards(plan: Plan, location: str) -> set[str]:
     """Return the shards of a plan that are finished in a database; empty where it cannot be read."""
     try:
-        with open_readonly(location) as database:
-            return set(finished_batches(database, plan.listing_key, stage_numbers(plan.listing_stages)))
+        with store.open_readonly(location) as database:
+            return set(store.finished_batches(database, plan.listing_key, stage_numbers(plan.listing_stages)))
     except DatabaseError:
         return set()
 
 
 def run_into(
-    plan: Plan, database: Database, progress: RunProgress | None = None, announce: AnnounceSentence = _silent
+    plan: Plan, database: store.Database, progress: RunProgress | None = None, announce: AnnounceSentence = _silent
 ) -> RunSummary:
     """Run the stages whose results are missing or outdated, one transaction per batch, and record the run.
 
@@ -281,8 +269,8 @@ def run_into(
     if plan.scene_stages:
         from hcsearch.scenes.scene_file import scene_file_text  # noqa: PLC0415 - loads kernels
 
-        record_scene(database, plan.scene.name, scene_file_text({}, None, plan.scene))
-    run_id = start_run(
+        store.record_scene(database, plan.scene.name, scene_file_text({}, None, plan.scene))
+    run_id = store.start_run(
         database,
         work=plan.listing_key,
         until=plan.until,
@@ -303,7 +291,7 @@ class _Run:
     """The state of a run into a database."""
 
     def __init__(
-        self, plan: Plan, database: Database, run_id: int, show: RunProgress, announce: AnnounceSentence
+        self, plan: Plan, database: store.Database, run_id: int, show: RunProgress, announce: AnnounceSentence
     ) -> None:
         self.plan, self.database, self.run_id, self.show, self.announce = plan, database, run_id, show, announce
         self.totals = _Totals()
@@ -316,18 +304,20 @@ class _Run:
         self._list()
         if plan.scene_stages:
             self._judge()
-        arrays = count_arrays(
+        arrays = store.count_arrays(
             self.database, plan.listing_key, designs=totals.passed.get(stage_keeping(plan.keep).name, 0)
         )
-        undecided_count = len(undecided(self.database, plan.judging_key)) if plan.scene_stages else None
+        undecided_count = len(store.undecided(self.database, plan.judging_key)) if plan.scene_stages else None
         summary = RunSummary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, undecided_count)
-        finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
+        store.finish_run(
+            self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused
+        )
         return summary
 
     def _list(self) -> None:
         """Run the stages that do not depend on the scene, shard by shard."""
         plan, totals, last = self.plan, self.totals, self.plan.listing_stages[-1]
-        finished = finished_batches(self.database, plan.listing_key, stage_numbers(plan.listing_stages))
+        finished = store.finished_batches(self.database, plan.listing_key, stage_numbers(plan.listing_stages))
         for prefix in self.prefixes:
             if prefix in finished:
                 totals.add(finished[prefix], fresh=False)
@@ -338,7 +328,7 @@ class _Run:
         )
         self.show(self.reused, len(self.prefixes), totals.note(last))
         for batches in _grouped(self._listed(job, pending)):
-            record_batches(self.database, self.run_id, plan.listing_key, batches)
+            store.record_batches(self.database, self.run_id, plan.listing_key, batches)
             for _, _, results in batches:
                 totals.add(results, fresh=True)
             self.done += len(batches)
@@ -353,7 +343,7 @@ class _Run:
     def _judge(self) -> None:
         """Run the stages that depend on the scene, piece by piece."""
         plan, totals = self.plan, self.totals
-        finished = finished_batches(self.database, plan.judging_key, stage_numbers(plan.scene_stages))
+        finished = store.finished_batches(self.database, plan.judging_key, stage_numbers(plan.scene_stages))
         unfinished_prefixes = unfinished_shards(self.prefixes, list(finished))
         # shards listed by an earlier run are listed again, since the database does not record the contents of a shard
         relisting = ShardJob(plan.search, plan.listing_stages, plan.keep, with_rows=False, with_candidates=True)
@@ -370,7 +360,7 @@ class _Run:
         self.reused += len(finished)
         pending = [piece for piece in all_pieces if piece.key not in finished]
         for verdict in _judged(plan, pending, totals, self.show, self.announce):
-            record_verdicts(
+            store.record_verdicts(
                 self.database, self.run_id, plan.judging_key, verdict.key, verdict.verdicts, verdict.results
             )
             totals.add(verdict.results, fresh=True)
@@ -382,12 +372,12 @@ class _Run:
         plan, totals = self.plan, self.totals
         if plan.budget is None:
             return
-        pending = list(settling_tasks(undecided(self.database, plan.judging_key, plan.budget), plan.budget))
+        pending = list(settling_tasks(store.undecided(self.database, plan.judging_key, plan.budget), plan.budget))
         foldings, done = sum(len(task.foldings) for task in pending), 0
         settler = Settler(plan.scene, plan.scene_stages, plan.budget)
         for _, verdict in plan.crew.map_ordered(settler, pending, parcel_size=1, threads=1):
             work = self.run_id, plan.judging_key, verdict.key
-            totals.add(record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
+            totals.add(store.record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
             done += verdict.foldings
             self.done += 1
             self.show(done, foldings, totals.note(plan.scene_stages[-1]), "folding")

@@ -5,7 +5,6 @@ Results come in the order of the inputs with all kinds of workers, so a run stor
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import pickle
 import re
@@ -236,6 +235,8 @@ def _result(future: Future[T]) -> T:
 @contextmanager
 def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
     """Yield a pool on the workers of a Dask scheduler, and the number of their threads."""
+    import asyncio  # noqa: PLC0415 - loads slowly
+
     try:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
         from distributed.client import ClosedClientError  # noqa: PLC0415 - an extra

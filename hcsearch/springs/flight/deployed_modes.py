@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
@@ -112,6 +111,8 @@ def deployed_modes(
         stiff = stiff + geometric_stiffness(linkage, moments)
     if not basis.shape[1]:
         return DeployedModes(np.zeros(0), np.zeros((0, linkage.n_hinges)), np.zeros((0, linkage.n_panels, 6)), 0)
+    from scipy.linalg import eigh  # noqa: PLC0415 - loads slowly
+
     eigenvalues, shapes = eigh(_symmetric(basis.T @ stiff @ basis), _symmetric(basis.T @ motions.mass_matrix @ basis))
     rates = (basis @ shapes).T
     soft = int((eigenvalues <= SOFT_EIGENVALUE_SHARE * np.abs(eigenvalues).max()).sum())
