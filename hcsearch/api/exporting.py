@@ -11,11 +11,10 @@ from typing import Any
 from hcsearch import store
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, QueryError
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import ReplaySource, Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place, reading_database
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding

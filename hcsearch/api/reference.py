@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cached_property
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from hcsearch.api.kinds import describe_kind
-from hcsearch.basics.vocabulary import Formulation, Keep, Until, Way
+from hcsearch.basics.vocabulary import Formulation, Keep, ReplaySource, Until, Way
 from hcsearch.cases.case import CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.store import Database
 from hcsearch.system.lazy import names_in_stub
 
 REFERENCE_TITLE = """# Reference of the Python names
@@ -33,7 +33,7 @@ SIGNATURE_KINDS = {
     "CaseSubject": CaseSubject,
     "Formulation": Formulation,
     "Keep": Keep,
-    "Place": Place,
+    "Place": str | Path | Database,
     "ReplaySource": ReplaySource,
     "Until": Until,
     "Way": Way,

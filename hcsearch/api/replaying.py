@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import ReplaySource, Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import ReplaySource, replay_case, replay_of_deployment, replay_of_motion
+from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_motion
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding

@@ -53,6 +53,9 @@ Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
 FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
 """Formulations of a deployment: loops closed exactly, by springs, by the springs of the thesis, or without inertia."""
 
+ReplaySource = Literal["path", "springs"]
+"""Motions of a folding that are played or exported: its path, or its deployment by springs."""
+
 Integrator = Literal["bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"]
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
 """Explicit Runge-Kutta methods of orders 3(2) (as in the thesis), 5(4) and 8(5,3); extrapolated implicit Euler."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcsearch import store
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
-from hcsearch.basics.vocabulary import WAYS, Formulation
+from hcsearch.basics.vocabulary import WAYS, Formulation, ReplaySource
 from hcsearch.cases.case import Case, NamedAssembly
 from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.cases.stored_scenes import stored_scene
@@ -194,9 +194,6 @@ def _without_repeats(places: Reals, angles: Reals) -> tuple[Reals, Reals]:
     """Return places and states without repeated places; at an impact the state after it stays."""
     is_last = np.append(np.diff(places) > 0.0, True)
     return places[is_last], angles[is_last]
-
-
-ReplaySource = Literal["path", "springs"]
 
 
 def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str]:

@@ -10,9 +10,9 @@ from typing import Any
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, OutputError
+from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.cases.case import Case
 from hcsearch.cases.names import stored_circuit
-from hcsearch.cases.replay_sources import ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.export.bulk_targets import BulkTarget, IndexRow

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, get_args
 
 from hcsearch.basics.errors import HcsearchError, OutputError
+from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
 from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import ReplaySource, replay_case
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
@@ -53,6 +53,8 @@ def exported_case(
     by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for solids at a share of
     a motion that does not end flat.
     """
+    from hcsearch.cases.replay_sources import replay_case  # noqa: PLC0415 - loads slowly: planning and simulations
+
     replay, sentence, share = None, case.sentence, _is_share(export_format, state)
     if export_format.subject == "motion" or by is not None or share:
         replay, sentence = replay_case(case, by)

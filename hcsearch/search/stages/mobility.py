@@ -22,7 +22,6 @@ from hcsearch.kernels.linkage.hinge_lines import EdgeTables, survey_ends
 from hcsearch.kernels.linkage.loops import generic_states
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.numerical_rank import MAX_GENERIC_ATTEMPTS, decide_rank, generic_rank, leaving_step
-from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.scenes import Scene
 from hcsearch.search.stages.stage import Stage
 from hcsearch.shape.linkage import Linkage
@@ -108,6 +107,8 @@ def locks_with_panel(
     """
     if panel == default_panel(circuits.grid):
         return locks
+    from hcsearch.motion.locks.end_locks import lock_at  # noqa: PLC0415 - loads slowly
+
     proved = tuple(np.zeros(len(foldings), bool) for _ in locks)
     for hinged, (known_flags, proved_flags) in enumerate(zip(locks, proved, strict=True)):
         for i in np.flatnonzero(known_flags).tolist():
@@ -157,6 +158,8 @@ def _ends(
     needed : ends to be settled, the others are END_PASSED. hinged : whether flat pairs are hinged, else rigid. An end
     stays END_OPEN where the other one is proved locked without long proofs.
     """
+    from hcsearch.motion.locks.end_locks import lock_at  # noqa: PLC0415 - loads slowly
+
     n = lines.shape[2]
     hinged_creases = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
     settled = np.empty(int(needed.sum()), np.int8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,13 @@ from hcsearch.designs.records import (
     StagedDesigns,
     StoredLock,
 )
-from hcsearch.motion.planning.motion_search import PlannedMotion, motion_from_twin, plan_motion, reason_of
 from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.search.stages import mobility
 from hcsearch.search.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from hcsearch.motion.planning.motion_search import PlannedMotion
 
 
 def motions_of_batch(
@@ -44,6 +47,8 @@ def motions_of_batch(
     budget : efforts for each folding, None for the default. searched : (n_foldings,), efforts already made.
     Of congruent foldings only one is searched, and its motion is transferred to the others.
     """
+    from hcsearch.motion.planning.motion_search import motion_from_twin, plan_motion  # noqa: PLC0415 - loads slowly
+
     efforts = DEFAULT_EFFORT_BUDGET if budget is None else budget
     panel, allowed = panel_of(scene, circuits.grid), scene.flat_pairs
     batch_foldings = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
@@ -73,6 +78,8 @@ def motions_of_batch(
 
 def _batch(planned: Sequence[PlannedMotion | None], congruent_crease: list[int | None]) -> MotionBatch:
     """Convert planned motions to a struct of arrays."""
+    from hcsearch.motion.planning.motion_search import reason_of  # noqa: PLC0415 - loads slowly
+
     count = len(planned)
     margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
     for i, motion in enumerate(planned):

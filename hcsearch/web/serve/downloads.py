@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
-from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.export.export_files import checked_export_settings
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings

@@ -17,7 +17,8 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay_sources import ReplaySource, stored_replays
+from hcsearch.basics.vocabulary import ReplaySource
+from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.export.export_files import export_files
