@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-PAGES = ("CODE_OF_CONDUCT", "CONTRIBUTING", "README", "SECURITY")
+PAGES = ("CODE_OF_CONDUCT", "CONTRIBUTING", "README", "SECURITY", "paper/paper")
 FOLDERS = ("changelog.d", "db", "reports")
 DOCUMENTS = sorted(
     [
