@@ -19,7 +19,7 @@ def row_of(table, **key):
 
 
 def sentence_with(words):
-    """The sentences of the paper, from one that begins with some words to the end of its paragraph, on one line."""
+    """The sentences of the paper, from one that begins with some words to the end of its paragraph."""
     (found,) = re.findall(rf"{words}.*?(?=\n\n)", PAPER, re.DOTALL)
     return found
 
