@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 TESTS := not slow and not extra
-EXTRAS := .[bench,cluster,export,parquet,postgresql,readers,serve]
+EXTRAS := '.[bench,cluster,export,parquet,postgresql,serve]'
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
 export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
@@ -12,7 +12,7 @@ export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
 # commands and tests start many processes: each would compile all modules anew, and uv leaves that to the first
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test check bench db docs report gallery clean
+.PHONY: run test check coverage bench db docs report gallery clean
 
 run: $(VENV)/installed
 	$(BIN)/hcsearch enumerate --grid hex --n 12 --db $(DB)
@@ -26,6 +26,10 @@ check: $(VENV)/tested
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# fails below the floor in pyproject.toml
+coverage: $(VENV)/covered
+	$(BIN)/python -m pytest -m "$(TESTS)" -n auto --maxprocesses 8 --dist loadfile --cov --cov-report=term
 
 bench: $(VENV)/benched
 	$(BIN)/hcsearch bench enumeration
@@ -54,24 +58,30 @@ clean:
 	rm -rf $(VENV) build *.egg-info
 
 # uv installs in seconds what takes pip a minute; pip does it where uv cannot be had, or where only pip knows the index.
+# The pip of a new environment may be older than 25.1, the first that knows dependency groups.
 define install
-$(BIN)/uv pip install --quiet --python $(BIN)/python --editable '$(1)' || $(BIN)/pip install --quiet --editable '$(1)'
+$(BIN)/uv pip install --quiet --python $(BIN)/python $(1) || \
+	{ $(BIN)/pip install --quiet --upgrade 'pip>=25.1' && $(BIN)/pip install --quiet $(1); }
 endef
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	-$(BIN)/pip install --quiet uv
-	$(call install,.)
+	$(call install,--editable .)
 	touch $@
 
 $(VENV)/tested: $(VENV)/installed
-	$(call install,.[test])
+	$(call install,--group test --group check)
+	touch $@
+
+$(VENV)/covered: $(VENV)/tested
+	$(call install,--group coverage)
 	touch $@
 
 $(VENV)/everything: $(VENV)/tested
-	$(call install,$(EXTRAS))
+	$(call install,--editable $(EXTRAS) --group readers)
 	touch $@
 
 $(VENV)/benched: $(VENV)/installed
-	$(call install,.[bench])
+	$(call install,--editable '.[bench]')
 	touch $@

@@ -18,7 +18,7 @@ EXTRAS = (
     *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil"),
     *("psycopg", "trimesh", "waitress", "werkzeug"),
 )
-"""Modules that only extras install; but pyarrow, which pandas takes for its own texts where it is installed."""
+"""Modules that only extras and the group `readers` install; but pyarrow, which pandas takes where it is installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)

@@ -6,8 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+PAGES = ("CODE_OF_CONDUCT", "CONTRIBUTING", "README", "SECURITY", "paper/paper")
+FOLDERS = ("changelog.d", "db", "reports")
 DOCUMENTS = sorted(
-    [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), ROOT / "db" / "README.md", ROOT / "reports" / "README.md"]
+    [
+        *(ROOT / f"{name}.md" for name in PAGES),
+        *(ROOT / name / "README.md" for name in FOLDERS),
+        *(ROOT / "docs").rglob("*.md"),
+    ]
 )
 
 _BLOCK = re.compile(r"(<!-- numbers differ between machines -->\n)?```(\w+)\n(.*?)```", re.DOTALL)
@@ -22,11 +28,21 @@ def name_of(document):
     return str(document.relative_to(ROOT))
 
 
+def blocks(text):
+    """(kind, text) of every block of code of a document's text."""
+    return [(kind, block) for _, kind, block in _BLOCK.findall(text)]
+
+
 def shell_examples(document):
     """(command, expected output, whether its numbers count) of every ```console block of a document, in order."""
-    for differ, kind, text in _BLOCK.findall(document.read_text(encoding="utf-8")):
+    return examples_in(document.read_text(encoding="utf-8"))
+
+
+def examples_in(text):
+    """The `shell_examples` of a document's text."""
+    for differ, kind, block in _BLOCK.findall(text):
         if kind == "console":
-            for chunk in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+            for chunk in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
                 command, _, output = chunk.partition("\n")
                 yield command, output, not differ
 

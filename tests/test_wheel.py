@@ -67,6 +67,12 @@ def test_a_wheel_holds_envelopes_and_the_rules_of_standards(site):
 
 
 @pytest.mark.slow
+def test_a_wheel_of_sources_without_git_has_a_version(site, tmp_path):
+    (info,) = site.glob("*.dist-info")
+    assert run(site, tmp_path, "--version") == f"hcsearch, version {info.stem.partition('-')[2]}\n"
+
+
+@pytest.mark.slow
 def test_a_wheel_names_both_licences_and_holds_their_texts(site):
     (info,) = site.glob("*.dist-info")
     metadata = (info / "METADATA").read_text(encoding="utf-8").splitlines()

@@ -194,7 +194,7 @@ def test_a_worker_of_other_sources_is_refused_before_a_run(tmp_path, lonely, str
     process = start(tmp_path, "--n", "6", "--scheduler", lonely.address, "--db", "d.sqlite")
     _, errors = process.communicate(timeout=120)
     assert (process.returncode, errors.count("\n")) == (2, 1)
-    assert "has other sources of hcsearch 0.1.0: install there what runs here" in errors
+    assert f"has other sources of hcsearch {hcsearch.__version__}: install there what runs here" in errors
     assert not (tmp_path / "d.sqlite").exists()
 
 

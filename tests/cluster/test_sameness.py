@@ -67,7 +67,7 @@ def test_whatever_results_hang_on_is_compared_before_a_task_is_read(name):
     expected = running_program() | {name: "another"}
     assert run_packed_task(expected, b"nothing that could be read") == ProgramRefusal(running_program())
     assert program_difference(expected) == (
-        "other sources of hcsearch 0.1.0"
+        f"other sources of hcsearch {running_program()['hcsearch']}"
         if name == "sources"
         else f"{name} another instead of {running_program()[name]}"
     )

@@ -1,4 +1,4 @@
-"""Exports opened by independent readers of their formats. Needs the extra `readers`, and node with npm for glTF."""
+"""Exports opened by independent readers of their formats: the dependency group `readers`, and npm for glTF."""
 
 import io
 import json

@@ -1,0 +1,165 @@
+"""What a release is made of: its version, the changelog and its fragments, the citation."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from datetime import date
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.version import Version
+
+import hcsearch
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+CHANGELOG = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+CITATION = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+TYPES = [kind["directory"] for kind in PROJECT["tool"]["towncrier"]["type"]]
+
+
+def fault_of_fragment(name, text):
+    """What is wrong with a fragment of the changelog; empty if nothing is."""
+    if not re.fullmatch(rf"\+[a-z0-9_-]+\.({'|'.join(TYPES)})\.md", name):
+        return f"a fragment is named +SHORT-NAME.TYPE.md, with one of the types {', '.join(TYPES)}"
+    if not re.fullmatch(r"\S.*\.\n", text):
+        return "a fragment is one line that ends with a full stop"
+    if re.search(r"[.!?] +[`A-Z]", text):
+        return "a fragment is one sentence"
+    return ""
+
+
+def test_fragments_of_the_changelog_are_sentences():
+    fragments = {path.name: path for path in (ROOT / "changelog.d").iterdir() if path.name != "README.md"}
+    faults = {name: fault_of_fragment(name, path.read_text(encoding="utf-8")) for name, path in fragments.items()}
+    assert not {name: fault for name, fault in faults.items() if fault}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "fault"),
+    [
+        ("+films.added.md", "`export` writes films, as `ring.gif`, of 1.5 s.\n", ""),
+        ("films.added.md", "`export` writes films.\n", "named"),
+        ("+films.new.md", "`export` writes films.\n", "types"),
+        ("+films.added.md", "`export` writes films\n", "full stop"),
+        ("+films.added.md", "- `export` writes\nfilms.\n", "one line"),
+        ("+films.added.md", "`export` writes films. It also writes stills.\n", "one sentence"),
+    ],
+)
+def test_faults_of_fragments_are_found(name, text, fault):
+    found = fault_of_fragment(name, text)
+    assert fault in found if fault else not found
+
+
+def newest_release():
+    """The version and the day of the uppermost section of the changelog."""
+    return re.search(r"^## (\S+) \((\S+)\)$", CHANGELOG, re.MULTILINE).groups()
+
+
+def test_the_changelog_begins_with_the_release_that_is_cited():
+    cited = yaml.safe_load(CITATION)
+    assert (cited["version"], cited["date-released"]) == newest_release()
+    assert PROJECT["tool"]["towncrier"]["start_string"] in CHANGELOG.partition("\n## ")[0]
+
+
+def test_a_release_has_the_version_that_the_changelog_names():
+    installed = Version(hcsearch.__version__)
+    version, _ = newest_release()
+    assert installed.is_devrelease or installed == Version(version) or installed == fallback_version()
+
+
+def fallback_version():
+    return Version(PROJECT["tool"]["setuptools_scm"]["fallback_version"])
+
+
+@pytest.fixture(scope="module")
+def tagged(tmp_path_factory):
+    """A repository with what determines the version, one commit after the tag v1.2.0."""
+    folder = tmp_path_factory.mktemp("tagged")
+    for name in ("pyproject.toml", ".gitattributes", ".git_archival.txt"):
+        (folder / name).write_bytes((ROOT / name).read_bytes())
+    identity = ["-c", "user.name=one", "-c", "user.email=one@example.org", "-c", "commit.gpgsign=false"]
+    git(folder, "init", "--quiet")
+    git(folder, "add", "--all")
+    git(folder, *identity, "commit", "--quiet", "--message", "one")
+    git(folder, *identity, "tag", "--annotate", "--message", "release", "v1.2.0")
+    git(folder, *identity, "commit", "--quiet", "--allow-empty", "--message", "two")
+    return folder
+
+
+def git(folder, *words):
+    return subprocess.run(["git", *words], cwd=folder, capture_output=True, check=True).stdout
+
+
+def version_of(folder):
+    """The version with which the sources of a folder are built."""
+    done = subprocess.run(
+        [sys.executable, "-m", "setuptools_scm"], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return Version(done.stdout.strip())
+
+
+def unpacked(archive, folder):
+    subprocess.run(["tar", "--extract"], cwd=folder, input=archive, check=True)
+    return folder
+
+
+def test_the_version_is_that_of_the_tag(tagged, tmp_path):
+    assert version_of(tagged) > Version("1.2.0")
+    assert version_of(tagged).is_devrelease
+    assert version_of(unpacked(git(tagged, "archive", "v1.2.0"), tmp_path)) == Version("1.2.0")
+
+
+def test_sources_without_tags_have_a_version_too(tagged, tmp_path):
+    (tmp_path / "pyproject.toml").write_bytes((tagged / "pyproject.toml").read_bytes())
+    assert version_of(tmp_path) == fallback_version()
+    git(tmp_path, "clone", "--quiet", "--no-tags", str(tagged), "clone")
+    assert version_of(tmp_path / "clone").is_devrelease
+
+
+REQUIRED = {"cff-version", "message", "title", "authors"}
+KEYS = REQUIRED | {
+    *("abstract", "commit", "contact", "date-released", "doi", "identifiers", "keywords", "license", "license-url"),
+    *("preferred-citation", "references", "repository", "repository-artifact", "repository-code", "type", "url"),
+    "version",
+}
+"""Keys of version 1.2.0 of the Citation File Format (doi:10.5281/zenodo.5171937): those required, and all."""
+PERSON = {"family-names", "given-names", "name-particle", "name-suffix", "affiliation", "orcid", "email", "alias"}
+ENTITY = {"name", "address", "city", "country", "email", "orcid", "website", "alias"}
+
+
+def faults_of_citation(text):
+    """What is wrong with a citation file, as sentences."""
+    cited = yaml.safe_load(text)
+    faults = [f"{key} is missing" for key in sorted(REQUIRED - cited.keys())]
+    faults += [f"{key} is unknown" for key in sorted(cited.keys() - KEYS)]
+    faults += [f"{key} must be a text" for key in ("version", "date-released") if not isinstance(cited.get(key), str)]
+    works = [cited, *cited.get("references", ())]
+    faults += [f"a reference has no {key}" for key in ("authors", "title", "type") for one in works if key not in one]
+    for author in (author for one in works for author in one.get("authors", ())):
+        if not (author.keys() <= PERSON or ("name" in author and author.keys() <= ENTITY)):
+            faults.append(f"{author} is neither a person nor an entity")
+    try:
+        date.fromisoformat(str(cited.get("date-released")))
+    except ValueError:
+        faults.append("date-released is no date")
+    return faults
+
+
+def test_the_citation_file_is_one():
+    assert faults_of_citation(CITATION) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "planted", "fault"),
+    [
+        ("cff-version: 1.2.0", "cff: 1.2.0", "cff-version is missing"),
+        ("  - name: The hcsearch founders", "  - nom: The hcsearch founders", "neither a person nor an entity"),
+        ('date-released: "', 'date-released: "the ', "no date"),
+    ],
+)
+def test_faults_of_the_citation_file_are_found(line, planted, fault):
+    assert line in CITATION
+    assert any(fault in found for found in faults_of_citation(CITATION.replace(line, planted)))
