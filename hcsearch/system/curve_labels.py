@@ -11,6 +11,8 @@ from hcsearch.basics.array_values import Reals
 
 PlacePoint = tuple[float, float]
 
+COINCIDING_ANGLE = 0.5
+"""Difference in degrees up to which fold angles are drawn as one curve: less than half the width of its line."""
 _STEEPEST = 1.0
 """Greatest rise of a curve under its label, in heights of the label."""
 _FAR = 3.0

@@ -11,7 +11,7 @@ from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.shape.labels import Labels, label_ranges
 from hcsearch.springs.deployment.deployment_facts import deployment_energies
 from hcsearch.springs.deployment.simulated_deployment import Deployment
-from hcsearch.system.curve_labels import coinciding
+from hcsearch.system.curve_labels import COINCIDING_ANGLE, coinciding
 from hcsearch.web.player import Payload
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve, PlotMark, draw_plot
 
@@ -19,8 +19,6 @@ _FINE = 0.004
 """Tolerance of a plotted curve, as a share of the largest energy."""
 _NEAR = 0.01
 """Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
-_COINCIDE = 0.5
-"""Difference in degrees up to which fold angles are drawn as one curve: less than half the width of its line."""
 _AXES = {"time": "time, s", "path": "share of the path"}
 
 
@@ -78,7 +76,7 @@ def _angles(replay: Replay, marks: Sequence[PlotMark]) -> DrawnPlot:
     degrees, places = np.degrees(replay.angles), replay.at.tolist()
     curves = [
         _angle_curve(replay.labels, group, places, degrees[:, group[0]].tolist())
-        for group in coinciding(degrees, _COINCIDE)
+        for group in coinciding(degrees, COINCIDING_ANGLE)
     ]
     return draw_plot(
         *(curves, "Fold angles of the hinges", _AXES[replay.axis], "fold angle, degrees"),
