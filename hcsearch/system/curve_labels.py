@@ -52,11 +52,11 @@ def label_places(
 
     curves : points with rising x. widths : of the labels.
     """
+    reaches = [0.5 * width + 0.25 * frame.height for width in widths]
     xs = np.linspace(frame.left, frame.right, 2 + int((frame.right - frame.left) / (0.5 * frame.height)))
     heights = np.array([_heights(curve, xs) for curve in curves])
     places: list[PlacePoint | None] = []
-    for number, width in enumerate(widths):
-        reach = 0.5 * width + 0.25 * frame.height
+    for number, reach in enumerate(reaches):
         best, most = None, 0.0
         for x, y in zip(xs, heights[number], strict=True):
             under = np.abs(xs - x) <= reach
@@ -65,7 +65,8 @@ def label_places(
             others = np.delete(heights[:, under], number, axis=0)
             rise = float(np.nanmax(np.abs(heights[number, under] - y)))
             room = float(np.nanmin(np.abs(others - y), initial=_FAR * frame.height)) if others.size else np.inf
-            room = min(room, *(_gap((x, y), place, reach) for place in places if place is not None), np.inf)
+            gaps = (_gap((x, y), place, reach + other) for place, other in zip(places, reaches, strict=False))
+            room = min(room, *gaps, np.inf)
             inside = frame.low <= y <= frame.high
             if inside and rise <= _STEEPEST * frame.height and min(room, _FAR * frame.height) > most:
                 best, most = (float(x), float(y)), min(room, _FAR * frame.height)
@@ -75,11 +76,16 @@ def label_places(
 
 def _heights(curve: Sequence[PlacePoint], xs: Reals) -> Reals:
     """Return a curve at some places, not a number outside of it."""
+    if not curve:
+        return np.full(len(xs), np.nan)
     at, values = (np.array(axis, float) for axis in zip(*curve, strict=True))
     heights: Reals = np.interp(xs, at, values, left=np.nan, right=np.nan)
     return heights
 
 
-def _gap(one: PlacePoint, other: PlacePoint, reach: float) -> float:
-    """Return the distance in height between two labels, infinite where they lie beside each other."""
-    return abs(one[1] - other[1]) if abs(one[0] - other[0]) < 2.0 * reach else np.inf
+def _gap(place: PlacePoint, other: PlacePoint | None, reach: float) -> float:
+    """Return the distance in height between two labels, infinite where they lie beside each other or one is missing.
+
+    reach : half of the width of both together.
+    """
+    return np.inf if other is None or abs(place[0] - other[0]) >= reach else abs(place[1] - other[1])

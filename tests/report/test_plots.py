@@ -102,15 +102,17 @@ curves = st.lists(
 @given(curves)
 def test_no_label_covers_another_curve_or_label(lines):
     frame = LabelFrame(0.0, 400.0, 0.0, 100.0, 10.0)
-    places = label_places(lines, [30.0] * len(lines), frame)
+    widths = [10.0 * (k + 1) for k in range(len(lines))]
+    places = label_places(lines, widths, frame)
     found = [(k, place) for k, place in enumerate(places) if place is not None]
     for k, (x, y) in found:
-        under = np.linspace(x - 15, x + 15, 7)
+        under = np.linspace(x - 0.5 * widths[k], x + 0.5 * widths[k], 9)
         assert y == pytest.approx(np.interp(x, *zip(*lines[k], strict=True)))
         for other, line in enumerate(lines):
             if other != k:
                 assert np.abs(np.interp(under, *zip(*line, strict=True)) - y).min() > 5.0
-        assert all(abs(x - a) >= 30 or abs(y - b) >= 10 for other, (a, b) in found if other != k)
+        for other, (a, b) in found:
+            assert other == k or abs(x - a) >= 0.5 * (widths[k] + widths[other]) or abs(y - b) >= 10.0
 
 
 def test_columns_that_differ_by_little_are_one_group():

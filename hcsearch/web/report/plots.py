@@ -116,7 +116,7 @@ def _label_places(
 ) -> list[tuple[float, float] | None]:
     """Return the centre of the label of each curve, None where it does not fit or there is none."""
     lines = [
-        [(x_scale.at(x), y_scale.at(y)) for x, y in zip(curve.x, curve.y, strict=True) if y is not None] or [(0.0, 0.0)]
+        [(x_scale.at(x), y_scale.at(y)) for x, y in zip(curve.x, curve.y, strict=True) if y is not None]
         for curve in curves
     ]
     frame = LabelFrame(_LEFT, PLOT_WIDTH - _RIGHT, top, PLOT_HEIGHT - _BOTTOM, _LABEL_HEIGHT)
