@@ -114,3 +114,13 @@ def test_a_picture_that_fails_leaves_no_file_and_no_settings(tmp_path):
         pass
     assert list(tmp_path.iterdir()) == []
     assert dict(mpl.rcParams.copy()) == before
+
+
+def test_labels_stand_on_curves_and_those_without_room_in_a_legend(tmp_path):
+    with figures.figure_for(tmp_path / "a.png", (6.0, 4.0)) as figure:
+        axes = figure.subplots()
+        for label, height in (("alone", 0.0), ("near", 1.0), ("nearer", 1.01)):
+            axes.plot([0.0, 1.0], [height, height], label=label)
+        figures.label_curves(axes, "curve")
+        assert [text.get_text() for text in axes.texts] == ["alone"]
+        assert [text.get_text() for text in axes.get_legend().get_texts()] == ["near", "nearer"]

@@ -146,15 +146,6 @@ def test_show_takes_the_size_of_panels(run):
     assert "leaving it opens the loops by 1.7 mm" not in thick.stdout
 
 
-@pytest.mark.parametrize("name", ["unit-ii", "thesis-4x4"])
-def test_show_says_where_assemblies_are_shown(run, name):
-    for more in ((), ("--html",)):
-        done = run("show", name, *more)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr == f"hcsearch: {name} is an assembly: see hcsearch assembly {name}\n"
-    assert name in run("assembly", name).stdout
-
-
 def test_sql_asks_for_a_scene_that_is_there(run, database):
     words = ("query", "--sql", "SELECT count(*) FROM designs", "--db", database)
     assert run(*words, "--format", "csv").stdout.split() == ["count(*)", "16"]

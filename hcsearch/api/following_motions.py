@@ -15,14 +15,12 @@ from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.motion.paths.branch_following import follow_branch
-from hcsearch.motion.paths.linkage_motion import LinkageMotion
+from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene
 from hcsearch.system.terminal import write_notice
 
 FollowingProgress = Callable[[int, int, str], None]
-ROW_SPACING = 0.05
-"""Greatest step of a motion, rad in the root mean square of all hinges."""
 _STEPS = ("branches at the start", "motion")
 
 
@@ -77,7 +75,7 @@ def follow_motion(
         until=until,
         stops=stops,
         length=math.inf if length is None else length,
-        max_step=ROW_SPACING * math.sqrt(linkage.n_hinges) if step is None else step,
+        max_step=row_step(linkage) if step is None else step,
         found=None if progress is None else lambda _: progress(1, len(_STEPS), _STEPS[1]),
     )
     write_notice(case.driven_sentence)

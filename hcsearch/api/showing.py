@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,16 +97,18 @@ def show_page(
     scene: str | None = None,
     panel: str | None = None,
 ) -> Path:
-    """Write the HTML page of a design, as `hcsearch show --html` does; return its path.
+    """Write the HTML page of a design or an assembly, as `hcsearch show --html` does; return its path.
 
-    design, db, scene, panel : as in `show`; a circuit is shown in the scene `default`. path : of the file, by default
-    reports/design-DESIGN.html.
+    design, db, scene, panel : as in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
+    path : of the file, by default reports/design-DESIGN.html or reports/assembly-NAME.html.
     """
     from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
 
     check_kinds(show_page, locals())
+    if isinstance(design, str) and design in ASSEMBLIES:
+        return _assembly_page(design, path, db, scene=scene, panel=panel)
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
@@ -119,6 +122,19 @@ def show_page(
     check_output(str(place))
     location = database_location(db)
     return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)
+
+
+def _assembly_page(
+    name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None
+) -> Path:
+    """Write the page of an assembly."""
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
+
+    place = Path(path or f"reports/assembly-{name}.html")
+    check_output(str(place))
+    case = resolve(name, db, scene=scene, panel=panel)
+    return write_assembly(name, case, place, "" if scene is None else f" --scene {shlex.quote(scene)}")
 
 
 def _of_case(case: Case) -> ShownDesign:

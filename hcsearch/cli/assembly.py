@@ -10,9 +10,6 @@ import click
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.options import FiniteNumber, examples_epilog
 from hcsearch.system.outputs import check_output, write_output
-from hcsearch.system.terminal import short_number
-
-_UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 
 
 @click.command(
@@ -57,70 +54,29 @@ def assembly(
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
     else:
-        _print_facts(facts)
+        print_facts(facts)
 
 
 def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(rows, indent=2))
         return
-    table = [(row["name"], row["title"], row["source"], _text(row["parameters"])) for row in rows]
+    from hcsearch.library.assemblies.fact_texts import fact_text
+
+    table = [(row["name"], row["title"], row["source"], fact_text(row["parameters"])) for row in rows]
     widths = [max(len(str(row[k])) for row in table) for k in range(3)]
     for row in table:
         padded = "  ".join(str(text).ljust(width) for text, width in zip(row, widths, strict=False))
         click.echo(f"{padded}  {row[3]}")
 
 
-def _print_facts(facts: dict[str, Any]) -> None:
+def print_facts(facts: dict[str, Any]) -> None:
     """Print the facts, one per line with its unit, then the statements of the thesis."""
-    for name, value in facts.items():
-        if name in {"published", "undecided", "notes", "slit", "hindrances"}:
-            continue
-        if value is None and name not in facts["undecided"]:
-            continue  # not about this assembly
-        label, unit = _label(name)
-        text = f"undecided: {facts['undecided'][name]}" if value is None else f"{_text(value)}{unit}"
+    from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+
+    for label, text in fact_rows(facts):
         click.echo(f"{label:21}{text}")
-    for reason in facts["hindrances"]:
-        click.echo(f"{'':21}{reason}")
-    for row in facts["slit"] or ():
-        click.echo(
-            f"{'slit distance':21}{row['measured_mm']:.6g} mm at phi_1 = {row['phi_1_deg']} degrees, "
-            f"{row['stated_mm']:.6g} mm by eq. 5.27"
-        )
-    for name, row in facts["published"].items():
-        label, unit = _label(name)
-        verdict = {True: "agrees", False: "DIFFERS", None: "undecided"}[row["agree"]]
-        click.echo(f"{'the thesis':21}{label} {_text(row['thesis'])}{unit}: {verdict}")
+    for label, text, verdict in published_rows(facts):
+        click.echo(f"{'the thesis':21}{label} {text}: {verdict}")
     for note in facts["notes"]:
         click.echo(f"{'note':21}{note}")
-
-
-def _label(name: str) -> tuple[str, str]:
-    """Return the name of a fact in words, and its unit."""
-    for ending, unit in _UNITS.items():
-        if name.endswith(ending):
-            return name.removesuffix(ending).replace("_", " "), f" {unit}"
-    return name.replace("_", " "), ""
-
-
-def _text(value: object) -> str:
-    """Return a value as text: lists with spaces, named values with units."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return short_number(value, 6)
-    if isinstance(value, list | tuple):
-        return " ".join(map(_text, value))
-    if isinstance(value, dict):
-        parts = []
-        for name, part in value.items():
-            label, unit = _label(name)
-            if name == "size":
-                parts.append("size any" if part is None else f"size {part[0]}x{part[1]}")
-            elif name.isdigit():
-                parts.append(f"{part} of {name}")
-            else:
-                parts.append(f"{label} {_text(part)}{unit}")
-        return ", ".join(parts)
-    return str(value)

@@ -20,16 +20,23 @@ if TYPE_CHECKING:
 
 @click.command(
     epilog=examples_epilog(
-        "hcsearch show 17:4", "hcsearch show hex:0234550132", "hcsearch show 17 --html --output design.html"
+        "hcsearch show 17:4",
+        "hcsearch show hex:0234550132",
+        "hcsearch show 17 --html --output design.html",
+        "hcsearch show unit-ii --html",
     )
 )
-@click.argument("design", metavar="DESIGN[:CREASE]")
+@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY")
 @database_option
 @scene_options
 @click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
-@click.option("--output", metavar="FILE", help="The file of the page.  [default: reports/design-DESIGN.html]")
+@click.option(
+    "--output",
+    metavar="FILE",
+    help="The file of the page.  [default: reports/design-DESIGN.html or reports/assembly-ASSEMBLY.html]",
+)
 def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bool, output: str | None) -> None:
-    """Print a design and its foldings, or write a page.
+    """Print a design and its foldings, or an assembly of the thesis, or write a page.
 
     A design is named by its id in the database or by the notation of its circuit, which may be in any position, order
     or direction and needs no database. DESIGN:CREASE shows one folding. Creases have the numbers of the canonical
@@ -38,13 +45,23 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     For foldings without twist the command prints the degrees of freedom and whether the folded or the flat state is
     proved to be locked, and for a design named by its id the paths and deployments in the database. Status and numbers
     are those in a scene, and so are all results on the page; for a circuit, motions are planned and simulated anew.
+
+    For an assembly, the command prints its properties like `hcsearch assembly`, and the page plays its motion by
+    springs.
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
-    from hcsearch.api import showing
+    from hcsearch.api import describing, showing
+    from hcsearch.cli.assembly import print_facts
+    from hcsearch.library.assemblies import ASSEMBLIES
 
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
+        return
+    if design in ASSEMBLIES:
+        if scene or panel:
+            raise HcsearchError("the properties of an assembly depend on no scene: add --html, or leave the scene out")
+        print_facts(describing.describe(design))
         return
     shown = showing.show(design, db=db, scene=scene, panel=panel)
     _print_circuit(shown)

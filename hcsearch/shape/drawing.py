@@ -112,6 +112,7 @@ def draw_circuit(
     size: tuple[float, float] | None = None,
     title: str = "",
     standalone: bool = True,
+    parts: bool = False,
 ) -> str:
     """Draw a circuit through its panels, with hinges where it crosses an edge and slits where it does not.
 
@@ -119,7 +120,7 @@ def draw_circuit(
     assignment : shape (n,), `mountain`, `valley` or `flat` for each crease; the panels at flat creases, which are the
         outer layers of a folding, are shaded. None: hinges of no known fold.
     numbers : write the numbers of the creases, and mark panel 0.
-    size, standalone : as in `draw_array`.
+    size, standalone : as in `draw_array`. parts : with the shapes of `part_shapes`.
     """
     sheet = _Sheet(tiling, cells, size)
     n = len(cells)
@@ -136,7 +137,23 @@ def draw_circuit(
     marks.append(svg_path("slit", sheet.edges.values()))
     if numbers:
         marks += [_start(sheet.centres[0]), _numbers(creases)]
+    if parts:
+        marks.append(part_shapes([[panel] for panel in sheet.panels], [[crease] for crease in creases]))
     return sheet.svg(marks, title or f"{tiling.name} circuit", standalone)
+
+
+def part_shapes(
+    panels: Sequence[Sequence[Sequence[DrawingPoint]]], hinges: Sequence[Sequence[Sequence[DrawingPoint]]]
+) -> str:
+    """Write a shape over each panel and each hinge, by which the script of a page finds and marks them.
+
+    panels, hinges : the lines of each, by number. The page must make the shapes of class `part` transparent.
+    """
+    return "".join(
+        f'<path class="part" data-{kind}="{number}" d="{"".join(f"M{_by_steps(line)}{end}" for line in lines)}"/>'
+        for kind, end, shapes in (("panel", "z", panels), ("hinge", "", hinges))
+        for number, lines in enumerate(shapes)
+    )
 
 
 def stylesheet(scope: str = "svg") -> str:

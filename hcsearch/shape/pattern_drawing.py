@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from hcsearch.shape.drawing import DRAWING_MARGIN, DRAWING_SIDE_UNITS, DrawingPoint, by_points, svg, svg_path
+from hcsearch.shape.drawing import (
+    DRAWING_MARGIN,
+    DRAWING_SIDE_UNITS,
+    DrawingPoint,
+    by_points,
+    part_shapes,
+    svg,
+    svg_path,
+)
 from hcsearch.shape.mesh import PlanePoint
 from hcsearch.shape.pattern import Pattern
 
@@ -15,10 +23,12 @@ PATTERN_SIDE_PIXELS = 48
 _path = partial(svg_path, write=by_points)
 
 
-def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
+def draw_pattern(pattern: Pattern, title: str = "pattern", *, standalone: bool = True) -> str:
     """Draw a flat pattern seen from above: hinges on the top face are valleys, on the bottom face mountains.
 
     Hinges that stay flat in the folded state are drawn as hinges, shared edges without a crease as slits.
+    standalone : with the style of each line and a size in pixels; else the page styles the classes, and there is a
+    shape over each panel and hinge (`part_shapes`).
     """
     scale = DRAWING_SIDE_UNITS / pattern.size
     left, top = min(x for x, _ in pattern.vertices), max(y for _, y in pattern.vertices)
@@ -37,7 +47,13 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
         else:
             continue
         kinds[kind].append([pixels[end] for end in ends])
-    outlines = [[pixels[v] for v in walk] for outline in pattern.outlines for walk in outline]
-    marks = [_path("panel", outlines, closed=True), *(_path(kind, lines) for kind, lines in kinds.items())]
+    outlines = [[[pixels[v] for v in walk] for walk in outline] for outline in pattern.outlines]
+    marks = [
+        _path("panel", [walk for outline in outlines for walk in outline], closed=True),
+        *(_path(kind, lines) for kind, lines in kinds.items()),
+    ]
+    if not standalone:
+        hinges = [[[pixel(hinge.start), pixel(hinge.end)]] for hinge in pattern.hinges]
+        marks.append(part_shapes(outlines, hinges))
     width, height = (max(values) + DRAWING_MARGIN for values in zip(*pixels, strict=True))
-    return svg(marks, title, (width, height), PATTERN_SIDE_PIXELS) + "\n"
+    return svg(marks, title, (width, height), PATTERN_SIDE_PIXELS if standalone else None) + "\n"

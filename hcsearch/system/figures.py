@@ -13,12 +13,16 @@ from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.system.curve_labels import LabelFrame, label_places
 from hcsearch.system.outputs import PICTURE_SUFFIXES, check_output, replacing_file
 
 if TYPE_CHECKING:
     import matplotlib.axes
     import matplotlib.figure
+    from matplotlib.lines import Line2D
 
     Axes: TypeAlias = matplotlib.axes.Axes
     Figure: TypeAlias = matplotlib.figure.Figure
@@ -46,8 +50,12 @@ def curve_look(number: int) -> CurveLook:
     )
 
 
+DEGREE_STEPS = (1, 1.5, 3, 4.5, 6, 9, 10)
+"""Distances of ticks for angles in degrees, times a power of ten."""
 LINE_WIDTH, LINE_WIDTH_STEP = 1.4, 1.2
 """Line width, and its increment each time the looks repeat, pt."""
+_LETTER_WIDTH, _LABEL_HEIGHT = 5.2, 10.0
+"""Width of a letter and height of a label on a curve, pt."""
 TITLE_WIDTH = 92
 """Maximum number of characters in a line of a title."""
 _BACKEND = "MPLBACKEND"
@@ -98,6 +106,33 @@ def add_legend(axes: Axes, title: str) -> None:
     if line_count:
         position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         axes.legend(title=title, fontsize="x-small", ncols=1 + (line_count - 1) // 20, handlelength=3.5, **position)
+
+
+def label_curves(axes: Axes, title: str) -> None:
+    """Write the label of each curve on it where it covers no other curve, and add a legend of those without room."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415 - only where a picture is wanted
+
+    figure: Any = axes.figure
+    figure.draw_without_rendering()  # places of curves are known only then
+    bounds, point = axes.bbox, figure.dpi / 72.0
+    frame = LabelFrame(bounds.x0, bounds.x1, bounds.y0, bounds.y1, _LABEL_HEIGHT * point)
+    lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
+    widths = [_LETTER_WIDTH * point * len(str(line.get_label())) for line in lines]
+    look: dict[str, Any] = {"fontsize": "x-small", "fontweight": "bold", "ha": "center", "va": "center"}
+    look["path_effects"] = [withStroke(linewidth=3.0, foreground="white")]
+    places = label_places([_pixels(axes, line) for line in lines], widths, frame)
+    for line, place in zip(lines, places, strict=True):
+        if place is not None:
+            x, y = axes.transData.inverted().transform(place)
+            axes.text(x, y, str(line.get_label()), color=line.get_color(), **look)
+            line.set_label(f"_{line.get_label()}")
+    add_legend(axes, title)
+
+
+def _pixels(axes: Axes, line: Line2D) -> list[tuple[float, float]]:
+    """Return the points of a curve in pixels, without values that overflowed."""
+    points = axes.transData.transform(np.asarray(line.get_xydata(), float))
+    return [(float(x), float(y)) for x, y in points[np.isfinite(points).all(axis=1)]]
 
 
 def set_title(axes: Axes, title: str) -> None:

@@ -71,7 +71,7 @@ def test_a_notebook_shows_the_page_in_a_frame(replay):
     reader.feed(frame)
     ((tag, attributes),) = reader.tags
     assert tag == "iframe"
-    assert attributes["sandbox"] == "allow-scripts"
+    assert attributes["sandbox"] == "allow-scripts allow-downloads"
     assert attributes["srcdoc"] == player_html(replay)
     assert unescape(attributes["title"]) == replay.title
 

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from hcsearch.web.player import motion_json, payload_of, player_html, player_script
+from hcsearch.web.player.player_page import NOTEBOOK_FRAME_HEIGHT
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of, twin_poses
 
@@ -280,6 +281,90 @@ def test_paper_has_five_stills_in_place_of_the_picture(tab, tmp_path, dark):
     assert tab.value(f"['.view', '.bar', '.tools', '.stills'].map({shown})") == ["none", "none", "none", "grid"]
     tab.call("Emulation.setEmulatedMedia", media="")
     assert tab.complaints == []
+
+
+def test_named_views_look_from_the_top_and_from_the_front(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value(MOUNT % "{at: 1}")
+
+    def height(name: str) -> float:
+        tab.value(f"[...{ROOT}.querySelectorAll('.looks button')].find(b => b.textContent === '{name}').click()")
+        rows = np.flatnonzero((image(tab.value("handle.still(1, 400, 300)"))[..., 3] > 0.5).any(axis=1))
+        return float(rows[-1] - rows[0])
+
+    assert height("Top") > 8 * height("Front") > 0  # ten hexagons of 50 mm that are 6 mm thick
+
+
+def test_a_motion_in_a_loop_begins_again(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path, still=False)
+    tab.value(MOUNT % "{at: 0.95, loop: true}")
+    tab.value("handle.setSpeed(4); handle.play()")
+    tab.until("handle.at === 1")
+    tab.until("handle.playing && handle.at > 0 && handle.at < 0.5")
+
+
+def test_a_saved_picture_is_a_file_named_by_the_motion(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value(MOUNT % "{at: 0.25}")
+    tab.value("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href]; }")
+    tab.value(f"[...{ROOT}.querySelectorAll('button')].find(b => b.textContent === 'Save picture').click()")
+    tab.until("Boolean(window.saved)")
+    name, address = tab.value("window.saved")
+    assert name == "hex-0234550132-4-25.0.png"
+    assert address.startswith("blob:")
+    assert tab.complaints == []
+
+
+def test_panels_and_hinges_are_pointed_out_in_both_directions(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value("window.seen = []")
+    tab.value(MOUNT % "{at: 1, moved: (at) => { window.place = at; }, pointed: (panel) => window.seen.push(panel)}")
+    plain = image(tab.value("handle.still(1, 400, 300)"))
+    tab.value("handle.mark({hinges: [0]})")
+    hinge = image(tab.value("handle.still(1, 400, 300)"))
+    tab.value("handle.mark({panels: [0]})")
+    panel = image(tab.value("handle.still(1, 400, 300)"))
+    assert 0.001 < differ(plain, hinge) < differ(plain, panel) < 0.2
+    tab.value(f"{ROOT}.querySelectorAll('.looks button')[0].click(), {TWO_FRAMES}")
+    left, top, width, height = tab.value(
+        f"(r => [r.left, r.top, r.width, r.height])({ROOT}.querySelector('.stage').getBoundingClientRect())"
+    )
+    tab.mouse("mouseMoved", left + 0.46 * width, top + 0.5 * height)
+    tab.mouse("mouseMoved", left + 0.01 * width, top + 0.02 * height)
+    panels = tab.value("window.seen")
+    assert panels[-1] is None
+    assert panels[0] in range(10)
+    tab.value(f"handle.seek(0.5), {TWO_FRAMES}")
+    assert tab.value("window.place") == 0.5
+
+
+def test_numbers_that_could_be_read_upside_down_are_underlined(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value(
+        "window.bars = []; const fill = CanvasRenderingContext2D.prototype.fillRect;"
+        "const write = CanvasRenderingContext2D.prototype.fillText;"
+        "CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {"
+        " window.text = text; write.call(this, text, ...more); };"
+        "CanvasRenderingContext2D.prototype.fillRect = function (...more) {"
+        " window.bars.push(window.text); fill.apply(this, more); };"
+    )
+    tab.value(MOUNT % "{numbers: true}")
+    assert tab.value("window.bars") == ["6", "9"]
+
+
+@pytest.mark.parametrize("width", [800, 1100])
+def test_a_frame_of_a_notebook_cuts_nothing(tab, tmp_path, width):
+    show(tab, player_html(replay_of(FOLDING)), tmp_path, width=width)
+    tab.call(
+        "Emulation.setDeviceMetricsOverride",
+        width=width,
+        height=NOTEBOOK_FRAME_HEIGHT,
+        deviceScaleFactor=1,
+        mobile=False,
+    )
+    tab.value(TWO_FRAMES)
+    assert tab.value("document.documentElement.scrollHeight") <= NOTEBOOK_FRAME_HEIGHT
+    assert tab.value(f"{ROOT}.querySelector('.stage').clientHeight") > 240
 
 
 def test_a_narrow_window_holds_all_of_it(tab, tmp_path):

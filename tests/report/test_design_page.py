@@ -54,7 +54,7 @@ def page_of(path: str, number: int, name: str, scene: str = "default"):
 
 def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):
     (shown,) = computed.foldings
-    path, springs, mode = shown.motions
+    springs, path, mode = shown.motions  # springs give the status
     assert (mode.title, mode.shows, mode.plots) == ("First mode of the flat array", "", ())
     assert mode.command == "hcsearch sheet hex:0234550132:4"
     assert (shown.status, path.shows, springs.shows) == ("deploys", "movable", "deploys")
@@ -67,15 +67,18 @@ def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(co
     assert computed.row == {}
 
 
-def test_curves_are_named_by_crease_and_there_is_one_for_each_hinge(computed):
+def test_curves_are_named_by_crease_and_each_hinge_has_one(computed):
     for motion in computed.foldings[0].motions[:2]:
         angles = motion.plots[1]
-        names = motion.payload["labels"]["hinges"]
-        assert angles.names == tuple(f"crease {name}" for name in names)
-        assert angles.svg.count('class="curve"') == len(names)
-    rigid = computed.foldings[0].motions[1]
-    assert len(rigid.plots[1].names) == 8  # the flat creases 4 and 9 have no hinge
-    assert not {"crease 4", "crease 9"} & set(rigid.plots[1].names)
+        drawn = re.findall(r'class="line" data-hinges="([^"]*)"', angles.svg)
+        hinges = sorted(int(hinge) for group in drawn for hinge in group.split())
+        assert hinges == list(range(len(motion.payload["labels"]["hinges"])))
+        assert angles.svg.count('class="curve"') == len(drawn)
+    rigid = computed.foldings[0].motions[0]
+    assert len(rigid.payload["labels"]["hinges"]) == 8  # the flat creases 4 and 9 have no hinge
+    titles = " ".join(re.findall(r"<title>(creases? [^<]*)</title>", rigid.plots[1].svg))
+    assert "crease 3" in titles
+    assert not {"4", "9"} & set(re.findall(r"\d+", titles))
 
 
 def test_the_page_says_what_is_known_and_holds_the_motions(computed):
@@ -86,6 +89,8 @@ def test_the_page_says_what_is_known_and_holds_the_motions(computed):
         assert known in joined
     assert data_of(text) == [motion.payload for motion in computed.foldings[0].motions]
     assert page.count("script") == 3  # data, player, program
+    assert "Springs alone open it in 0.141 s" in joined
+    assert [attrs["data-motion"] for attrs in page.with_class("player") if "data-plays" in attrs] == ["0"]
     assert [attrs["data-motion"] for attrs in page.with_class("player")] == ["0", "1", "2"]
     (shown,) = computed.foldings
     for row in shown.sheet.rows:

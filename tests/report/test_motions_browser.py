@@ -61,13 +61,19 @@ def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_
     assert tab.requests == [path.as_uri()]
 
 
+@pytest.fixture(scope="module")
+def design_page():
+    return render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
+
+
 @pytest.mark.parametrize("width", [1300, 390])
-def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, tmp_path, width):
-    text = render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
-    path = show(tab, text, tmp_path, width)
+def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, design_page, tmp_path, width):
+    path = show(tab, design_page, tmp_path, width)
+    player = tab.value("document.querySelector('.player').getBoundingClientRect().top")
+    assert 0 < player < 450  # on the first screen
     for k in (0, 1):
         tab.value(f"document.querySelector('[data-motion=\"{k}\"]').scrollIntoView()")
-        tab.until(f"Boolean(document.querySelector('[data-motion=\"{k}\"]').dataset.mounted)")
+        tab.until(f"document.querySelector('[data-motion=\"{k}\"]').childElementCount === 1")
         tab.value(TWO_FRAMES)
         assert mounted(tab, f'[data-motion="{k}"]')
     assert tab.value("document.documentElement.scrollWidth") <= width
@@ -75,10 +81,56 @@ def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, tmp_pa
     assert tab.requests == [path.as_uri()]
 
 
-def test_motions_that_were_never_seen_are_printed(tab, tmp_path):
-    text = render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
-    show(tab, text, tmp_path)
+SLIDER = "Number(document.querySelector('.player').firstElementChild.shadowRoot.querySelector('input').value)"
+
+
+def test_plots_move_with_the_player_and_a_click_in_a_plot_moves_it(tab, design_page, tmp_path):
+    show(tab, design_page, tmp_path)
+    tab.until(f"{SLIDER} > 20")  # it plays at once
+    cursors = tab.value(
+        "[...document.querySelectorAll('.first .cursor')].map((line) => line.getAttribute('transform'))"
+    )
+    assert len(cursors) == 3
+    assert len(set(cursors)) == 1
+    tab.value("document.querySelector('.first .plot').scrollIntoView({block: 'center'})")
+    box = "(r => [r.left, r.top, r.width, r.height])(document.querySelector('.first .plot').getBoundingClientRect())"
+    left, top, width, height = tab.value(box)
+    place = left + (74 + 0.75 * (468 - 74)) / 480 * width
+    tab.value("document.querySelector('.player').firstElementChild.shadowRoot.querySelector('.go').click()")
+    tab.mouse("mousePressed", place, top + 0.5 * height, button="left", clickCount=1)
+    tab.mouse("mouseReleased", place, top + 0.5 * height, button="left", clickCount=1)
+    tab.until(f"Math.abs({SLIDER} - 750) < 5")
+    assert tab.complaints == []
+
+
+def test_a_hinge_is_pointed_out_in_picture_and_plots(tab, design_page, tmp_path):
+    show(tab, design_page, tmp_path)
+    tab.value(
+        "(s => { s.value = 'hinge 3'; s.dispatchEvent(new Event('change')); })(document.querySelector('.pick select'))"
+    )
+    assert tab.value("[...document.querySelectorAll('.part.on')].map((part) => part.dataset.hinge)") == ["3"]
+    shown = (
+        "[...document.querySelectorAll('.first .line[data-hinges]:not(.off) title')].map((title) => title.textContent)"
+    )
+    assert tab.value(shown) == ["crease 3"]
+    over = "dispatchEvent(new PointerEvent('pointerover', {bubbles: true}))"
+    tab.value(f"document.querySelector('.part[data-panel=\"4\"]').{over}")
+    assert tab.value("[...document.querySelectorAll('.part.on')].map((part) => part.dataset.panel)") == ["4"]
+    # panels 4 and 5 are one here, with the creases 3 and 5
+    assert {"crease 3", "crease 5"} <= set(tab.value(shown))
+    tab.value("document.querySelector('.part').dispatchEvent(new PointerEvent('pointerout', {bubbles: true}))")
+    assert tab.value("document.querySelectorAll('.part.on, .off').length") == 0
+    assert tab.complaints == []
+
+
+def test_motions_that_were_never_seen_are_printed_and_folded_parts_are_opened(tab, design_page, tmp_path):
+    show(tab, design_page, tmp_path)
+    closed = "document.querySelectorAll('details:not([open])').length"
+    before = tab.value(closed)
     tab.value("dispatchEvent(new Event('beforeprint'))")
+    assert (before, tab.value(closed)) == (2, 0)
     stills = "p.firstElementChild.shadowRoot.querySelectorAll('.stills canvas').length"
     assert tab.value(f"[...document.querySelectorAll('.player')].map((p) => {stills})") == [5, 5, 5]
+    tab.value("dispatchEvent(new Event('afterprint'))")
+    assert tab.value(closed) == before
     assert tab.complaints == []

@@ -30,6 +30,14 @@ if TYPE_CHECKING:
 MOTION_SUFFIXES = (".csv", ".parquet", ".json")
 """Endings of files with the table of a motion."""
 
+_ROW_SPACING = 0.05
+"""Greatest step of a motion, rad in the root mean square of all hinges."""
+
+
+def row_step(linkage: Linkage) -> float:
+    """Return the greatest arc length between two states of a motion by default, rad."""
+    return _ROW_SPACING * math.sqrt(linkage.n_hinges)
+
 
 class MotionRows(NamedTuple):
     """The states of a motion and the singular states between them, in their order.

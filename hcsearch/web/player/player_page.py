@@ -28,7 +28,7 @@ def digest_of(text: str) -> str:
 
 
 NOTEBOOK_FRAME_HEIGHT = 640
-"""Height of the frame in a notebook, pixels."""
+"""Height of the frame in a notebook, pixels; the picture takes what the controls and texts leave of it."""
 
 PAGE_COLOURS = """
 :root {
@@ -48,10 +48,12 @@ _STYLE = (
     + """\
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--page); color: var(--text); font: 15px/1.45 system-ui, sans-serif; }
-main { max-width: 1080px; margin: 0 auto; padding: 20px 24px 32px; }
+main { display: flex; flex-direction: column; min-height: 100dvh; max-width: 1080px;
+  margin: 0 auto; padding: 20px 24px; }
+#player { display: flex; flex-direction: column; flex: 1; }
 h1 { margin: 0 0 14px; font-size: 20px; line-height: 1.25; overflow-wrap: anywhere; }
-@media (max-width: 520px) { main { padding: 12px 12px 24px; } h1 { font-size: 17px; } }
-@media print { :root { --page: #ffffff; } main { max-width: none; padding: 0; } }
+@media (max-width: 520px) { main { padding: 12px; } h1 { font-size: 17px; } }
+@media print { :root { --page: #ffffff; } main { max-width: none; min-height: 0; padding: 0; } }
 """
 )
 
@@ -78,7 +80,7 @@ _PAGE = Template("""<!DOCTYPE html>
 
 _START = """
 hcsearchPlayer.mount(
-  document.getElementById("player"), document.getElementById("motion").textContent, { autoplay: true }
+  document.getElementById("player"), document.getElementById("motion").textContent, { autoplay: true, fill: true }
 );
 """
 
@@ -100,8 +102,8 @@ def player_html(replay: Replay) -> str:
 def notebook_html(replay: Replay) -> str:
     """Return the page of a motion in a sandboxed frame for notebooks, isolated from the notebook's page."""
     return (
-        f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts" width="100%" height="{NOTEBOOK_FRAME_HEIGHT}" '
-        f'frameborder="0" srcdoc="{escape(player_html(replay))}"></iframe>'
+        f'<iframe title="{escape(replay.title)}" sandbox="allow-scripts allow-downloads" width="100%" '
+        f'height="{NOTEBOOK_FRAME_HEIGHT}" frameborder="0" srcdoc="{escape(player_html(replay))}"></iframe>'
     )
 
 

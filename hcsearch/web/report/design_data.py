@@ -18,7 +18,7 @@ from hcsearch.cases.stored_scenes import stored_scene
 from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.designs.panel_sizes import panel_text
+from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.export.bill_items import BillOfMaterials, bill_of_case
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
@@ -32,7 +32,9 @@ from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of
-from hcsearch.web.report.plots import DrawnPlot, marks_of_motion, plots_of
+from hcsearch.web.report.lead_sentences import design_sentence
+from hcsearch.web.report.motion_plots import marks_of_motion, plots_of
+from hcsearch.web.report.plots import DrawnPlot
 from hcsearch.web.report.reasons import best_deployment, play_of_row, status_reason, verdict_of_row
 from hcsearch.web.report.templating import database_option_text, scene_option_text
 
@@ -79,7 +81,8 @@ class ShownFolding:
 class DesignData:
     """The content of the page; row : of the view `designs`, empty if not stored. meta : what the results depend on.
 
-    links : (words, address) of neighbouring pages. exports : addresses of files by crease of a folding, on a server.
+    sentence : what the design is, and whether it opens. links : (words, address) of neighbouring pages.
+    exports : addresses of files by crease of a folding, on a server.
     """
 
     title: str
@@ -89,6 +92,7 @@ class DesignData:
     meta: Sequence[tuple[str, str]]
     foldings: Sequence[ShownFolding]
     best: int | None
+    sentence: str
     size: tuple[float, float] | None = None
     links: Sequence[tuple[str, str]] = ()
     exports: Mapping[int, Sequence[tuple[str, str]]] = field(default_factory=dict)
@@ -115,9 +119,11 @@ def fetch_design_data(
     stored = _Known() if database is None else _known(database, number, circuit, scene)
     ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
     shown = [_folding(folding, stored, values, db) for folding in ordered]
-    best = min(range(len(shown)), key=lambda k: _order(shown[k].status), default=None)
-    if best is not None and shown[best].motions:
-        shown[best] = _with_sheet(shown[best], stored, values, db)
+    if stored.best is None:
+        shown.sort(key=lambda folding: _order(folding.status))
+    best = shown[0] if shown else None
+    if best is not None and best.motions:
+        shown[0] = _with_sheet(best, stored, values, db)
     return DesignData(
         title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
         notation=circuit.notation,
@@ -134,8 +140,16 @@ def fetch_design_data(
         ],
         foldings=shown,
         best=stored.best,
+        sentence=_sentence(circuit, panel, best),
         size=(1e3 * panel[0], 1e3 * panel[1]),
     )
+
+
+def _sentence(circuit: Circuit, panel: PanelSize, best: ShownFolding | None) -> str:
+    if best is None:
+        return design_sentence(circuit, panel, "no_folding", None)
+    springs = [motion.payload["at"][-1] for motion in best.motions[:1] if best.status == "deploys"]
+    return design_sentence(circuit, panel, best.status, best.room, *springs)
 
 
 @dataclass(frozen=True)
@@ -240,7 +254,10 @@ def _shown(motions: Sequence[ShownMotion]) -> str:
 def _motions(
     folding: Folding, stored: _Known, row: ViewRow, deployments: Sequence[ViewRow], db: str
 ) -> list[ShownMotion]:
-    """Return the path of a folding and the motion of its best deployment, or in `default` if it is not stored."""
+    """Return the path of a folding and the motion of its best deployment, or in `default` if it is not stored.
+
+    The motion that gave the folding its status comes first.
+    """
     motions, best, verdict = [], best_deployment(deployments), verdict_of_row(row, deployments)
     path = stored.path(folding, db)
     if path is not None:
@@ -276,5 +293,8 @@ def _motions(
     )
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
     plots = plots_of(replay, payload, deployment)
-    motions.append(ShownMotion("Motion by springs", source, command, payload, plots, shows))
+    opens = shows == "deploys" or (verdict is not None and verdict.status == "deploys")
+    motions.insert(
+        0 if opens else len(motions), ShownMotion("Motion by springs", source, command, payload, plots, shows)
+    )
     return motions

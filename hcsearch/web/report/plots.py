@@ -1,37 +1,42 @@
-"""Line plots as inline SVG: curves, marks, and the plots of a motion."""
+"""Line plots as inline SVG: curves with labels, and marks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-import numpy as np
-
-from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay, thin_states
-from hcsearch.springs.deployment.deployment_facts import deployment_energies
-from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.system.curve_labels import LabelFrame, label_places
 from hcsearch.system.figures import CurveLook, curve_look
-from hcsearch.web.player import Payload
 
 PLOT_WIDTH, PLOT_HEIGHT = 480, 220
 _LEFT, _RIGHT, _TOP, _BOTTOM = 74, 12, 10, 42
+_MARK_LINE = 15
+"""Height of the label of a mark, which stands above the plot, pixels."""
 _SURE = 4
 """Distance of certified intervals below the axis, so that they hide no curve, pixels."""
 _TICKS = 6
+_LETTER, _LABEL_HEIGHT = 7.5, 16.0
+"""Width of a letter and height of a label on a curve, pixels, where the page is narrow and letters are larger."""
+_DEGREES = (1, 5, 10, 30, 45, 90, 180, 360)
 
 PlottedNumber = float | None
 
 
 @dataclass(frozen=True)
 class PlotCurve:
-    """A curve of a plot, interrupted where a value is None."""
+    """A curve of a plot, interrupted where a value is None.
+
+    label : written on the curve, where it fits. hinges : numbers of the hinges whose curve it is, in the payload of the
+    plotted motion; a page marks the curve together with them.
+    """
 
     name: str
     x: Sequence[float]
     y: Sequence[PlottedNumber]
+    label: str = ""
+    hinges: Sequence[int] = ()
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,16 @@ class PlotMark:
     is_collision: bool = False
 
 
+@dataclass(frozen=True)
+class DrawnPlot:
+    """A drawn plot. legend : number and name of each curve that has a label, but no place for it on the curve."""
+
+    title: str
+    svg: str
+    legend: tuple[tuple[int, PlotCurve], ...] = ()
+    note: str = ""
+
+
 def draw_plot(
     curves: Sequence[PlotCurve],
     title: str,
@@ -52,33 +67,61 @@ def draw_plot(
     marks: Sequence[PlotMark] = (),
     spans: Sequence[tuple[float, float]] = (),
     linear_to: float | None = None,
-) -> str:
+    degrees: bool = False,
+    note: str = "",
+) -> DrawnPlot:
     """Return a drawing of curves over a common axis; texts have the colour of the page.
 
     spans : intervals drawn below the horizontal axis. linear_to : absolute value beyond which the vertical scale is
-    logarithmic, on both sides; linear if not given. The curves need at least one number.
+    logarithmic, on both sides; linear if not given. degrees : the vertical scale has ticks for angles in degrees. The
+    curves need at least one number.
     """
+    top = _TOP + _MARK_LINE * len(marks)
     x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, PLOT_WIDTH - _RIGHT, tight=True)
     values = [y for curve in curves for y in curve.y if y is not None]
-    y_places = (PLOT_HEIGHT - _BOTTOM, _TOP)
-    y_scale = _scale(values, *y_places, tight=False) if linear_to is None else _log_scale(values, *y_places, linear_to)
-    body = [_grid(x_scale, y_scale), _labels(x_label, y_label)]
+    y_places = (PLOT_HEIGHT - _BOTTOM, top)
+    if linear_to is None:
+        y_scale = _scale(values, *y_places, tight=False, steps=_DEGREES if degrees else None)
+    else:
+        y_scale = _log_scale(values, *y_places, linear_to)
+    body = [_grid(x_scale, y_scale, top), _labels(x_label, y_label, top)]
     base = PLOT_HEIGHT - _BOTTOM
     for begin, end in spans:
         body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base + _SURE}H{x_scale.at(end):.1f}"/>')
+    places = _label_places(curves, x_scale, y_scale, top)
     body += [_line(curve, curve_look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
+    body += [
+        f'<text class="name" x="{place[0]:.1f}" y="{place[1] + 4:.1f}" text-anchor="middle"{_hinges(curve)}>'
+        f"{escape(curve.label)}</text>"
+        for curve, place in zip(curves, places, strict=True)
+        if place is not None
+    ]
     for k, mark in enumerate(marks):
         x, kind = x_scale.at(mark.x), "bad" if mark.is_collision else "mark"
-        anchor, beside = ("end", -5) if x > 0.6 * PLOT_WIDTH else ("start", 5)
-        body.append(f'<path class="{kind}" d="M{x:.1f} {_TOP}V{base}"/>')
-        body.append(
-            f'<text class="{kind}" x="{x + beside:.1f}" y="{_TOP + 12 + 15 * k}" text-anchor="{anchor}">'
-            f"{escape(mark.text)}</text>"
-        )
-    return (
-        f'<svg class="plot" role="img" viewBox="0 0 {PLOT_WIDTH} {PLOT_HEIGHT}"><title>{escape(title)}</title>'
-        f"{''.join(body)}</svg>"
+        anchor = "end" if x > 0.6 * PLOT_WIDTH else "start"
+        y = _TOP + _MARK_LINE * k
+        body.append(f'<path class="{kind}" d="M{x:.1f} {y + 5}V{base}"/>')
+        body.append(f'<text class="{kind}" x="{x:.1f}" y="{y + 2}" text-anchor="{anchor}">{escape(mark.text)}</text>')
+    svg = (
+        f'<svg class="plot" role="img" viewBox="0 0 {PLOT_WIDTH} {PLOT_HEIGHT}" data-left="{_LEFT}" '
+        f'data-right="{PLOT_WIDTH - _RIGHT}"><title>{escape(title)}</title>{"".join(body)}</svg>'
     )
+    numbered = enumerate(zip(curves, places, strict=True))
+    legend = tuple((k, curve) for k, (curve, place) in numbered if curve.label and place is None)
+    return DrawnPlot(title, svg, legend, note)
+
+
+def _label_places(
+    curves: Sequence[PlotCurve], x_scale: _Scale, y_scale: _Scale, top: float
+) -> list[tuple[float, float] | None]:
+    """Return the centre of the label of each curve, None where it does not fit or there is none."""
+    lines = [
+        [(x_scale.at(x), y_scale.at(y)) for x, y in zip(curve.x, curve.y, strict=True) if y is not None]
+        for curve in curves
+    ]
+    frame = LabelFrame(_LEFT, PLOT_WIDTH - _RIGHT, top, PLOT_HEIGHT - _BOTTOM, _LABEL_HEIGHT)
+    places = label_places(lines, [_LETTER * len(curve.label) for curve in curves], frame)
+    return [place if curve.label else None for curve, place in zip(curves, places, strict=True)]
 
 
 def curve_swatch(k: int) -> str:
@@ -112,12 +155,18 @@ class _Scale:
         return math.copysign(ratio if ratio <= 1.0 else 1.0 + math.log10(ratio), value)
 
 
-def _scale(values: Sequence[float], begin: float, end: float, *, tight: bool) -> _Scale:
-    """Return a linear scale over some values, tight or extended to the next ticks."""
+def _scale(
+    values: Sequence[float], begin: float, end: float, *, tight: bool, steps: Sequence[float] | None = None
+) -> _Scale:
+    """Return a linear scale over some values, tight or extended to the next ticks.
+
+    steps : possible distances of ticks; 1, 2 or 5 times a power of ten by default.
+    """
     low, high = min(values), max(values)
     if high - low < 1e-12 * max(1.0, abs(high)):
         low, high = low - 0.5, high + 0.5
-    step = _step((high - low) / _TICKS)
+    least = (high - low) / _TICKS
+    step = _step(least) if steps is None else next((step for step in steps if step >= least), _step(least))
     if not tight:
         low, high = step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9)
     first_tick, last_tick = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
@@ -145,10 +194,10 @@ def _step(minimum: float) -> float:
     return next(power * k for k in (1, 2, 5, 10) if power * k >= minimum * (1 - 1e-9))
 
 
-def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
+def _grid(x_scale: _Scale, y_scale: _Scale, top: float) -> str:
     base = PLOT_HEIGHT - _BOTTOM
     lines = "".join(f"M{_LEFT} {y_scale.at(y):.1f}H{PLOT_WIDTH - _RIGHT}" for y, _ in y_scale.ticks)
-    lines += "".join(f"M{x_scale.at(x):.1f} {_TOP}V{base}" for x, _ in x_scale.ticks)
+    lines += "".join(f"M{x_scale.at(x):.1f} {top}V{base}" for x, _ in x_scale.ticks)
     texts = "".join(
         f'<text x="{_LEFT - 6}" y="{y_scale.at(y) + 4:.1f}" text-anchor="end">{text}</text>'
         for y, text in y_scale.ticks
@@ -159,8 +208,8 @@ def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
     return f'<path class="grid" d="{lines}"/>{texts}'
 
 
-def _labels(x_label: str, y_label: str) -> str:
-    middle = 0.5 * (_TOP + PLOT_HEIGHT - _BOTTOM)
+def _labels(x_label: str, y_label: str, top: float) -> str:
+    middle = 0.5 * (top + PLOT_HEIGHT - _BOTTOM)
     return (
         f'<text x="{0.5 * (_LEFT + PLOT_WIDTH - _RIGHT):.0f}" y="{PLOT_HEIGHT - 5}" text-anchor="middle">'
         f"{escape(x_label)}</text>"
@@ -176,101 +225,15 @@ def _line(curve: PlotCurve, drawn: CurveLook, x_scale: _Scale, y_scale: _Scale) 
             data.append(f"{'L' if drawing else 'M'}{x_scale.at(x):.1f} {y_scale.at(y):.1f}")
         drawing = y is not None
     path = f'<path class="curve" d="{"".join(data)}"{_stroke(drawn)}/>'
-    return f"<g><title>{escape(curve.name)}</title>{path}</g>"
+    return f'<g class="line"{_hinges(curve)}><title>{escape(curve.name)}</title>{path}</g>'
+
+
+def _hinges(curve: PlotCurve) -> str:
+    """Return the attribute by which a page marks a curve together with its hinges."""
+    return f' data-hinges="{" ".join(map(str, curve.hinges))}"' if curve.hinges else ""
 
 
 def _stroke(drawn: CurveLook) -> str:
     """Return the SVG attributes of a curve; dashes in pixels, as its line is two pixels wide (design.css)."""
     dashes = " ".join(f"{2.0 * length:g}" for length in drawn.dashes)
     return f' stroke="{drawn.colour}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")
-
-
-_FINE = 0.004
-"""Tolerance of a plotted curve, as a share of the largest energy."""
-_NEAR = 0.01
-"""Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
-_AXES = {"time": "time, s", "path": "share of the path"}
-
-
-@dataclass(frozen=True)
-class DrawnPlot:
-    """A drawn plot; names : of its curves in drawing order, for a legend; empty without a legend."""
-
-    title: str
-    svg: str
-    names: tuple[str, ...] = ()
-    note: str = ""
-
-
-def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[DrawnPlot]:
-    """Return the plots of a motion, with energies for a deployment.
-
-    payload : of the same replay, with the nearest panels at each state.
-    """
-    marks = marks_of_motion(replay, deployment)
-    plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
-    if deployment is not None:
-        plots.append(_energies(deployment, marks))
-    return [drawn for drawn in plots if drawn is not None]
-
-
-def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[PlotMark]:
-    """Return marks at the first collision and where a deployment becomes flat."""
-    marks = []
-    if replay.collision is not None:
-        place, (first, second) = replay.collision
-        names = replay.labels.panels
-        marks.append(
-            PlotMark(place, f"panels {names[first]} and {names[second]} collide at {place:.4g} s", is_collision=True)
-        )
-    if deployment is not None and deployment.outcome == "flat":
-        end = float(replay.at[-1])
-        marks.append(PlotMark(end, f"flat, {end:.4g} s"))
-    return marks
-
-
-def _gaps(replay: Replay, payload: Payload, marks: Sequence[PlotMark]) -> DrawnPlot | None:
-    pairs = np.array(payload["nearest"]).reshape(-1, 2)
-    gaps = [
-        None if pair[0] < 0 else 0.1 * payload["unit"] * gap for pair, gap in zip(pairs, payload["gaps"], strict=True)
-    ]
-    if all(gap is None for gap in gaps):
-        return None
-    title = "Nearest gap between panels"
-    curve = PlotCurve("nearest gap", replay.at.tolist(), gaps)
-    svg = draw_plot(
-        [curve], title, _AXES[replay.axis], "nearest gap, mm", marks=marks, spans=replay.certified, linear_to=_NEAR
-    )
-    note = f"Of panels that no hinge joins and that do not touch; below 0 they overlap. Logarithmic beyond {_NEAR} mm."
-    if replay.certified:
-        note += f" Green under the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
-    return DrawnPlot(title, svg, (), note)
-
-
-def _angles(replay: Replay, marks: Sequence[PlotMark]) -> DrawnPlot:
-    title = "Fold angles of the hinges"
-    names = tuple(f"crease {name}" for name in replay.labels.hinges)
-    curves = [
-        PlotCurve(name, replay.at.tolist(), column.tolist())
-        for name, column in zip(names, replay.angles.T, strict=True)
-    ]
-    svg = draw_plot(curves, title, _AXES[replay.axis], "fold angle, rad", marks=marks, spans=replay.certified)
-    return DrawnPlot(title, svg, names, "Flat at 0, closed at pi.")
-
-
-def _energies(deployment: Deployment, marks: Sequence[PlotMark]) -> DrawnPlot | None:
-    kinds = _changing(deployment_energies(deployment))
-    times = np.asarray(deployment.motion.times, float)
-    if not kinds:
-        return None
-    columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
-    indices, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
-    names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
-    curves = [PlotCurve(name, times[indices].tolist(), columns[indices, k].tolist()) for k, name in enumerate(names)]
-    title = "Energies"
-    return DrawnPlot(title, draw_plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
-
-
-def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:
-    """Return the energies that vary and are finite; a diverged simulation may have overflowed."""
-    return {name: values for name, values in kinds.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}

@@ -27,14 +27,14 @@ def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
         return None
     required = next((row.required for row in sheet.rows if row.rule.startswith("torque")), None)
     places, margins = (list(values) for values in zip(*sheet.margins, strict=True))
-    curves = [PlotCurve("torque margin", places, margins)]
+    curves = [PlotCurve("torque margin", places, margins, "torque margin")]
     if required is not None:
-        curves.append(PlotCurve("required", [0.0, 1.0], [required, required]))
+        curves.append(PlotCurve("required", [0.0, 1.0], [required, required], "required"))
     title = "Torque margin along the travel"
     linear_to = 1.0 if required is None else required
-    svg = draw_plot(curves, title, "share of the travel, 0 packed, 1 flat", "torque margin", linear_to=linear_to)
     note = f"Torque of springs over what resists, at each state. Logarithmic beyond {short_number(linear_to, 3)}."
-    return DrawnPlot(title, svg, tuple(curve.name for curve in curves), note)
+    x_label = "share of the travel, 0 packed, 1 flat"
+    return draw_plot(curves, title, x_label, "torque margin", linear_to=linear_to, note=note)
 
 
 def tornado(rows: Sequence[Sensitivity], figure: float) -> str:

@@ -8,13 +8,26 @@ export const FIELD = (24 * Math.PI) / 180;
 const STATES = 40;
 const DIRECTIONS = 240;
 const SPARE = 1.06;
+const ASLANT = 0.42;
 
 export class View {
     constructor(motion, solids) {
         this.solids = solids;
         this.points = extremes(motion, solids);
-        this.home = { turn: homeTurn(solids), lift: 0.72 };
+        this.along = longSide(solids);
+        const turn = this.along - Math.PI / 2;
+        this.home = { turn: turn - ASLANT, lift: 0.72 };
+        this.named = {
+            top: { turn, lift: Math.PI / 2 },
+            front: { turn, lift: 0 },
+            side: { turn: this.along, lift: 0 },
+        };
         this.reset();
+    }
+
+    /** Look from above, or along or across the long side of the flat array; the zoom and the shift are reset. */
+    look(name) {
+        Object.assign(this, this.named[name], { zoom: 1, shift: [0, 0] });
     }
 
     reset() {
@@ -81,6 +94,16 @@ export class View {
     }
 }
 
+/** The map from a point in space to a point of the picture, in pixels, and its depth. */
+export function projection({ right, up, back, position, high }, width, height) {
+    const scale = height / (2 * high);
+    return (point) => {
+        const d = point.map((x, i) => x - position[i]);
+        const deep = -dot(d, back);
+        return [width / 2 + (scale * dot(d, right)) / deep, height / 2 - (scale * dot(d, up)) / deep, deep];
+    };
+}
+
 function middle(points, i) {
     let [low, high] = [Infinity, -Infinity];
     for (const point of points) {
@@ -143,8 +166,8 @@ function farthest(points, [u, v, w]) {
     return best;
 }
 
-/** The long side of the flat array runs across the picture, a little aslant. */
-function homeTurn(solids) {
+/** The direction of the long side of the flat array. */
+function longSide(solids) {
     let [xx, xy, yy] = [0, 0, 0];
     const all = solids.flatMap((solid) => solid.points);
     const [mx, my] = [0, 1].map((i) => all.reduce((sum, p) => sum + p[i], 0) / all.length);
@@ -153,6 +176,5 @@ function homeTurn(solids) {
         xy += (x - mx) * (y - my);
         yy += (y - my) ** 2;
     }
-    const along = Math.abs(xx - yy) + Math.abs(xy) < 1e-6 * (xx + yy) ? 0 : 0.5 * Math.atan2(2 * xy, xx - yy);
-    return along - Math.PI / 2 - 0.42;
+    return Math.abs(xx - yy) + Math.abs(xy) < 1e-6 * (xx + yy) ? 0 : 0.5 * Math.atan2(2 * xy, xx - yy);
 }

@@ -14,6 +14,7 @@ export const THEMES = {
         near: '#f0a63a',
         clash: '#e2574c',
         text: '#20242e',
+        halo: '#20242e',
     },
     dark: {
         ...HINGES_DARK,
@@ -23,6 +24,7 @@ export const THEMES = {
         near: '#ffb84d',
         clash: '#ff6a5e',
         text: '#14171c',
+        halo: '#14171c',
     },
 };
 

@@ -9,7 +9,7 @@ const SPEEDS = [0.25, 0.5, 1, 2, 4];
 export const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 
 /** All elements of a player, not yet in a page; `does` : what each control calls. */
-export function controlsOf(motion, does, { colour, numbers }) {
+export function controlsOf(motion, does, { colour, numbers, loop }) {
     const { payload } = motion;
     const keys =
         'Drag to turn, with Shift or two fingers to shift, pinch or scroll to zoom. Space plays, arrow keys step, with Shift they turn the picture, ' +
@@ -61,7 +61,19 @@ export function controlsOf(motion, does, { colour, numbers }) {
     );
     const modes = Object.entries(MODES).filter(([name]) => name !== 'stack' || payload.stack);
     const [colours, colourings] = choice('Colour by', modes, colour, does.colour);
-    const box = element('input', { type: 'checkbox', checked: numbers, onchange: () => does.numbers(box.checked) });
+    const check = (label, checked, act) => {
+        const box = element('input', { type: 'checkbox', checked, onchange: () => act(box.checked) });
+        return element('label', {}, box, label);
+    };
+    const look = (text, name, from) => small(text, `Look ${from}`, () => does.look(name));
+    const looks = element(
+        'div',
+        { className: 'looks', role: 'group', 'aria-label': 'View' },
+        look('Top', 'top', 'from the top'),
+        look('Front', 'front', 'from the front'),
+        look('Side', 'side', 'from the side'),
+    );
+    const saving = element('button', { type: 'button', textContent: 'Save picture', onclick: does.save });
     const pace = element('span');
     const setPace = (factor) => {
         speeds.value = String(factor);
@@ -69,7 +81,16 @@ export function controlsOf(motion, does, { colour, numbers }) {
     };
     setPace(1);
     speed.append(pace);
-    const tools = element('div', { className: 'tools' }, speed, colours, element('label', {}, box, 'Panel numbers'));
+    const tools = element(
+        'div',
+        { className: 'tools' },
+        speed,
+        check('Loop', loop, does.loop),
+        colours,
+        check('Panel numbers', numbers, does.numbers),
+        looks,
+        saving,
+    );
     const stills = element('div', { className: 'stills' });
     const note = element('p', { className: 'source', hidden: true });
     const root = element(

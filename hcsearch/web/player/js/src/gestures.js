@@ -15,7 +15,11 @@ export function gestures(stage, root, does) {
     });
     stage.addEventListener('pointermove', (event) => {
         const last = fingers.get(event.pointerId);
-        if (!last) return;
+        if (!last) {
+            const { left, top, width, height } = stage.getBoundingClientRect();
+            does.point((2 * (event.clientX - left)) / width - 1, 1 - (2 * (event.clientY - top)) / height);
+            return;
+        }
         fingers.set(event.pointerId, [event.clientX, event.clientY]);
         const [right, down] = [event.clientX - last[0], event.clientY - last[1]];
         if (fingers.size === 1 && !event.shiftKey && event.buttons !== 2) {
@@ -32,6 +36,7 @@ export function gestures(stage, root, does) {
             spread = now;
         }
     });
+    stage.addEventListener('pointerleave', () => does.point(null));
     stage.addEventListener('contextmenu', (event) => event.preventDefault());
     for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
         stage.addEventListener(end, (event) => fingers.delete(event.pointerId));

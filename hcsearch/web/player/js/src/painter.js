@@ -1,8 +1,10 @@
 // The same picture without WebGL: polygons on a 2D canvas, the farthest first.
 
+import { projection } from './camera.js';
 import { kindColour, THEMES } from './colours.js';
 import { move } from './motion.js';
 import { dot, normalOf, unitVector } from './vectors.js';
+import { writeNumber } from './words.js';
 
 const KEY = unitVector([-0.35, 0.75, 0.6]);
 
@@ -14,11 +16,7 @@ export function flatPainter(motion, solids, labels) {
         paint(context, width, height, { poses, frame, colours, theme, numbers }) {
             const { right, up, back, position } = frame;
             const scale = height / (2 * frame.high);
-            const seen = (point) => {
-                const d = point.map((x, i) => x - position[i]);
-                const deep = -dot(d, back);
-                return [width / 2 + (scale * dot(d, right)) / deep, height / 2 - (scale * dot(d, up)) / deep, deep];
-            };
+            const seen = projection(frame, width, height);
             const drawn = [];
             solids.forEach((solid, f) => {
                 for (const { corners, kind } of solid.polygons) {
@@ -48,8 +46,6 @@ export function flatPainter(motion, solids, labels) {
             drawn.sort((a, b) => b.depth - a.depth);
             context.clearRect(0, 0, width, height);
             context.lineWidth = 0.6;
-            context.textAlign = 'center';
-            context.textBaseline = 'middle';
             for (const { points, colour, label, solid, kind, depth } of drawn) {
                 context.fillStyle = context.strokeStyle = colour;
                 context.beginPath();
@@ -61,9 +57,8 @@ export function flatPainter(motion, solids, labels) {
                 const out = [0, 0, 0];
                 move(poses, 12 * solid.panel, ...solid.middle, kind === 0 ? thickness : 0, out, 0);
                 const [x, y] = seen(out);
-                context.font = `600 ${(0.7 * scale * solid.reach) / depth}px system-ui, sans-serif`;
                 context.fillStyle = THEMES[theme].text;
-                context.fillText(label, x, y);
+                writeNumber(context, label, x, y, (0.7 * scale * solid.reach) / depth);
             }
         },
 

@@ -1,21 +1,28 @@
 // The folding player: hcsearchPlayer.mount(element, payload, options) shows a motion in an element.
 //
 // Options: colour ('stack', 'panel' or 'nearest'), numbers (whether panels have theirs), autoplay (unless the reader
-// prefers less motion), at (where it starts), theme ('light', 'dark', or 'auto').
+// prefers less motion), loop (whether it begins again at its end), at (where it starts), theme ('light', 'dark', or
+// 'auto'), fill (whether the picture takes the height that is left in the element), moved (called with each place that
+// is drawn), pointed (called with the panel under the pointer, or null).
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
 import { controlsOf, MODES, SECONDS } from './controls.js';
 import { element } from './dom.js';
 import { gestures } from './gestures.js';
+import { markHinges } from './marks.js';
 import { Motion } from './motion.js';
 import { flatPainter } from './painter.js';
+import { panelAt } from './picking.js';
 import { solidsOf } from './solids.js';
 import { STYLE } from './style.js';
 import { webglPainter } from './webgl.js';
-import { nearestText, placeText } from './words.js';
+import { nearestText, pictureName, placeText } from './words.js';
 
 const STILLS = [0, 0.25, 0.5, 0.75, 1];
+const REST = 1; // seconds at the end before a motion begins again
+const SAVED_WIDTH = 1600; // of a saved picture, pixels
+const KEPT = 10000; // milliseconds until a saved picture is forgotten
 let playing = null; // one player of a page plays at a time
 let sheet;
 
@@ -31,10 +38,14 @@ function mount(place, payload, options = {}) {
         speed: 1,
         mode: options.colour ?? (motion.payload.stack ? 'stack' : 'panel'),
         numbers: options.numbers ?? false,
+        loop: options.loop ?? false,
+        marked: { panels: [], hinges: [] },
     };
     let painter = null;
     let waiting = 0;
     let last = 0;
+    let rested = 0;
+    let under = null;
     let gone = false;
 
     const length = motion.end - motion.begin;
@@ -47,6 +58,19 @@ function mount(place, payload, options = {}) {
         speed: (x) => handle.setSpeed(x),
         colour: (mode) => handle.colourBy(mode),
         numbers: (shown) => redraw({ numbers: shown }),
+        loop: (again) => redraw({ loop: again }),
+        save,
+        look: (name) => {
+            view.look(name);
+            redraw();
+        },
+        point: (across, upwards) => {
+            const poses = motion.posesAt(state.at);
+            const { clientWidth, clientHeight } = controls.stage;
+            const seen = { poses, frame: view.frame(clientWidth / clientHeight, poses) };
+            const thickness = motion.payload.unit * motion.payload.thickness;
+            point(across === null ? null : panelAt(across, upwards, solids, thickness, seen));
+        },
         wake: () => controls.stage.focus({ preventScroll: true }),
         orbit: (turn, lift) => {
             view.orbit(turn, lift);
@@ -65,9 +89,10 @@ function mount(place, payload, options = {}) {
             redraw();
         },
     };
-    const controls = controlsOf(motion, does, { colour: state.mode, numbers: state.numbers });
+    const controls = controlsOf(motion, does, { colour: state.mode, numbers: state.numbers, loop: state.loop });
     gestures(controls.stage, controls.root, does);
-    const host = element('div');
+    controls.root.classList.toggle('fill', options.fill ?? false);
+    const host = element('div', { className: options.fill ? 'fill' : '' });
     const shadow = host.attachShadow({ mode: 'open' });
     shadow.adoptedStyleSheets = [styleSheet()];
     shadow.append(controls.root);
@@ -81,7 +106,7 @@ function mount(place, payload, options = {}) {
             painter = null;
         }
         if (!painter) {
-            painter = webglPainter(motion, solids, labels, view.home.turn + Math.PI / 2);
+            painter = webglPainter(motion, solids, labels, view.along);
             if (!painter) {
                 painter = flatPainter(motion, solids, labels);
                 controls.note.textContent =
@@ -99,16 +124,33 @@ function mount(place, payload, options = {}) {
         const { mode, numbers } = { ...state, ...look };
         const marked = new Map();
         const { collision } = motion.payload;
+        state.marked.panels.forEach((panel) => marked.set(panel, 'near'));
         if (mode === 'nearest') motion.nearestAt(at).pair?.forEach((panel) => marked.set(panel, 'near'));
         if (collision && at >= collision[0]) collision.slice(1).forEach((panel) => marked.set(panel, 'clash'));
         const shade = look.theme ?? theme();
         const poses = motion.posesAt(at);
-        painterNow().paint(canvas.getContext('2d'), width, height, {
-            poses,
-            frame: view.frame(width / height, poses),
-            colours: facetColours(motion.payload, mode, shade, marked),
-            theme: shade,
-            numbers,
+        const seen = { poses, frame: view.frame(width / height, poses), theme: shade };
+        const context = canvas.getContext('2d');
+        const colours = facetColours(motion.payload, mode, shade, marked);
+        painterNow().paint(context, width, height, { ...seen, colours, numbers });
+        markHinges(context, motion, state.marked.hinges, seen);
+    }
+
+    function point(panel) {
+        if (panel === under) return;
+        under = panel;
+        options.pointed?.(panel);
+    }
+
+    /** Save what is seen as a file of its own. */
+    function save() {
+        const canvas = element('canvas');
+        const { clientWidth, clientHeight } = controls.stage;
+        paint(canvas, state.at, SAVED_WIDTH, Math.round((SAVED_WIDTH * clientHeight) / clientWidth));
+        canvas.toBlob((blob) => {
+            const href = URL.createObjectURL(blob);
+            element('a', { href, download: pictureName(motion, state.at) }).click();
+            setTimeout(() => URL.revokeObjectURL(href), KEPT); // some browsers read it only later
         });
     }
 
@@ -122,6 +164,7 @@ function mount(place, payload, options = {}) {
             const dots = Math.min(2, window.devicePixelRatio || 1);
             paint(controls.canvas, state.at, Math.round(dots * clientWidth), Math.round(dots * clientHeight));
         }
+        options.moved?.(state.at);
     }
 
     function redraw(change = {}) {
@@ -136,7 +179,11 @@ function mount(place, payload, options = {}) {
         const at = state.at + passed * (state.speed / SECONDS) * length;
         last = now;
         state.at = within(at);
-        if (at >= motion.end) playing = null;
+        if (at >= motion.end) {
+            rested += passed;
+            if (!state.loop) playing = null;
+            else if (rested >= REST) state.at = motion.begin;
+        } else rested = 0;
         draw();
         if (playing === handle) requestAnimationFrame(frame);
     }
@@ -165,6 +212,10 @@ function mount(place, payload, options = {}) {
             if (!Object.keys(MODES).includes(mode)) throw new Error(`panels have no colours by ${mode}`);
             controls.colourings.value = mode;
             redraw({ mode });
+        },
+        /** Point out panels, in a colour, and hinges, by lines; both by their numbers in the payload. */
+        mark({ panels = [], hinges = [] }) {
+            redraw({ marked: { panels, hinges } });
         },
         still(at, width, height) {
             const canvas = element('canvas');

@@ -2,6 +2,10 @@
 
 export const STYLE = `
 :host { display: block; container-type: inline-size; }
+:host(.fill) { display: flex; flex-direction: column; flex: 1; }
+.fill { display: flex; flex-direction: column; flex: 1; }
+.fill .view { display: grid; grid-template-rows: minmax(240px, 1fr); flex: 1; }
+.fill .stage { height: auto; align-self: stretch; }
 .player {
   --ink: var(--text, #1b1f27); --faint: var(--quiet, #5c6370); --rule: var(--line, #d9dce2); --lead: var(--accent, #1f6f54);
   --paper: var(--card, #ffffff); --safe: #2f9e6e; --clash: #d1202f; --mountain: #d1202f; --valley: #1c5fd4; --flat: #6a4fc0; --slit: #20242e;
@@ -43,7 +47,8 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
 .place { flex: none; min-width: 5.5em; text-align: right; font-variant-numeric: tabular-nums; font-weight: 600; }
 .tools { display: flex; flex-wrap: wrap; align-items: center; gap: 8px 18px; margin-top: 8px; color: var(--faint); font-size: 13px; }
 .tools label { display: flex; align-items: center; gap: 7px; min-height: 32px; }
-.tools select { color: var(--ink); }
+.tools select, .tools button { color: var(--ink); }
+.looks { display: flex; gap: 4px; }
 .key { display: flex; flex-wrap: wrap; gap: 2px 14px; margin: 8px 0 0; padding: 0; list-style: none; color: var(--faint); font-size: 12.5px; }
 .key li { display: flex; align-items: center; gap: 6px; }
 .key i { width: 18px; height: 4px; border-radius: 2px; }
@@ -54,6 +59,7 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
 @container (max-width: 520px) {
   .bar { gap: 8px; } .place { min-width: 4.6em; }
   .view { display: grid; grid-template-columns: 1fr auto; gap: 8px; align-items: start; }
+  .fill .view { grid-template-rows: minmax(240px, 1fr) auto; }
   .stage { grid-column: 1 / 3; }
   .tag, .corner { position: static; }
   .tag { min-height: 3em; }
@@ -62,7 +68,7 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
   .corner button, button, select { min-height: 38px; } .corner button { width: 40px; } .go { width: 46px; height: 44px; }
 }
 @media print {
-  .view, .bar, .tools, .of-clash { display: none; }
+  .view, .fill .view, .bar, .tools, .of-clash { display: none; }
   .stills { display: grid; grid-template-columns: repeat(5, 1fr); gap: 6px; padding-right: 2px; break-inside: avoid; }
   .stills figure { margin: 0; min-width: 0; }
   .stills canvas { display: block; width: 100%; border: 1px solid #bbbbbb; border-radius: 4px; }

@@ -1,5 +1,11 @@
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
+export const cross = (a, b) => [
+    a[1] * b[2] - a[2] * b[1],
+    a[2] * b[0] - a[0] * b[2],
+    a[0] * b[1] - a[1] * b[0],
+];
+
 export function unitVector(vector) {
     const length = Math.hypot(...vector) || 1;
     return vector.map((x) => x / length);

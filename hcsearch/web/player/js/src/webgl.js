@@ -11,6 +11,7 @@ import { FIELD } from './camera.js';
 import { kindColour, rgb, THEMES } from './colours.js';
 import { KINDS } from './solids.js';
 import { normalOf } from './vectors.js';
+import { writeNumber } from './words.js';
 
 const VERTEX = `
 attribute vec3 position;
@@ -100,7 +101,6 @@ export function webglPainter(motion, solids, labels, upright) {
     const { gl } = renderer;
     const scene = new Transform();
     const camera = new Camera(gl);
-    camera.up.set(0, 0, 1);
     const palettes = solids.map(() => []);
     const program = new Program(gl, { vertex: VERTEX, fragment: FRAGMENT, uniforms: { palette: { value: [] } } });
     const meshes = solids.map((solid, f) => {
@@ -137,6 +137,7 @@ export function webglPainter(motion, solids, labels, upright) {
                 far: frame.far,
             });
             const look = frame.position.map((x, i) => x - frame.back[i]);
+            camera.up.set(...frame.up);
             camera.position.set(...frame.position);
             camera.lookAt(look);
             renderer.dpr = 1;
@@ -190,11 +191,9 @@ function textOf(gl, solids, labels, motion, upright) {
     const canvas = document.createElement('canvas');
     canvas.width = canvas.height = side;
     const context = canvas.getContext('2d');
-    context.textAlign = 'center';
-    context.textBaseline = 'middle';
     labels.forEach((label, f) => {
-        context.font = `600 ${label.length > 3 ? 22 : label.length > 2 ? 30 : 38}px system-ui, sans-serif`;
-        context.fillText(label, cell * ((f % columns) + 0.5), cell * (Math.floor(f / columns) + 0.53));
+        const size = label.length > 3 ? 22 : label.length > 2 ? 30 : 38;
+        writeNumber(context, label, cell * ((f % columns) + 0.5), cell * (Math.floor(f / columns) + 0.5), size);
     });
     const map = new Texture(gl, { image: canvas, generateMipmaps: true, minFilter: gl.LINEAR_MIPMAP_LINEAR });
     const program = new Program(gl, {

@@ -23,6 +23,23 @@ export function nearestText(motion, at) {
         : `nearest: ${two}, ${millimetres(gap)} apart${touch}`;
 }
 
+/** The name of a file for a picture of a state. */
+export function pictureName(motion, at) {
+    const text = `${motion.payload.title} ${placeText(motion, at)}`;
+    return `${text.replace(/[^\p{L}\p{N}.]+/gu, '-').replace(/^-|-$/g, '')}.png`;
+}
+
+/** Write a panel's number about a point; a line under 6 and 9 shows which way up they are. */
+export function writeNumber(context, text, x, y, size) {
+    context.font = `600 ${size}px system-ui, sans-serif`;
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
+    context.fillText(text, x, y + 0.06 * size);
+    if (!/[69]/.test(text)) return;
+    const width = context.measureText(text).width;
+    context.fillRect(x - width / 2, y + 0.5 * size, width, 0.09 * size);
+}
+
 /** How much slower than in reality a motion plays, or faster, where it takes some seconds on the screen. */
 export function paceText({ payload, begin, end }, seconds) {
     if (payload.axis !== 'time' || end <= begin) return '';

@@ -1,0 +1,48 @@
+"""The first sentence of the page of a design: what the design is, and whether it opens."""
+
+from __future__ import annotations
+
+from hcsearch.designs.circuit import Circuit
+from hcsearch.designs.panel_sizes import PanelSize, panel_text
+from hcsearch.springs.flight.stowage import Stowage
+
+PANEL_WORDS = {
+    "triangle": "equilateral triangles",
+    "square": "squares",
+    "rectangle": "rectangles",
+    "hex": "regular hexagons",
+    "rhombus": "rhombuses",
+    "kite": "kites",
+    "right45": "isosceles right triangles",
+    "right30": "30-60-90 triangles",
+    "obtuse": "30-30-120 triangles",
+}
+"""Panels of each grid, in the plural."""
+
+_ENDINGS = {
+    "movable": "A path on which they do not collide is proved: motors can open it.",
+    "undecided": "It is undecided whether it opens: neither a path nor a lock is proved.",
+    "locked": "It is proved locked: it cannot open.",
+    "twisted": "The loop is twisted: it cannot open.",
+}
+
+
+def design_sentence(
+    circuit: Circuit, panel: PanelSize, status: str, room: Stowage | None, seconds: float | None = None
+) -> str:
+    """Return what a design is, and whether it opens.
+
+    status : of its best folding, any other word where no stage has judged it. room : of this folding, None where the
+    design has none. seconds : time until springs have opened it, for a design that deploys.
+    """
+    loop = f"{circuit.n} {PANEL_WORDS[circuit.grid.name]} of {panel_text(panel)} mm form a closed loop"
+    if room is None:
+        return f"{loop}, which does not fold into two stacks."
+    return f"{loop}, which folds into two stacks of {room.packed.text} together. {_ending(status, seconds)}"
+
+
+def _ending(status: str, seconds: float | None) -> str:
+    if status == "deploys":
+        time = "" if seconds is None else f" in {seconds:.3g} s"
+        return f"Springs alone open it{time}, and its panels are certified not to collide."
+    return _ENDINGS.get(status, "Whether it opens has not been judged.")

@@ -1,0 +1,113 @@
+"""The plots of a motion: nearest gap, fold angles and energies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.cases.replay import Replay, thin_states
+from hcsearch.shape.labels import Labels, label_ranges
+from hcsearch.springs.deployment.deployment_facts import deployment_energies
+from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.system.curve_labels import COINCIDING_ANGLE, coinciding
+from hcsearch.web.player import Payload
+from hcsearch.web.report.plots import DrawnPlot, PlotCurve, PlotMark, draw_plot
+
+_FINE = 0.004
+"""Tolerance of a plotted curve, as a share of the largest energy."""
+_NEAR = 0.01
+"""Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
+_AXES = {"time": "time, s", "path": "share of the path"}
+
+
+def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[DrawnPlot]:
+    """Return the plots of a motion, with energies for a deployment.
+
+    payload : of the same replay, with the nearest panels at each state. Nothing is plotted where nothing moves.
+    """
+    if len(replay.at) < 2:
+        return []
+    marks = marks_of_motion(replay, deployment)
+    plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
+    if deployment is not None:
+        plots.append(_energies(deployment, marks))
+    return [drawn for drawn in plots if drawn is not None]
+
+
+def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[PlotMark]:
+    """Return marks at the first collision and where a deployment becomes flat."""
+    marks = []
+    if replay.collision is not None:
+        place, (first, second) = replay.collision
+        names = replay.labels.panels
+        marks.append(
+            PlotMark(place, f"panels {names[first]} and {names[second]} collide at {place:.4g} s", is_collision=True)
+        )
+    if deployment is not None and deployment.outcome == "flat":
+        end = float(replay.at[-1])
+        marks.append(PlotMark(end, f"flat, {end:.4g} s"))
+    return marks
+
+
+def _gaps(replay: Replay, payload: Payload, marks: Sequence[PlotMark]) -> DrawnPlot | None:
+    pairs = np.array(payload["nearest"]).reshape(-1, 2)
+    gaps = [
+        None if pair[0] < 0 else 0.1 * payload["unit"] * gap for pair, gap in zip(pairs, payload["gaps"], strict=True)
+    ]
+    if all(gap is None for gap in gaps):
+        return None
+    title = "Nearest gap between panels"
+    curve = PlotCurve("nearest gap", replay.at.tolist(), gaps)
+    note = f"Of panels that no hinge joins and that do not touch; below 0 they overlap. Logarithmic beyond {_NEAR} mm."
+    if replay.certified:
+        note += f" Green under the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
+    return draw_plot(
+        *([curve], title, _AXES[replay.axis], "nearest gap, mm"),
+        marks=marks,
+        spans=replay.certified,
+        linear_to=_NEAR,
+        note=note,
+    )
+
+
+def _angles(replay: Replay, marks: Sequence[PlotMark]) -> DrawnPlot:
+    degrees, places = np.degrees(replay.angles), replay.at.tolist()
+    curves = [
+        _angle_curve(replay.labels, group, places, degrees[:, group[0]].tolist())
+        for group in coinciding(degrees, COINCIDING_ANGLE)
+    ]
+    return draw_plot(
+        *(curves, "Fold angles of the hinges", _AXES[replay.axis], "fold angle, degrees"),
+        marks=marks,
+        spans=replay.certified,
+        degrees=True,
+        note="Flat at 0, closed at 180. Curves that coincide are drawn once, with the numbers of all their hinges.",
+    )
+
+
+def _angle_curve(labels: Labels, hinges: Sequence[int], x: Sequence[float], y: Sequence[float]) -> PlotCurve:
+    """Return the curve of hinges that turn alike."""
+    label = label_ranges([labels.hinges[hinge] for hinge in hinges])
+    word = "crease" if labels.design else "hinge"
+    return PlotCurve(f"{word}{'s' if len(hinges) > 1 else ''} {label}", x, y, label, hinges)
+
+
+def _energies(deployment: Deployment, marks: Sequence[PlotMark]) -> DrawnPlot | None:
+    kinds = _changing(deployment_energies(deployment))
+    times = np.asarray(deployment.motion.times, float)
+    if not kinds:
+        return None
+    columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
+    indices, _ = thin_states(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
+    names = [name.removesuffix("_J").replace("_", " ") for name in kinds]
+    curves = [
+        PlotCurve(name, times[indices].tolist(), columns[indices, k].tolist(), name) for k, name in enumerate(names)
+    ]
+    return draw_plot(curves, "Energies", "time, s", "energy, mJ", marks=marks)
+
+
+def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:
+    """Return the energies that vary and are finite; a diverged simulation may have overflowed."""
+    return {name: values for name, values in kinds.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}

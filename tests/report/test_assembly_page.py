@@ -1,0 +1,88 @@
+"""Pages of assemblies: what they say and play."""
+
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.resolve import resolve
+from hcsearch.cli.assembly import assembly
+from hcsearch.cli.show import show
+from hcsearch.designs.grid import GRIDS
+from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+from hcsearch.web.report.assembly_page import fetch_assembly_data, render_assembly
+from hcsearch.web.report.lead_sentences import PANEL_WORDS
+from tests.report.pages import Page, data_of
+
+UNIT = "unit-ii"
+
+
+@pytest.fixture(scope="module")
+def data():
+    return fetch_assembly_data(UNIT, resolve(UNIT, "none.sqlite"))
+
+
+def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data):
+    text = render_assembly(data)
+    page = Page(text)
+    texts = {text.strip() for _, text in page.texts}
+    assert data.sentence == (
+        "21 panels and 24 hinges with 1 degree of freedom, where Kutzbach's formula gives 0. Springs alone open it in "
+        "0.261 s, and its panels are certified not to collide."
+    )
+    assert data.sentence in texts
+    assert {value for _, value in fact_rows(data.facts)} <= texts
+    assert {value for _, value, _ in published_rows(data.facts)} <= texts
+    assert data_of(text) == [motion.payload for motion in data.motions]
+    (motion,) = data.motions
+    assert motion.command == "hcsearch deploy unit-ii"
+    numbers = [attrs["data-hinge"] for attrs in page.with_class("part") if "data-hinge" in attrs]
+    assert numbers == motion.payload["labels"]["hinges"]
+
+
+def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
+    data = fetch_assembly_data("array-6r", resolve("array-6r", "none.sqlite"), " --scene x.toml")
+    springs, followed = data.motions
+    assert "Springs alone open it" not in data.sentence
+    assert (springs.command, followed.command) == (
+        "hcsearch deploy array-6r --scene x.toml",
+        "hcsearch motion array-6r --scene x.toml",
+    )
+    assert "panels may pass through each other" in followed.source
+
+
+def test_hostile_text_stays_text(data):
+    hostile = "</script><script>alert(1)</script>"
+    text = render_assembly(replace(data, title=hostile, sentence=hostile, commands=[(hostile, hostile)]))
+    assert Page(text).count("script") == 3
+    assert "<script>alert" not in text
+
+
+def test_panels_of_each_grid_have_a_name():
+    assert PANEL_WORDS.keys() == GRIDS.keys()
+
+
+def test_show_prints_what_assembly_prints_and_writes_the_page(tmp_path, data):
+    described = CliRunner().invoke(assembly, [UNIT], catch_exceptions=False)
+    shown = CliRunner().invoke(show, [UNIT], catch_exceptions=False)
+    assert shown.stdout == described.stdout
+    path = tmp_path / "unit.html"
+    written = CliRunner().invoke(show, [UNIT, "--html", "--output", str(path)], catch_exceptions=False)
+    assert written.stdout == f"{path}\n"
+    assert data.title in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ([UNIT, "--scene", "earth"], "depend on no scene: add --html"),
+        ([UNIT, "--html", "--panel", "50x50x6"], "sizes of its own: leave out --panel"),
+    ],
+)
+def test_options_that_an_assembly_does_not_have_are_refused(words, reason, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(show, words)
+    assert isinstance(result.exception, HcsearchError)
+    assert reason in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
