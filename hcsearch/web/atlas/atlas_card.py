@@ -41,10 +41,12 @@ def card_text(
         f"{request.sizes[0][1]} to {request.n} panels on {_listed(request.grids)}, taken through the stages of the "
         f"program hcsearch up to `{request.until}`. Verdicts are those of the scene `default`.",
         _files(made, certificates),
-        "## Counts\n\n" + _count_table(request, counts),
+        "## Counts\n\nWhere designs are undecided, the numbers of those that open are lower bounds.\n\n"
+        + _count_table(request, counts),
         *(f"## Columns of {view}\n\n" + _column_table((*_PARTITIONS, *table_columns(view))) for view in TABLES),
         f"## Licence and citation\n\nThe data are published under {LICENCE}, {LICENCE_ADDRESS}. Please cite:\n\n"
-        f"> {citation(request)}\n\nThe first line of `sha256sum SHA256SUMS` names this very atlas.",
+        f"> {citation(request)}\n\nThe SHA-256 checksum of the file "
+        "`SHA256SUMS` names exactly these files.",
         "## Versions\n\nThe same versions give the same bytes on the same kind of processor; elsewhere, last digits of "
         "measured quantities may differ.\n\n" + _version_table(request),
     ]
