@@ -36,11 +36,6 @@ def build_atlas(
     until, jobs, progress, announce : as in `enumerate_into`.
 
     Errors: OutputError for a folder with other contents, QueryError without pyarrow.
-
-    >>> from hcsearch import build_atlas
-    >>> atlas = build_atlas("atlas", n=8, grids=["hex"], until="twist")
-    >>> atlas.designs, atlas.foldings
-    (27, 4)
     """
     check_kinds(build_atlas, locals())
     check_parquet()

@@ -72,14 +72,9 @@ def certified(notation: str) -> str:
     return json.dumps({"certificate": data, "sentences": sentences}, separators=(",", ":"))
 
 
-def write_certificates(
-    proved: Sequence[ProvedFolding], path: Path, kept: Path, workers: WorkerPool, progress: RunProgress
-) -> int:
-    """Write the certificates of foldings of one size to an archive with an index; return their number.
-
-    path : of the archive. kept : the folder for certificates of this and of interrupted calls.
-    """
-    kept.mkdir(parents=True, exist_ok=True)
+def make_certificates(proved: Sequence[ProvedFolding], kept: Path, workers: WorkerPool, progress: RunProgress) -> None:
+    """Make the certificates of foldings that are not made yet. kept : the folder for them, which is made."""
+    kept.mkdir(exist_ok=True)
     missing = [folding for folding in proved if not (kept / folding.file_name).is_file()]
     done = len(proved) - len(missing)
     progress(done, len(proved), "certificates", "folding")
@@ -88,7 +83,23 @@ def write_certificates(
     for count, (folding, (_, text)) in enumerate(zip(missing, results, strict=True), done + 1):
         write_output(kept / folding.file_name, text)
         progress(count, len(proved), f"certificates, {folding.notation}", "folding")
-    return _pack(path, list(_read(proved, kept)))
+
+
+def pack_certificates(proved: Sequence[ProvedFolding], kept: Path, path: Path) -> int:
+    """Write the certificates of foldings to an archive with an index, and return their number."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    index = io.StringIO()
+    rows = csv.writer(index, lineterminator="\n")
+    rows.writerow(["file", "id", "folding", "proves"])
+    count = 0
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        for folding, text, sentence in _read(proved, kept):
+            rows.writerow([folding.file_name if text else "", folding.design_id, folding.notation, sentence])
+            if text is not None:
+                archive.writestr(_zip_entry(folding.file_name), text)
+                count += 1
+        archive.writestr(_zip_entry("index.csv"), index.getvalue())
+    return count
 
 
 def _read(proved: Sequence[ProvedFolding], kept: Path) -> Iterator[tuple[ProvedFolding, str | None, str]]:
@@ -98,22 +109,6 @@ def _read(proved: Sequence[ProvedFolding], kept: Path) -> Iterator[tuple[ProvedF
         data = made["certificate"]
         text = None if data is None else json.dumps(data, separators=(",", ":")) + "\n"
         yield folding, text, "; ".join(made["sentences"])
-
-
-def _pack(path: Path, certificates: Sequence[tuple[ProvedFolding, str | None, str]]) -> int:
-    index = io.StringIO()
-    rows = csv.writer(index, lineterminator="\n")
-    rows.writerow(["file", "id", "folding", "proves"])
-    count = 0
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
-        for folding, text, sentence in certificates:
-            rows.writerow([folding.file_name if text else "", folding.design_id, folding.notation, sentence])
-            if text is not None:
-                archive.writestr(_zip_entry(folding.file_name), text)
-                count += 1
-        archive.writestr(_zip_entry("index.csv"), index.getvalue())
-    return count
 
 
 def _zip_entry(name: str) -> ZipInfo:

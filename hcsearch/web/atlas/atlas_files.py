@@ -12,7 +12,7 @@ from hcsearch.search.pipeline.run_progress import RunProgress
 from hcsearch.store import Database, count_rows, open_readonly, publish_database
 from hcsearch.system.outputs import write_output
 from hcsearch.web.atlas.atlas_card import DATABASE_FILE, LICENCE_ADDRESS, card_text, citation, description_text
-from hcsearch.web.atlas.atlas_certificates import proved_foldings, write_certificates
+from hcsearch.web.atlas.atlas_certificates import make_certificates, pack_certificates, proved_foldings
 from hcsearch.web.atlas.atlas_counts import atlas_counts, b_files, write_b_files
 from hcsearch.web.atlas.atlas_folder import CHECKSUM_FILE, DESCRIPTION_FILE, AtlasFolder
 from hcsearch.web.atlas.atlas_page import atlas_page
@@ -77,14 +77,14 @@ def _write_archives(
     """Write the archives of certificates; return the number of certificates and the paths, None before the proofs."""
     if not request.has_run("motion"):
         return None, []
+    of_sizes = {size: proved_foldings(database, *size) for size in request.sizes}
+    kept = folder.work / "certificates"
+    make_certificates([one for proved in of_sizes.values() for one in proved], kept, workers, progress)
     count, paths = 0, []
-    for grid, n in request.sizes:
-        proved = proved_foldings(database, grid, n)
+    for (grid, n), proved in of_sizes.items():
         if proved:
-            path = f"certificates/grid={grid}/n={n}.zip"
-            kept = folder.work / "certificates" / f"{grid}-{n}"
-            count += write_certificates(proved, draft / path, kept, workers, progress)
-            paths.append(path)
+            paths.append(f"certificates/grid={grid}/n={n}.zip")
+            count += pack_certificates(proved, kept, draft / paths[-1])
     return count, paths
 
 

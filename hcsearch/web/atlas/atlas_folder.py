@@ -10,7 +10,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +59,7 @@ class AtlasFolder:
     def publish(self, draft: Path) -> None:
         """Write the checksums of a draft, and move its files into place."""
         names = sorted(path.name for path in draft.iterdir())
-        write_output(draft / CHECKSUM_FILE, checksum_lines(draft))
+        write_output(draft / CHECKSUM_FILE, _checksum_lines(draft))
         for name in [*names, CHECKSUM_FILE]:
             _remove(self.path / name)
             (draft / name).rename(self.path / name)
@@ -82,10 +82,11 @@ def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[Atlas
     folder = AtlasFolder(Path(path))
     _check_contents(folder, request)
     make_folder(folder.path)
-    if folder.is_complete and not folder.work.exists():
+    if folder.is_complete:
         folder.check()
-        yield folder
-        return
+        if not folder.work.exists():
+            yield folder
+            return
     folder.work.mkdir(exist_ok=True)
     try:
         with FileLock(folder.work / _LOCK, timeout=0):
@@ -104,11 +105,10 @@ def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
     if recorded is None:
         raise OutputError(f"{folder.path} is not empty and holds no atlas: name another folder")
     asked = request.record()
-    differing = [key for key in asked if asked[key] != recorded.get(key)]
-    if differing:
+    if asked != recorded:
         raise OutputError(
-            f"{folder.path} holds an atlas of {_told(differing, recorded)}, not of {_told(differing, asked)}: name "
-            "another folder, or remove it"
+            f"{folder.path} holds an atlas of {_difference(recorded, asked)}, not of {_difference(asked, recorded)}: "
+            "name another folder, or remove it"
         )
 
 
@@ -133,19 +133,18 @@ def _recorded_request(folder: AtlasFolder) -> dict[str, Any] | None:
     return None
 
 
-def _told(keys: list[str], record: dict[str, Any]) -> str:
-    """Return the entries of a request as text; of the versions, those of the program and of its libraries."""
+def _difference(record: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return the entries of a request that another one lacks, as text."""
     texts = []
-    for key in keys:
-        value = record.get(key)
+    for key, value in record.items():
         if isinstance(value, dict):
-            texts += [f"{name} {number}" for name, number in value.items()]
-        else:
+            texts.append(_difference(value, other[key] if isinstance(other.get(key), dict) else {}))
+        elif other.get(key) != value:
             texts.append(f"{key} {' '.join(map(str, value)) if isinstance(value, list) else value}")
-    return ", ".join(texts)
+    return ", ".join(filter(None, texts))
 
 
-def checksum_lines(folder: Path) -> str:
+def _checksum_lines(folder: Path) -> str:
     """Return the SHA-256 checksums of all files below a folder, as `sha256sum` prints them, in the order of names."""
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
     return "".join(f"{_digest(folder / name, sync=True)}  {name}\n" for name in names)

@@ -16,8 +16,8 @@ from hcsearch.store import file_library_versions
 
 LEAST_PANELS = 3
 """The fewest panels through which a closed walk goes."""
-LIBRARIES = ("numba", "numpy", "scipy")
-"""Libraries whose versions may change last digits of results."""
+_LIBRARIES = ("alembic", "jinja2", "numba", "numpy", "scipy", "sqlalchemy")
+"""Libraries whose versions may change last digits of results, or bytes of files."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class AtlasRequest:
         return {
             "hcsearch": version("hcsearch"),
             "python": platform.python_version(),
-            **{name: version(name) for name in LIBRARIES},
+            **{name: version(name) for name in _LIBRARIES},
             **file_library_versions(),
             "zlib": zlib.ZLIB_RUNTIME_VERSION,
             **{f"stage {name}": str(number) for name, number in numbers.items()},
