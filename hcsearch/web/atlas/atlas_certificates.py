@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
@@ -20,12 +20,12 @@ from hcsearch.scenes import SCENES, panel_of
 from hcsearch.search.pipeline import WorkerPool
 from hcsearch.search.pipeline.run_progress import RunProgress
 from hcsearch.store import Database, rows_of_designs, select
+from hcsearch.system.archives import undated_entry
 from hcsearch.system.outputs import write_output
 from hcsearch.system.reading import read_text_file
 
 _PROVED = ("path_proved", "kept_apart", "locked_at_end")
 """Evidence for a status that is a proof."""
-_ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the same in all archives, so that equal files make equal archives
 _MAX_BYTES = 256 * 2**20
 
 
@@ -96,9 +96,9 @@ def pack_certificates(proved: Sequence[ProvedFolding], kept: Path, path: Path) -
         for folding, text, sentence in _read(proved, kept):
             rows.writerow([folding.file_name if text else "", folding.design_id, folding.notation, sentence])
             if text is not None:
-                archive.writestr(_zip_entry(folding.file_name), text)
+                archive.writestr(undated_entry(folding.file_name), text)
                 count += 1
-        archive.writestr(_zip_entry("index.csv"), index.getvalue())
+        archive.writestr(undated_entry("index.csv"), index.getvalue())
     return count
 
 
@@ -109,10 +109,3 @@ def _read(proved: Sequence[ProvedFolding], kept: Path) -> Iterator[tuple[ProvedF
         data = made["certificate"]
         text = None if data is None else json.dumps(data, separators=(",", ":")) + "\n"
         yield folding, text, "; ".join(made["sentences"])
-
-
-def _zip_entry(name: str) -> ZipInfo:
-    entry = ZipInfo(name, _ZIP_DATE)
-    entry.compress_type = ZIP_DEFLATED
-    entry.external_attr = 0o644 << 16
-    return entry

@@ -88,14 +88,27 @@ def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[Atlas
             yield folder
             return
     folder.work.mkdir(exist_ok=True)
-    try:
-        with FileLock(folder.work / _LOCK, timeout=0):
-            write_output(folder.work / _REQUEST_FILE, json.dumps(request.record(), indent=1) + "\n")
-            yield folder
-    except Timeout as error:
-        raise OutputError(f"another process builds the atlas in {path}: wait for it, or name another folder") from error
+    with _locked(folder):
+        write_output(folder.work / _REQUEST_FILE, json.dumps(request.record(), indent=1) + "\n")
+        yield folder
     if folder.is_complete:
         shutil.rmtree(folder.work)
+
+
+@contextmanager
+def _locked(folder: AtlasFolder) -> Iterator[None]:
+    """Hold the lock of the work in a folder, which the system releases if this process is killed."""
+    lock = FileLock(folder.work / _LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise OutputError(
+            f"another process builds the atlas in {folder.path}: wait for it, or name another folder"
+        ) from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
@@ -113,11 +126,11 @@ def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
 
 
 def _is_unused(folder: AtlasFolder) -> bool:
-    """Return whether a folder is empty but for work that was not begun."""
-    names = {path.name for path in folder.path.iterdir()}
-    return not names or (
-        names == {_WORK} and folder.work.is_dir() and {path.name for path in folder.work.iterdir()} <= {_LOCK}
-    )
+    """Return whether a folder is empty but for work whose request was not written yet."""
+    if not folder.work.is_dir():
+        return not any(folder.path.iterdir())
+    begun = [path.name for path in folder.work.iterdir() if path.name != _LOCK and path.suffix != ".part"]
+    return not begun and [path.name for path in folder.path.iterdir()] == [_WORK]
 
 
 def _recorded_request(folder: AtlasFolder) -> dict[str, Any] | None:
