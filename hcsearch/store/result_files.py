@@ -150,7 +150,7 @@ def save_rows(rows: Rows, style: str, path: Path) -> None:
     """
     with replacing_file(path) as part:
         if style == "parquet":
-            write_parquet(rows, part)
+            write_parquet_rows(rows, part)
         else:
             with part.open("w", encoding="utf-8", newline="") as file:
                 file.writelines(format_rows(rows, style))
@@ -164,7 +164,7 @@ def check_parquet() -> None:
         raise QueryError("the format parquet needs pyarrow: pip install 'hcsearch[parquet]'") from error
 
 
-def write_parquet(
+def write_parquet_rows(
     rows: Rows,
     path: Path,
     column_notes: Mapping[str, Mapping[str, str]] | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hcsearch.store import Database, select, stream, write_parquet
+from hcsearch.store import Database, select, stream, write_parquet_rows
 from hcsearch.store.columns import VIEWS, Quantity
 from hcsearch.web.atlas.atlas_request import AtlasRequest
 
@@ -49,4 +49,4 @@ def _write_table(database: Database, view: str, query: str, path: Path, notes: d
     columns = table_columns(view)
     described = {quantity.name: {"description": quantity.meaning, "unit": quantity.unit} for quantity in columns}
     with stream(database, query, view=view, columns=[quantity.name for quantity in columns]) as rows:
-        write_parquet(rows, path, described, notes)
+        write_parquet_rows(rows, path, described, notes)
