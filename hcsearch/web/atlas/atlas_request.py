@@ -39,7 +39,7 @@ class AtlasRequest:
     @property
     def title(self) -> str:
         """The title of the atlas."""
-        return f"Atlas of foldable designs with up to {self.n} panels"
+        return f"Atlas of thick-panel designs with up to {self.n} panels"
 
     def has_run(self, stage: str) -> bool:
         """Return whether the designs are taken through a stage."""
