@@ -1,5 +1,6 @@
 # Do a job
 from hcsearch.api.billing import bill_of_materials as bill_of_materials
+from hcsearch.api.building_atlas import build_atlas as build_atlas
 from hcsearch.api.checking import check as check
 from hcsearch.api.counting import count as count
 from hcsearch.api.deploying import deploy as deploy
@@ -58,6 +59,7 @@ from hcsearch.scenes import SCENES as SCENES
 
 # Results
 from hcsearch.export.bill_items import BillOfMaterials as BillOfMaterials
+from hcsearch.web.atlas.atlas_files import Atlas as Atlas
 from hcsearch.export.bulk_export import SavedDesigns as SavedDesigns
 from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning

@@ -15,6 +15,7 @@ import click
 
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning, one_line
 from hcsearch.cli.assembly import assembly
+from hcsearch.cli.atlas import atlas
 from hcsearch.cli.check import check
 from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
@@ -96,6 +97,7 @@ for command in (
     rank,
     show,
     report,
+    atlas,
     serve,
     sheet,
     assembly,

@@ -15,10 +15,11 @@ from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import IO, Literal, Protocol
-from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from hcsearch.basics.errors import OutputError
 from hcsearch.export.formats import ExportFormat, export_format_of, format_named
+from hcsearch.system.archives import undated_entry
 from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing_file, write_output
 from hcsearch.system.reading import read_text_file
 
@@ -27,7 +28,6 @@ INDEX_FILE_NAME = "index.csv"
 INDEX_SECONDS = 5.0
 """Time after which the index of a folder is written again, s: what a killed process has to write anew."""
 _MAX_INDEX_BYTES = 2**30
-_ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the same in all archives, so that equal files make equal archives
 
 
 @dataclass(frozen=True)
@@ -155,9 +155,7 @@ class _Archive:
         self._write(INDEX_FILE_NAME, _index_text(self._rows).encode())
 
     def _write(self, name: str, content: bytes) -> None:
-        info = ZipInfo(name, _ZIP_DATE)
-        info.external_attr = 0o644 << 16  # readable by all, as unpacked files are elsewhere
-        self._archive.writestr(info, content, ZIP_DEFLATED)
+        self._archive.writestr(undated_entry(name), content)
 
 
 class _Graphs:

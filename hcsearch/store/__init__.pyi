@@ -4,7 +4,11 @@ from hcsearch.store.columns import column_names as column_names
 from hcsearch.store.database import Database as Database
 from hcsearch.store.database import open_database as open_database
 from hcsearch.store.database import open_readonly as open_readonly
+from hcsearch.store.publication import file_library_versions as file_library_versions
+from hcsearch.store.publication import publish_database as publish_database
 from hcsearch.store.result_files import save_rows as save_rows
+from hcsearch.store.result_files import check_parquet as check_parquet
+from hcsearch.store.result_files import write_parquet_rows as write_parquet_rows
 from hcsearch.store.result_files import FORMATS as FORMATS
 from hcsearch.store.result_files import format_rows as format_rows
 from hcsearch.store.judgements import StoredPath as StoredPath

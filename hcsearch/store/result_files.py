@@ -10,7 +10,7 @@ import io
 import json
 import math
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -150,27 +150,41 @@ def save_rows(rows: Rows, style: str, path: Path) -> None:
     """
     with replacing_file(path) as part:
         if style == "parquet":
-            _write_parquet(rows, part)
+            write_parquet_rows(rows, part)
         else:
             with part.open("w", encoding="utf-8", newline="") as file:
                 file.writelines(format_rows(rows, style))
 
 
-def _write_parquet(rows: Rows, path: Path) -> None:
-    """Write a result to Parquet in row groups, in little memory; yes/no columns are 0 and 1, as stored.
-
-    QueryError: pyarrow is not installed, or two columns have the same name.
-    """
+def check_parquet() -> None:
+    """Raise QueryError if pyarrow is not installed."""
     try:
-        import pyarrow  # noqa: PLC0415 - an extra
-        import pyarrow.parquet  # noqa: PLC0415 - an extra
+        import pyarrow.parquet  # noqa: F401, PLC0415 - an extra
     except ImportError as error:
         raise QueryError("the format parquet needs pyarrow: pip install 'hcsearch[parquet]'") from error
+
+
+def write_parquet_rows(
+    rows: Rows,
+    path: Path,
+    column_notes: Mapping[str, Mapping[str, str]] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> None:
+    """Write a result to Parquet in row groups, in little memory; yes/no columns are 0 and 1, as stored.
+
+    column_notes : metadata of columns, by name. notes : metadata of the file.
+    QueryError: pyarrow is not installed, or two columns have the same name.
+    """
+    check_parquet()
+    import pyarrow.parquet  # noqa: PLC0415 - an extra
+
     check_names(rows, "parquet")
     with _typed(rows, path.parent) as (types, chunks):
-        schema = pyarrow.schema(
-            [(name, getattr(pyarrow, kind)()) for name, kind in zip(rows.columns, types, strict=True)]
-        )
+        fields = [
+            pyarrow.field(name, getattr(pyarrow, kind)(), metadata=(column_notes or {}).get(name))
+            for name, kind in zip(rows.columns, types, strict=True)
+        ]
+        schema = pyarrow.schema(fields, metadata=notes)
         with pyarrow.parquet.ParquetWriter(path, schema) as writer:
             for group in _groups(chunks):
                 columns = [

@@ -15,6 +15,8 @@ class Sequence:
     number : its number, such as A036418. grid : the name of the grid. array : the arrays that it counts on, as
     specifications with letters for sizes; '' for all arrays of n cells. counts : `circuits`, or `classes` of these.
     term : the count as a term of the sequence. lattice : the graph of cells, as it is known to mathematicians.
+    offset, leading : of sequences of all arrays, the first index, and the terms before those of three cells, with
+    spaces; both are texts.
     """
 
     number: str
@@ -23,6 +25,8 @@ class Sequence:
     counts: str
     term: str
     lattice: str
+    offset: str
+    leading: str
 
 
 @cache

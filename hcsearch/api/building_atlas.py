@@ -1,0 +1,59 @@
+"""Build the atlas: the data set of all designs with up to n panels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hcsearch.api.chosen_searches import chosen_search, chosen_workers
+from hcsearch.api.enumerating import plan_enumeration, run_enumeration
+from hcsearch.api.kinds import check_kinds
+from hcsearch.designs.grid import GRIDS
+from hcsearch.search.pipeline import Plan, WorkerPool
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+from hcsearch.store import check_parquet
+from hcsearch.web.atlas.atlas_files import Atlas, atlas_in, write_atlas
+from hcsearch.web.atlas.atlas_folder import open_atlas_folder
+from hcsearch.web.atlas.atlas_request import AtlasRequest, atlas_request
+
+
+def build_atlas(
+    path: str | Path,
+    *,
+    n: int = 12,
+    grids: Sequence[str] | None = None,
+    until: str | None = None,
+    jobs: int | None = None,
+    progress: RunProgress | None = None,
+    announce: AnnounceSentence | None = None,
+) -> Atlas:
+    """Build the data set of all designs with up to n panels in a folder, as `hcsearch atlas` does.
+
+    The same versions of the program and its libraries write the same bytes. An interrupted call goes on when it is
+    repeated; a finished atlas is checked against its checksums.
+
+    path : the folder, which is empty, missing, or holds this atlas. grids : their names; all where None.
+    until, jobs, progress, announce : as in `enumerate_into`.
+
+    Errors: OutputError for a folder with other contents, QueryError without pyarrow.
+    """
+    check_kinds(build_atlas, locals())
+    check_parquet()
+    request, workers = atlas_request(list(GRIDS) if grids is None else grids, n, until), chosen_workers(jobs, None)
+    plans = [_plan(request, grid, size, workers) for grid, size in request.sizes]
+    show = progress or _hidden
+    with open_atlas_folder(path, request) as folder:
+        if not folder.is_complete:
+            source = folder.work / "designs.sqlite"
+            for plan in plans:
+                run_enumeration(plan, source, show, announce)
+            write_atlas(folder, source, request, workers, show)
+    return atlas_in(folder)
+
+
+def _plan(request: AtlasRequest, grid: str, n: int, workers: WorkerPool) -> Plan:
+    return plan_enumeration(chosen_search(grid, n, None, "all"), workers, until=request.until)
+
+
+def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
+    """Show no progress."""

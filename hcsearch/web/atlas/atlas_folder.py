@@ -1,0 +1,179 @@
+"""The folder of an atlas: unfinished work, and finished files with their checksums.
+
+Files are made in a folder of work and moved into place when all are there, the checksums last: a folder with checksums
+holds a whole atlas.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from hcsearch.basics.errors import InputFileError, OutputError
+from hcsearch.system.outputs import make_folder, write_output
+from hcsearch.system.reading import read_text_file
+from hcsearch.web.atlas.atlas_request import AtlasRequest
+
+CHECKSUM_FILE = "SHA256SUMS"
+DESCRIPTION_FILE = "datapackage.json"
+REQUEST_KEY = "hcsearch"
+"""Key of the request in the description."""
+_WORK = "work"
+_LOCK = "lock"
+_REQUEST_FILE = "request.json"
+_DESCRIPTION_BYTES = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class AtlasFolder:
+    """A folder that holds an atlas, or the work on one."""
+
+    path: Path
+
+    @property
+    def work(self) -> Path:
+        """The folder of unfinished work, which is removed at the end."""
+        return self.path / _WORK
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the folder holds a whole atlas."""
+        return (self.path / CHECKSUM_FILE).is_file()
+
+    def new_draft(self) -> Path:
+        """Make an empty folder for the files of the atlas."""
+        draft = self.work / "draft"
+        shutil.rmtree(draft, ignore_errors=True)
+        draft.mkdir()
+        return draft
+
+    def publish(self, draft: Path) -> None:
+        """Write the checksums of a draft, and move its files into place."""
+        names = sorted(path.name for path in draft.iterdir())
+        write_output(draft / CHECKSUM_FILE, _checksum_lines(draft))
+        for name in [*names, CHECKSUM_FILE]:
+            _remove(self.path / name)
+            (draft / name).rename(self.path / name)
+
+    def check(self) -> None:
+        """Raise OutputError if a file of a whole atlas is missing or changed."""
+        for line in read_text_file(self.path / CHECKSUM_FILE, max_bytes=_DESCRIPTION_BYTES).splitlines():
+            digest, _, name = line.partition("  ")
+            file = self.path / name
+            if not file.is_file() or _digest(file) != digest:
+                raise OutputError(f"{file} is missing or was changed: remove {self.path} and build the atlas anew")
+
+
+@contextmanager
+def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[AtlasFolder]:
+    """Open the folder for an atlas, and remove its work at the end if the atlas is whole.
+
+    OutputError for a folder with other contents or of another request, and for one in which another process works.
+    """
+    folder = AtlasFolder(Path(path))
+    _check_contents(folder, request)
+    make_folder(folder.path)
+    if folder.is_complete:
+        folder.check()
+        if not folder.work.exists():
+            yield folder
+            return
+    folder.work.mkdir(exist_ok=True)
+    with _locked(folder):
+        write_output(folder.work / _REQUEST_FILE, json.dumps(request.record(), indent=1) + "\n")
+        yield folder
+    if folder.is_complete:
+        shutil.rmtree(folder.work)
+
+
+@contextmanager
+def _locked(folder: AtlasFolder) -> Iterator[None]:
+    """Hold the lock of the work in a folder, which the system releases if this process is killed."""
+    lock = FileLock(folder.work / _LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise OutputError(
+            f"another process builds the atlas in {folder.path}: wait for it, or name another folder"
+        ) from error
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
+    if not folder.path.is_dir() or _is_unused(folder):
+        return
+    recorded = _recorded_request(folder)
+    if recorded is None:
+        raise OutputError(f"{folder.path} is not empty and holds no atlas: name another folder")
+    asked = request.record()
+    if asked != recorded:
+        raise OutputError(
+            f"{folder.path} holds an atlas of {_difference(recorded, asked)}, not of {_difference(asked, recorded)}: "
+            "name another folder, or remove it"
+        )
+
+
+def _is_unused(folder: AtlasFolder) -> bool:
+    """Return whether a folder is empty but for work whose request was not written yet."""
+    if not folder.work.is_dir():
+        return not any(folder.path.iterdir())
+    begun = [path.name for path in folder.work.iterdir() if path.name != _LOCK and path.suffix != ".part"]
+    return not begun and [path.name for path in folder.path.iterdir()] == [_WORK]
+
+
+def _recorded_request(folder: AtlasFolder) -> dict[str, Any] | None:
+    """Return the request of the work or of the atlas in a folder; None for a folder of something else."""
+    for place, key in ((folder.work / _REQUEST_FILE, None), (folder.path / DESCRIPTION_FILE, REQUEST_KEY)):
+        if place.is_file():
+            try:
+                data = json.loads(read_text_file(place, max_bytes=_DESCRIPTION_BYTES))
+            except (InputFileError, ValueError, RecursionError):
+                return None
+            found = data.get(key) if key is not None and isinstance(data, dict) else data
+            return found if isinstance(found, dict) else None
+    return None
+
+
+def _difference(record: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return the entries of a request that another one lacks, as text."""
+    texts = []
+    for key, value in record.items():
+        if isinstance(value, dict):
+            texts.append(_difference(value, other[key] if isinstance(other.get(key), dict) else {}))
+        elif other.get(key) != value:
+            texts.append(f"{key} {' '.join(map(str, value)) if isinstance(value, list) else value}")
+    return ", ".join(filter(None, texts))
+
+
+def _checksum_lines(folder: Path) -> str:
+    """Return the SHA-256 checksums of all files below a folder, as `sha256sum` prints them, in the order of names."""
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    return "".join(f"{_digest(folder / name, sync=True)}  {name}\n" for name in names)
+
+
+def _digest(path: Path, *, sync: bool = False) -> str:
+    """Return the checksum of a file; sync : whether to wait until it is on the disk."""
+    if sync:
+        with path.open("rb+") as written:
+            os.fsync(written.fileno())
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
