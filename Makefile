@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 TESTS := not slow and not extra
-EXTRAS := .[bench,cluster,export,parquet,postgresql,readers,serve]
+EXTRAS := .[bench,cluster,docs,export,parquet,postgresql,readers,serve]
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
 export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
@@ -34,9 +34,14 @@ db: $(VENV)/installed
 	$(BIN)/python -m hcsearch.store.generated schema > db/schema.sql
 	$(BIN)/python -m hcsearch.store.generated datasette > db/datasette.json
 
-docs: $(VENV)/installed
-	$(BIN)/python -m hcsearch.api.reference > docs/reference/api.md
-	$(BIN)/python -m hcsearch.store.generated columns > docs/reference/columns.md
+# Sphinx shows the warnings of a page when it reads it: after a failure it reads all pages again.
+docs: $(VENV)/documented
+	mkdir -p docs/_build
+	$(BIN)/python -m hcsearch.store.generated columns > docs/_build/columns.md
+	cmp --quiet docs/_build/columns.md docs/reference/columns.md || mv docs/_build/columns.md docs/reference/columns.md
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html -c docs -d docs/_build/doctrees \
+		. docs/_build/html || { rm -rf docs/_build/doctrees; exit 1; }
+	@echo docs/_build/html/index.html
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
@@ -51,7 +56,7 @@ gallery: $(VENV)/installed
 	$(BIN)/python -m hcsearch_bench.gallery reports/gallery
 
 clean:
-	rm -rf $(VENV) build *.egg-info
+	rm -rf $(VENV) build docs/_build docs/reference/generated *.egg-info
 
 # uv installs in seconds what takes pip a minute; pip does it where uv cannot be had, or where only pip knows the index.
 define install
@@ -70,6 +75,10 @@ $(VENV)/tested: $(VENV)/installed
 
 $(VENV)/everything: $(VENV)/tested
 	$(call install,$(EXTRAS))
+	touch $@
+
+$(VENV)/documented: $(VENV)/installed
+	$(call install,.[docs])
 	touch $@
 
 $(VENV)/benched: $(VENV)/installed
