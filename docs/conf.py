@@ -37,8 +37,10 @@ myst_links_external_new_tab = False
 # Notebooks have no stored outputs; those that did not change are taken from the cache.
 nb_execution_mode = "cache"
 nb_execution_cache_path = "docs/_build/notebooks"
+nb_execution_in_temp = True  # they write files
 nb_execution_raise_on_error = True
 
+smartquotes = False  # they would make one dash of the two before an option
 default_role = "py:obj"
 templates_path = [str(HERE / "_templates")]
 autosummary_generate = True
@@ -69,6 +71,7 @@ html_theme_options = {
     "logo": {"text": f"hcsearch {version}"},
     "navbar_align": "left",
     "header_links_before_dropdown": 6,
+    "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": ["theme-version"],

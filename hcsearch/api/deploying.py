@@ -32,7 +32,8 @@ def deploy(
     ----------
     what
         A Folding, a Circuit with a single folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
-        `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `NAME.toml`; or a Case.
+        `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `NAME.toml`; or a
+        Case.
     scene
         A Scene, the name of one, or a file `NAME.toml`; by default the scene `default`.
     formulation

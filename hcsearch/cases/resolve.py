@@ -54,9 +54,9 @@ def resolve(
     Parameters
     ----------
     what
-        A text, DESIGN:CREASE, the name of an assembly or a file `NAME.toml`, or a Folding, a Circuit or a Linkage. A design
-        without a crease stands for its best folding in the database. If the database has verdicts of only one scene and
-        none is named, an id stands for the design in this scene.
+        A text, DESIGN:CREASE, the name of an assembly or a file `NAME.toml`, or a Folding, a Circuit or a Linkage. A
+        design without a crease stands for its best folding in the database. If the database has verdicts of only one
+        scene and none is named, an id stands for the design in this scene.
     db
         The database in which ids, scenes and verdicts are looked up, in one transaction.
     scene
