@@ -60,7 +60,7 @@ NumpyDocstring._parse_attribute_docstring = NumpyDocstring._consume_to_end
 html_theme = "pydata_sphinx_theme"
 html_title = f"hcsearch {version}"
 html_static_path = ["_static"]
-html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_extra_path = ["_site"]
 html_copy_source = False
 html_show_sourcelink = False
@@ -72,10 +72,10 @@ html_theme_options = {
     "navbar_align": "left",
     "header_links_before_dropdown": 6,
     "show_toc_level": 2,
-    "collapse_navigation": True,  # its buttons have no names for screen readers
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": ["theme-version"],
 }
+ogp_social_cards = {"enable": False}  # only the descriptions of pages for search engines
 copybutton_prompt_text = r"\$ |>>> |\.\.\. "
 copybutton_prompt_is_regexp = True
