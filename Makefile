@@ -38,9 +38,14 @@ db: $(VENV)/installed
 	$(BIN)/python -m hcsearch.store.generated schema > db/schema.sql
 	$(BIN)/python -m hcsearch.store.generated datasette > db/datasette.json
 
-docs: $(VENV)/installed
-	$(BIN)/python -m hcsearch.api.reference > docs/reference/api.md
-	$(BIN)/python -m hcsearch.store.generated columns > docs/reference/columns.md
+# Sphinx shows the warnings of a page when it reads it: after a failure it reads all pages again.
+docs: $(VENV)/documented
+	mkdir -p docs/_build
+	$(BIN)/python -m hcsearch.store.generated columns > docs/_build/columns.md
+	cmp --quiet docs/_build/columns.md docs/reference/columns.md || mv docs/_build/columns.md docs/reference/columns.md
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html -c docs -d docs/_build/doctrees \
+		. docs/_build/html || { rm -rf docs/_build/doctrees; exit 1; }
+	@echo docs/_build/html/index.html
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
@@ -55,7 +60,7 @@ gallery: $(VENV)/installed
 	$(BIN)/python -m hcsearch_bench.gallery reports/gallery
 
 clean:
-	rm -rf $(VENV) build *.egg-info
+	rm -rf $(VENV) build docs/_build docs/reference/generated *.egg-info
 
 # uv installs in seconds what takes pip a minute; pip does it where uv cannot be had, or where only pip knows the index.
 # The pip of a new environment may be older than 25.1, the first that knows dependency groups.
@@ -79,7 +84,11 @@ $(VENV)/covered: $(VENV)/tested
 	touch $@
 
 $(VENV)/everything: $(VENV)/tested
-	$(call install,--editable $(EXTRAS) --group readers)
+	$(call install,--editable $(EXTRAS) --group readers --group docs)
+	touch $@
+
+$(VENV)/documented: $(VENV)/installed
+	$(call install,--group docs)
 	touch $@
 
 $(VENV)/benched: $(VENV)/installed

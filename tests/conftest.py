@@ -16,7 +16,7 @@ __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
     *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil"),
-    *("psycopg", "trimesh", "waitress", "werkzeug"),
+    *("numpydoc", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
 )
 """Modules that only extras and the group `readers` install; but pyarrow, which pandas takes where it is installed."""
 

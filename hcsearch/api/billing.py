@@ -25,8 +25,18 @@ def bill_of_materials(
 ) -> BillOfMaterials:
     """List the panels, hinges, springs, latches and drives of a folding or an assembly, alike ones together.
 
-    what, scene, panel, flat_pairs, db, values : as in `deploy`; a file `.toml` with a table [drive] has drives.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db, **values
+        As in `deploy`; a file `NAME.toml` with a table [drive] has drives.
 
+    Returns
+    -------
+    BillOfMaterials
+        The parts; alike ones are one item.
+
+    Examples
+    --------
     >>> from hcsearch import bill_of_materials
     >>> bill = bill_of_materials("hex:0234550132:4", flat_pairs="hinged")
     >>> [(item.fold, len(item.names)) for item in bill.hinges]

@@ -35,11 +35,23 @@ def check(
 ) -> CheckedCircuit:
     """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
 
-    what : a crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id,
-    one of its foldings, or a case.
-    scene, panel, flat_pairs, db, values : as in `deploy`. Panels have the size that a file gives in a physical unit,
-    unless `panel` sets another. progress : called with the numbers of foldings that are done and of all, and the stage.
+    Parameters
+    ----------
+    what
+        A crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id, one
+        of its foldings, or a case.
+    scene, panel, flat_pairs, db, **values
+        As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another.
+    progress
+        Called with the numbers of foldings that are done and of all, and the stage.
 
+    Returns
+    -------
+    CheckedCircuit
+        The pattern, the circuit, and the verdict on each folding.
+
+    Examples
+    --------
     >>> from hcsearch import check
     >>> check("hex:0234550132").funnel["deployable by springs"]
     1

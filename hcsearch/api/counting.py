@@ -169,9 +169,20 @@ def count(
 ) -> CircuitCount | CountTable:
     """Count the circuits of all arrays of n cells, or of one array, as `hcsearch count` does.
 
-    n : the number of cells, or several numbers, such as `range(6, 17)`: these give a `CountTable`, with ratios and the
-    growth constant. grid, array, keep, jobs, scheduler, progress, announce : as in `enumerate_into`.
+    Parameters
+    ----------
+    n
+        The number of cells, or several numbers, such as `range(6, 17)`.
+    grid, array, keep, jobs, scheduler, progress, announce
+        As in `enumerate_into`.
 
+    Returns
+    -------
+    CircuitCount or CountTable
+        A `CountTable`, with ratios and the growth constant, for several numbers of cells.
+
+    Examples
+    --------
     >>> from hcsearch import count
     >>> counted = count(grid="square", array="6x6")
     >>> counted.circuits, counted.classes

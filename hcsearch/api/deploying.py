@@ -28,18 +28,37 @@ def deploy(
 ) -> Deployed:
     """Simulate how springs open a folding or assembly, and check it for collisions, as `hcsearch deploy` does.
 
-    what : a Folding, a Circuit with a single folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
-    `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `.toml`; or a Case.
-    scene : a Scene, the name of one, or a file `.toml`; by default the scene `default`.
-    formulation : `constrained`, `compliant`, `penalty` or `quasistatic`.
-    method : the integrator, one of those of `hcsearch deploy --method`.
-    tolerance : the error of a step, relative and absolute.
-    panel : the size of panels in millimetres, such as `50x40x6`, or `across 1000x20` for the width across flats.
-    flat_pairs : `rigid`, `hinged`, or `merged`, where the two panels of each mirror pair are one.
-    db : the database in which ids and scenes are looked up.
-    values : other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3` and
-    `springs={7: "linear:0.2"}`. Panels and hinges have the numbers shown in pictures.
+    Parameters
+    ----------
+    what
+        A Folding, a Circuit with a single folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
+        `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `NAME.toml`; or a
+        Case.
+    scene
+        A Scene, the name of one, or a file `NAME.toml`; by default the scene `default`.
+    formulation
+        `constrained`, `compliant`, `penalty` or `quasistatic`.
+    method
+        The integrator, one of those of `hcsearch deploy --method`.
+    tolerance
+        The error of a step, relative and absolute.
+    panel
+        The size of panels in millimetres, such as `50x40x6`, or `across 1000x20` for the width across flats.
+    flat_pairs
+        `rigid`, `hinged`, or `merged`, where the two panels of each mirror pair are one.
+    db
+        The database in which ids and scenes are looked up.
+    **values
+        Other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3` and `springs={7:
+        "linear:0.2"}`. Panels and hinges have the numbers shown in pictures.
 
+    Returns
+    -------
+    Deployed
+        The verdict, the reason for it, and the simulated motion.
+
+    Examples
+    --------
     >>> from hcsearch import Folding, deploy
     >>> folding = Folding.from_notation("hex:0234550132:4")
     >>> deploy(folding)

@@ -15,8 +15,18 @@ from hcsearch.shape.pattern_drawing import draw_pattern
 def describe(name: str, **parameters: Any) -> dict[str, Any]:
     """Describe an assembly of the thesis as plain data, as `hcsearch assembly --json` prints it.
 
-    name : of the assembly. parameters : `alpha` in degrees, `base`, `thickness`, `side` and `width` in millimetres, and
-    `size` as columns x rows, such as `3x2`; those that the assembly does not depend on are refused.
+    Parameters
+    ----------
+    name
+        The name of the assembly.
+    **parameters
+        `alpha` in degrees, `base`, `thickness`, `side` and `width` in millimetres, and `size` as columns x rows, such
+        as `3x2`; those that the assembly does not depend on are refused.
+
+    Returns
+    -------
+    dict
+        Plain data, which JSON can hold.
     """
     check_kinds(describe, locals())
     assembly = _named(name)

@@ -41,11 +41,24 @@ def drive(
 ) -> Drive:
     """Choose motors that open a folding along a proved path, as `hcsearch drive` does.
 
-    what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
-    options : rates, driven hinges and more, a `hcsearch.springs.drive.driven_folding.DriveOptions`.
-    progress : called with the numbers of steps that are done and of all, and the next step.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db, **values
+        As in `deploy`, but not a Linkage or an assembly.
+    options
+        Rates, driven hinges and more, a `hcsearch.springs.drive.driven_folding.DriveOptions`.
+    progress
+        Called with the numbers of steps that are done and of all, and the next step.
 
-    Errors: `hcsearch.springs.drive.driven_folding.NoPathError`, with the reason, where no path is proved.
+    Returns
+    -------
+    Drive
+        The motors, their course, and the simulated motion.
+
+    Raises
+    ------
+    NoPathError
+        With the reason, where no path is proved.
     """
     check_kinds(drive, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)

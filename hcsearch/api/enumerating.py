@@ -59,17 +59,42 @@ def enumerate_into(
 ) -> Funnel:
     """Search all arrays of n cells, or one array, and store the designs in a database, as `hcsearch enumerate` does.
 
-    Returns the number of designs that pass each stage. Finished work is not repeated: an interrupted search continues.
+    Finished work is not repeated: an interrupted search continues.
 
-    db : a path, a URL or an open database; a file that does not exist is made.
-    grid : its name, such as `hex` (`GRIDS` has all), or a Grid. n : the number of cells, to search all arrays.
-    array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
-    until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
-    keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel : as in `deploy`.
-    budget : efforts of the search for the motion of each folding; undecided foldings in the database are included.
-    jobs : the number of processes. scheduler : the address of a Dask cluster, in place of jobs.
-    progress : called with the numbers of finished and of all batches. announce : called with sentences on long runs.
+    Parameters
+    ----------
+    db
+        A path, a URL or an open database; a file that does not exist is made.
+    grid
+        The name of the grid, such as `hex` (`GRIDS` has all), or a Grid.
+    n
+        The number of cells, to search all arrays.
+    array
+        The array to search, in place of n: an Array, or a text such as `3-4-3`.
+    until
+        The last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
+    keep
+        Which designs are stored, `all`, `two-stack` or `untwisted`.
+    scene, panel
+        As in `deploy`.
+    budget
+        Efforts of the search for the motion of each folding; undecided foldings in the database are included.
+    jobs
+        The number of processes.
+    scheduler
+        The address of a Dask cluster, in place of jobs.
+    progress
+        Called with the numbers of finished and of all batches.
+    announce
+        Called with sentences on long runs.
 
+    Returns
+    -------
+    Funnel
+        The number of designs that pass each stage.
+
+    Examples
+    --------
     >>> from hcsearch import enumerate_into
     >>> enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
     Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deploys=None)

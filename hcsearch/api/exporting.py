@@ -47,12 +47,28 @@ def save(
 ) -> list[Path]:
     """Write a folding or an assembly to a file for another program, as `hcsearch export` does; return the paths.
 
-    what, scene, panel, flat_pairs, db : as in `deploy`; a Linkage cannot be exported. A Replay is written by itself:
-        it has its scene and its motion.
-    path : the file; its ending sets the format. format : the format, if the ending does not determine it.
-    motion : the motion to export, `path` or `springs`. values : other values of the scene, as in `deploy`.
-    settings : options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db
+        As in `deploy`; a Linkage cannot be exported. A Replay is written by itself: it has its scene and its motion.
+    path
+        The file; its ending sets the format.
+    format
+        The format, if the ending does not determine it.
+    motion
+        The motion to export, `path` or `springs`.
+    values
+        Other values of the scene, as in `deploy`.
+    **settings
+        Options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
 
+    Returns
+    -------
+    list of Path
+        The files that were written.
+
+    Examples
+    --------
     >>> from hcsearch import Folding, save
     >>> [path.name for path in save(Folding.from_notation("hex:0234550132:4"), "sheet.svg", kerf_mm=0.2)]
     ['sheet.svg']
@@ -100,13 +116,29 @@ def save_designs(
 ) -> SavedDesigns:
     """Write a file for each design of a query, as `hcsearch export` does; return what was written.
 
-    query : conditions, as in `read`. path : a folder, an archive `.zip`, or one file of a format of graphs, one a line.
-    Files are named by the id of the design and the crease of its best folding, as in `17-4.dxf`; a design without
-    verdicts that say which is the best has a file for each folding. Files that a folder has from an earlier call with
-    the same arguments and results are kept. format : of the files in a folder or an
-    archive. scene, panel, flat_pairs, db, values, motion, settings : as in `save`, of all designs. progress : called
-    with the numbers of designs that are done and of all, and a note.
+    Parameters
+    ----------
+    query
+        Conditions, as in `read`.
+    path
+        A folder, an archive `NAME.zip`, or one file of a format of graphs, one a line. Files are named by the id of the
+        design and the crease of its best folding, as in `17-4.dxf`; a design without verdicts that say which is the
+        best has a file for each folding. Files that a folder has from an earlier call with the same arguments and
+        results are kept.
+    format
+        The format of the files in a folder or an archive.
+    scene, panel, flat_pairs, db, values, motion, **settings
+        As in `save`, of all designs.
+    progress
+        Called with the numbers of designs that are done and of all, and a note.
 
+    Returns
+    -------
+    SavedDesigns
+        What was written, kept and left out.
+
+    Examples
+    --------
     >>> from hcsearch import enumerate_into, save_designs
     >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
     >>> save_designs("untwisted", "sheets.zip", format="svg", db="designs.sqlite").written

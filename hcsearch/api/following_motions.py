@@ -42,18 +42,37 @@ def follow_motion(
 ) -> LinkageMotion:
     """Follow the motion of a folding, an assembly or a Linkage from a state, as `hcsearch motion` does.
 
-    what, scene, panel, flat_pairs, db : as in `deploy`. Panels may pass through each other.
-    start : `folded`, `flat`, a table .csv of states with the columns of `LinkageMotion.table`, or the fold angles of a
-        closed state, rad. row : of the table, from 0 on; the last one by default.
-    branch : number of the branch, from 1 on, in the order of `LinkageMotion.branches`; without stops -k is branch k in
-        the opposite sense. By default the finite one that leads most directly to flat, or from flat to folded.
-    until : `flat`, `folded`, `end` for either of these, `stop` for neither, `event` for the first singular state on the
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db
+        As in `deploy`. Panels may pass through each other.
+    start
+        `folded`, `flat`, a table .csv of states with the columns of `LinkageMotion.table`, or the fold angles of a
+        closed state, rad.
+    row
+        The row of the table, from 0 on; the last one by default.
+    branch
+        Number of the branch, from 1 on, in the order of `LinkageMotion.branches`; without stops -k is branch k in the
+        opposite sense. By default the finite one that leads most directly to flat, or from flat to folded.
+    until
+        `flat`, `folded`, `end` for either of these, `stop` for neither, `event` for the first singular state on the
         way, `bifurcation` for the first at which motions branch. A motion ends at a stop in any case.
-    stops : whether hinges stop at 0 and pi, else they turn on.
-    length : greatest arc length, rad. step : greatest arc length between two states, rad; 0.05 times the square root of
-        the number of hinges by default.
-    progress : called with the numbers of steps that are done and of all, and the next step.
+    stops
+        Whether hinges stop at 0 and pi, else they turn on.
+    length
+        Greatest arc length, rad.
+    step
+        Greatest arc length between two states, rad; 0.05 times the square root of the number of hinges by default.
+    progress
+        Called with the numbers of steps that are done and of all, and the next step.
 
+    Returns
+    -------
+    LinkageMotion
+        The states on the way, the singular ones, and the branches at the start.
+
+    Examples
+    --------
     >>> from hcsearch import follow_motion
     >>> motion = follow_motion("unit-ii")
     >>> motion.followed.path.outcome, [event.kind for event in motion.events]

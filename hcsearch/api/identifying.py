@@ -31,7 +31,15 @@ class HingeDamping:
 def identify_spring(path: str | Path) -> IdentifiedSpring:
     """Identify the law of a spring from a table of angles and moments, as `hcsearch identify spring` does.
 
-    path : a file .csv with a column `angle_rad` or `angle_deg` and a column `moment_N_m` or `moment_N_mm`.
+    Parameters
+    ----------
+    path
+        A file .csv with a column `angle_rad` or `angle_deg` and a column `moment_N_m` or `moment_N_mm`.
+
+    Returns
+    -------
+    IdentifiedSpring
+        The fitted laws, the simplest first.
     """
     check_kinds(identify_spring, locals())
     measured = fit_spring(*read_measured_moments(str(path)))
@@ -45,9 +53,23 @@ def identify_damping(
 ) -> HingeDamping:
     """Identify the damping of a hinge from free vibrations of a block, as `hcsearch identify damping` does.
 
-    paths : files .csv, one test each, with a column `time_s`, unless `rate` is given, and one for each accelerometer.
-    inertia : of the block about the hinges, kg m^2. hinges : how many equal hinges hold it. rate : of sampling, Hz.
-    start : measurements before this time are left out, s.
+    Parameters
+    ----------
+    paths
+        Files .csv, one test each, with a column `time_s`, unless `rate` is given, and one for each accelerometer.
+    inertia
+        The moment of inertia of the block about the hinges, kg m^2.
+    hinges
+        How many equal hinges hold it.
+    rate
+        The rate of sampling, Hz.
+    start
+        Measurements before this time are left out, s.
+
+    Returns
+    -------
+    HingeDamping
+        The tests and the modal analysis of each file.
     """
     check_kinds(identify_damping, locals())
     hinge_damping(0.0, 0.0, inertia, hinges)  # raises for an invalid inertia before the work begins

@@ -20,10 +20,26 @@ def init_scene(path: str | Path, *, panel: str | None = None, grid: str | None =
 
     Every value of the scene `default` is in it, with its unit. The scene has the name of the file.
 
-    path : a file .toml that does not exist. panel : the size of the panels in millimetres, such as `300x12`; by default
-    it is left open. grid : the grid of the panels, by which their size is checked.
+    Parameters
+    ----------
+    path
+        A file .toml that does not exist.
+    panel
+        The size of the panels in millimetres, such as `300x12`; by default it is left open.
+    grid
+        The grid of the panels, by which their size is checked.
 
-    Errors: OutputError for a file that exists, SceneError for a name or a size that a scene cannot have.
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OutputError
+        For a file that exists.
+    SceneError
+        For a name or a size that a scene cannot have.
     """
     check_kinds(init_scene, locals())
     file = Path(path)

@@ -40,10 +40,24 @@ def prove(
 ) -> Certificate:
     """Write a certificate that a folding can be opened, or that no motion opens it, as `hcsearch prove` does.
 
-    what, scene, panel, flat_pairs, db : as in `deploy`, but not a Linkage or an assembly. path : of the file, .json.
-    budget : greatest number of efforts of the search for a path or a lock.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db
+        As in `deploy`, but not a Linkage or an assembly.
+    path
+        The file .json to write.
+    budget
+        Greatest number of efforts of the search for a path or a lock.
 
-    Errors: HcsearchError if neither is proved.
+    Returns
+    -------
+    Certificate
+        The certificate that was written.
+
+    Raises
+    ------
+    HcsearchError
+        If neither is proved.
     """
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
@@ -56,7 +70,21 @@ def prove(
 def verify(path: str | Path) -> Certificate:
     """Check a certificate, as `hcsearch verify` does.
 
-    Errors: `hcsearch.motion.certificates.certifying.CertificateError` if a claim is not proved; InputFileError.
+    Parameters
+    ----------
+    path
+        The file of the certificate.
+
+    Returns
+    -------
+    Certificate
+        The certificate, whose claims are proved.
+
+    Raises
+    ------
+    CertificateError
+        If a claim is not proved.
+    InputFileError
     """
     check_kinds(verify, locals())
     return Certificate(Path(path), tuple(certifying.verify_certificate(certifying.read_certificate(str(path)))))

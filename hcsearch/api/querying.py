@@ -82,13 +82,32 @@ def read(
 ) -> pd.DataFrame:
     """Read the rows of a view that satisfy a query into a pandas table, as `hcsearch query` prints them.
 
-    db : a path, a URL or an open database. query : conditions such as `n=12 untwisted dof<=6`; by default all rows.
-    view : `designs`, `foldings`, `motions`, `deployments`, `evaluations`, `runs` or `units`.
-    columns : names of columns, in a list or separated by commas; by default all. sort : the same; `-` before a name
-    sorts in descending order. limit : the greatest number of rows.
-    scene, panel : the scene, and the panels in millimetres, for which results are read.
-    sql : one SELECT, in place of all of these.
+    Parameters
+    ----------
+    db
+        A path, a URL or an open database.
+    query
+        Conditions such as `n=12 untwisted dof<=6`; by default all rows.
+    view
+        `designs`, `foldings`, `motions`, `deployments`, `evaluations`, `runs` or `units`.
+    columns
+        Names of columns, in a list or separated by commas; by default all.
+    sort
+        The same; `-` before a name sorts in descending order.
+    limit
+        The greatest number of rows.
+    scene, panel
+        The scene, and the panels in millimetres, for which results are read.
+    sql
+        One SELECT, in place of all of these.
 
+    Returns
+    -------
+    pandas.DataFrame
+        The rows, in the order of `sort`.
+
+    Examples
+    --------
     >>> from hcsearch import enumerate_into, read
     >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
     >>> read("designs.sqlite", "two_stack", columns="circuit,n_foldings,min_twist", sort="min_twist")
@@ -121,10 +140,23 @@ def rank(
 
     Designs known not to deploy are left out.
 
-    db, query, scene, panel : as in `read`.
-    weights : weights of criteria by name, such as `{"dof": 2}`; 1 by default.
-    pareto : whether only the designs on the Pareto front are returned. limit : the greatest number of rows.
-    save : whether the scores of all ranked designs are stored in the column `score`.
+    Parameters
+    ----------
+    db, query, scene, panel
+        As in `read`.
+    weights
+        Weights of criteria by name, such as `{"dof": 2}`; 1 by default.
+    pareto
+        Whether only the designs on the Pareto front are returned.
+    limit
+        The greatest number of rows.
+    save
+        Whether the scores of all ranked designs are stored in the column `score`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The designs with their scores, the best first.
     """
     check_kinds(rank, locals())
     if limit is not None and limit < 0:

@@ -31,10 +31,22 @@ def replay(
 ) -> Replay:
     """Return a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
 
-    what : as in `deploy`, but not a Linkage; or a result of `deploy` with its simulated motion, or of `follow_motion`.
-    motion : `path` for the planned path only, or `springs` for the simulated motion only.
-    scene, panel, flat_pairs, db, values : as in `deploy`.
+    Parameters
+    ----------
+    what
+        As in `deploy`, but not a Linkage; or a result of `deploy` with its simulated motion, or of `follow_motion`.
+    motion
+        `path` for the planned path only, or `springs` for the simulated motion only.
+    scene, panel, flat_pairs, db, **values
+        As in `deploy`.
 
+    Returns
+    -------
+    Replay
+        The states of the motion.
+
+    Examples
+    --------
     >>> from hcsearch import replay
     >>> replay("hex:0234550132:4", motion="springs").ends_flat
     True

@@ -22,7 +22,19 @@ def report(
 ) -> Path:
     """Write one HTML page of the designs that a query selects, as `hcsearch report` does; return its path.
 
-    path : of the file. query, db, scene, panel : as in `read`. limit : the greatest number of designs on the page.
+    Parameters
+    ----------
+    path
+        The file to write.
+    query, db, scene, panel
+        As in `read`.
+    limit
+        The greatest number of designs on the page.
+
+    Returns
+    -------
+    Path
+        The page.
     """
     check_kinds(report, locals())
     check_output(str(path))

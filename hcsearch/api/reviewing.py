@@ -37,11 +37,24 @@ def sheet(
 ) -> FlightSheet:
     """Hold a folding in a scene against the rules of a standard, as `hcsearch sheet` does.
 
-    what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
-    rules : `ecss`, `aiaa`, or a file `.toml` (docs/reference/rules.md). measured : whether friction and harness are
-    measured.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db, **values
+        As in `deploy`, but not a Linkage or an assembly.
+    rules
+        `ecss`, `aiaa`, or a file `NAME.toml` (docs/reference/rules.md).
+    measured
+        Whether friction and harness are measured.
 
-    Errors: HcsearchError where neither springs nor a proved path open the folding.
+    Returns
+    -------
+    FlightSheet
+        The rules with their figures and margins.
+
+    Raises
+    ------
+    HcsearchError
+        Where neither springs nor a proved path open the folding.
     """
     check_kinds(sheet, locals())
     standard = read_rules(rules)

@@ -36,12 +36,31 @@ def search_units(
 ) -> Iterator[tuple[ElementSearchResult, int]]:
     """Search for units made of copies of each element of n panels, as `hcsearch units` does.
 
-    Yields the result for each element, and the number of its units that are new in the database.
+    Parameters
+    ----------
+    grid
+        The grid of the panels.
+    n
+        The number of panels of an element.
+    alpha
+        Base angle of isosceles triangles in place of regular ones, degrees.
+    max_dof
+        Elements with more degrees of freedom are left out.
+    copies
+        The numbers of copies of an element in a unit: 2, 4 or both.
+    most
+        Greatest number of unions tried for one element.
+    seconds
+        The greatest time for one element.
+    db
+        A database in which units are stored.
+    progress
+        Called with the numbers of unions that are tested and of all, and the name of the element.
 
-    grid : of the panels. alpha : base angle of isosceles triangles in place of regular ones, degrees.
-    max_dof : elements with more degrees of freedom are left out. copies : of an element in a unit, 2, 4 or both.
-    most : greatest number of unions tried for one element. seconds : the greatest time for one element.
-    db : a database in which units are stored.
+    Yields
+    ------
+    tuple of ElementSearchResult and int
+        The result for an element, and the number of its units that are new in the database.
     """
     check_kinds(search_units, locals())
     limits = UnitSearchLimits(most) if seconds is None else UnitSearchLimits(most, seconds)

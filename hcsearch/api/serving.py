@@ -25,10 +25,21 @@ def serve(
 ) -> None:
     """Show a database in a browser on this machine, as `hcsearch serve` does, until Ctrl-C.
 
-    db : a path or a URL. host, port : where the server answers; port 0 chooses any free one. scene, panel : as in
-    `read`. started : called with a sentence that gives the address, once the server answers.
+    Parameters
+    ----------
+    db
+        A path or a URL.
+    host, port
+        Where the server answers; port 0 chooses any free one.
+    scene, panel
+        As in `read`.
+    started
+        Called with a sentence that gives the address, once the server answers.
 
-    Errors: KeyboardInterrupt for Ctrl-C.
+    Raises
+    ------
+    KeyboardInterrupt
+        For Ctrl-C.
     """
     check_kinds(serve, locals())
     for name in ("werkzeug", "waitress"):

@@ -65,10 +65,22 @@ def show(
 ) -> ShownDesign:
     """Look up a design and its foldings, as `hcsearch show` prints them.
 
-    design : its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
-    foldings, or a case, which is shown in its scene. db, scene, panel : as in `deploy`. Where a scene or panels are
-    given, the paths and deployments are those in this scene; else in all.
+    Parameters
+    ----------
+    design
+        Its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
+        foldings, or a case, which is shown in its scene.
+    db, scene, panel
+        As in `deploy`. Where a scene or panels are given, the paths and deployments are those in this scene; else in
+        all.
 
+    Returns
+    -------
+    ShownDesign
+        The design, and its foldings with their results.
+
+    Examples
+    --------
     >>> from hcsearch import show
     >>> [folding.crease for folding in show("hex:0234550132").foldings]
     [3, 4]
@@ -99,8 +111,17 @@ def show_page(
 ) -> Path:
     """Write the HTML page of a design or an assembly, as `hcsearch show --html` does; return its path.
 
-    design, db, scene, panel : as in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
-    path : of the file, by default reports/design-DESIGN.html or reports/assembly-NAME.html.
+    Parameters
+    ----------
+    design, db, scene, panel
+        As in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
+    path
+        The file to write, by default reports/design-DESIGN.html or reports/assembly-NAME.html.
+
+    Returns
+    -------
+    Path
+        The page.
     """
     from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415

@@ -49,15 +49,34 @@ def tune(
 ) -> Tuning:
     """Choose the stiffness of each hinge so that the array becomes flat without a collision, as `hcsearch tune` does.
 
-    what, scene, panel, flat_pairs, db, values : as in `deploy`.
-    formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
-    catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
-    evaluations : greatest number of spring sets tried. samples : number of simulations within the tolerances for each
-    candidate set. spread : the tolerances, a `hcsearch.springs.tuning.tuning_options.Spread`.
-    seed : of the random numbers; equal arguments give equal springs.
-    keep_in : a database that keeps every evaluation, so that the same call continues an interrupted search.
-    progress : called with the numbers of evaluations that are done and of all, and a note.
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db, **values
+        As in `deploy`.
+    formulation
+        `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
+    catalogue
+        Stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
+    evaluations
+        Greatest number of spring sets tried.
+    samples
+        Number of simulations within the tolerances for each candidate set.
+    spread
+        The tolerances, a `hcsearch.springs.tuning.tuning_options.Spread`.
+    seed
+        The seed of the random numbers; equal arguments give equal springs.
+    keep_in
+        A database that keeps every evaluation, so that the same call continues an interrupted search.
+    progress
+        Called with the numbers of evaluations that are done and of all, and a note.
 
+    Returns
+    -------
+    Tuning
+        The springs to use, with their simulation.
+
+    Examples
+    --------
     >>> from hcsearch import tune
     >>> tuning = tune("hex:0233340501:3", evaluations=8, samples=0)
     >>> list(tuning.springs)
@@ -115,11 +134,23 @@ def tune_to_rules(
 ) -> RuledSprings:
     """Choose springs with which a folding passes the motorisation of a standard, as `hcsearch tune --rule` does.
 
-    what, scene, panel, flat_pairs, db, values, rules, measured : as in `sheet`.
-    offers : laws of springs that can be bought, of which each hinge gets one or none; without them the springs of the
-    scene get the least preloads.
+    Parameters
+    ----------
+    what, scene, rules, measured, panel, flat_pairs, db, **values
+        As in `sheet`.
+    offers
+        Laws of springs that can be bought, of which each hinge gets one or none; without them the springs of the scene
+        get the least preloads.
 
-    Errors: HcsearchError where no such springs were found, and where nothing resists.
+    Returns
+    -------
+    RuledSprings
+        The springs, and the torque margin that they reach.
+
+    Raises
+    ------
+    HcsearchError
+        Where no such springs were found, and where nothing resists.
     """
     check_kinds(tune_to_rules, locals())
     standard = read_rules(rules)

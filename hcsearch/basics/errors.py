@@ -30,7 +30,13 @@ def _shortened(text: str, max_length: int) -> str:
 
 
 class HcsearchError(ValueError):
-    """Invalid input, or an unusable resource; the message is one line that says what to do instead."""
+    """Invalid input, or an unusable resource; the message is one line that says what to do instead.
+
+    Parameters
+    ----------
+    message
+        What is wrong, and what to do instead.
+    """
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))

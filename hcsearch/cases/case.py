@@ -57,12 +57,27 @@ class StoredFolding:
 class Case:
     """The subject of a command, in a scene.
 
-    name : as given by the user. what : the named subject. scene : the requested scene, with the panels of a folding;
-    its `flat_pairs` are the allowed joinings.
-    look : the variant of the scene: joining of flat pairs, and springs. look_of : source of the variant: the `scene`,
-    whose first variant it is, the `name` of the scene, or the `verdict` in the database.
-    formulation, drive : from a file. stored : results in a database. chosen : note on which folding of the design this
-    is, if the name leaves it open. noted : further notes for users.
+    Parameters
+    ----------
+    name
+        The name that the user gave.
+    what
+        The named subject.
+    scene
+        The requested scene, with the panels of a folding; its `flat_pairs` are the allowed joinings.
+    look
+        The variant of the scene: joining of flat pairs, and springs.
+    look_of
+        Source of the variant: the `scene`, whose first variant it is, the `name` of the scene, or the `verdict` in the
+        database.
+    formulation, drive
+        The formulation and the drives that a file names.
+    stored
+        Results in a database.
+    chosen
+        Note on which folding of the design this is, if the name leaves it open.
+    noted
+        Further notes for users.
     """
 
     name: str

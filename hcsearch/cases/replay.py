@@ -25,15 +25,31 @@ REPLAY_FLAT_ANGLE = 0.02
 class Replay(ByValue):
     """A motion from the packed towards the flat state, as few states with linear interpolation of fold angles.
 
-    linkage : the panels and hinges that move. labels : their names.
-    axis : `time` or `path`. at : the place of each state on this axis, shape (k,), rising: a time in s, or the share of
-    the path's length in fold angles from 0 (packed) to 1 (flat).
-    angles : fold angles of the states in rad, shape (k, n_hinges).
-    certified : intervals of the axis in which panels are certified to keep apart. margin : the play on every face, in
-    m, with which they do so. error : the greatest error of a fold angle by interpolation, in rad.
-    collision : the place of the first collision and the numbers of its two panels; None if there is none or it is not
-    known.
-    title : the name of the folding or assembly. source : where the motion comes from, in words.
+    Parameters
+    ----------
+    linkage
+        The panels and hinges that move.
+    labels
+        Their names.
+    axis
+        `time` or `path`.
+    at
+        The place of each state on this axis, shape (k,), rising: a time in s, or the share of the path's length in fold
+        angles from 0 (packed) to 1 (flat).
+    angles
+        Fold angles of the states in rad, shape (k, n_hinges).
+    certified
+        Intervals of the axis in which panels are certified to keep apart.
+    margin
+        The play on every face, in m, with which they do so.
+    error
+        The greatest error of a fold angle by interpolation, in rad.
+    collision
+        The place of the first collision and the numbers of its two panels; None if there is none or it is not known.
+    title
+        The name of the folding or assembly.
+    source
+        Where the motion comes from, in words.
     """
 
     linkage: Linkage

@@ -41,15 +41,34 @@ def resolve(
 ) -> Case:
     """Resolve a named subject and its scene to a case; a case is returned unchanged.
 
-    what : a text, DESIGN:CREASE, the name of an assembly or a file `.toml`, or a Folding, a Circuit or a Linkage. A
-    design without a crease stands for its best folding in the database. If the database has verdicts of only one scene
-    and none is named, an id stands for the design in this scene. db : the database in which ids, scenes and verdicts
-    are looked up, in one transaction.
-    scene : a Scene, the name of one, or a file `.toml`. panel : size of panels in millimetres, such as `50x40x6` or
-    `across 1000x20`. flat_pairs : joining of flat pairs. values : of the scene, by the names of a scene file.
-    path : whether a design stands for its first folding with a proved path if its best folding has none.
+    Parameters
+    ----------
+    what
+        A text, DESIGN:CREASE, the name of an assembly or a file `NAME.toml`, or a Folding, a Circuit or a Linkage. A
+        design without a crease stands for its best folding in the database. If the database has verdicts of only one
+        scene and none is named, an id stands for the design in this scene.
+    db
+        The database in which ids, scenes and verdicts are looked up, in one transaction.
+    scene
+        A Scene, the name of one, or a file `NAME.toml`.
+    panel
+        Size of panels in millimetres, such as `50x40x6` or `across 1000x20`.
+    flat_pairs
+        Joining of flat pairs.
+    values
+        Values of the scene, by the names of a scene file.
+    path
+        Whether a design stands for its first folding with a proved path if its best folding has none.
 
-    Errors: HcsearchError for unknown files, scenes, ids and names, and for contradictory arguments.
+    Returns
+    -------
+    Case
+        The subject in its scene.
+
+    Raises
+    ------
+    HcsearchError
+        For unknown files, scenes, ids and names, and for contradictory arguments.
     """
     if isinstance(what, Case):
         return what

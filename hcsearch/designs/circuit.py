@@ -40,9 +40,15 @@ class Renumbering(NamedTuple):
 class Circuit:
     """A Hamiltonian circuit of an array, up to translation; make one with `from_notation`.
 
-    word : the n steps, as `Grid.steps` numbers them; crease k lies between panels k and k + 1 (mod n), and step k
-        crosses it.
-    start : the lattice point of panel 0, by default near the origin. It is ignored when circuits are compared.
+    Parameters
+    ----------
+    grid
+        The grid of the panels.
+    word
+        The n steps, as `Grid.steps` numbers them; crease k lies between panels k and k + 1 (mod n), and step k crosses
+        it.
+    start
+        The lattice point of panel 0, by default near the origin. It is ignored when circuits are compared.
     """
 
     grid: Grid
@@ -70,7 +76,12 @@ class Circuit:
     def from_notation(text: str, start: LatticePoint | None = None) -> Circuit:
         """Read the notation that `notation` writes, such as `hex:024`; start places panel 0.
 
-        Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
+        Raises
+        ------
+        NotationError
+            For what is no circuit.
+        SizeError
+            For more panels than an array has cells.
         """
         expect_kind("the notation of a circuit", text, str, "a text, such as 'hex:024'")
         name, colon, steps = text.partition(":")
@@ -188,6 +199,8 @@ class Circuit:
 
         Panels and creases keep their numbers. The first symmetry of the grid that fits is applied.
 
+        Examples
+        --------
         >>> from hcsearch import GRIDS, Circuit, parse_array
         >>> wall = parse_array(GRIDS["square"], "3x2")
         >>> Circuit.from_notation("square:001223").on(wall).array == wall

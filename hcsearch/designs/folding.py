@@ -88,6 +88,13 @@ class Folding:
 
     The top face of the sheet is the one seen from above in the flat state. The two lowest panels keep their top face up
     when the others fold.
+
+    Parameters
+    ----------
+    circuit
+        The circuit that folds.
+    crease
+        The flat crease in the lowest layer; `opposite` is the other one.
     """
 
     circuit: Circuit
@@ -104,7 +111,14 @@ class Folding:
         """Read the notation that `notation` writes, such as `hex:0234550132:4`.
 
         The circuit may be in any position, order or direction; the crease, or its opposite, is numbered in its
-        canonical order. Errors: NotationError for what is no folding, SizeError as for circuits.
+        canonical order.
+
+        Raises
+        ------
+        NotationError
+            For what is no folding.
+        SizeError
+            As for circuits.
         """
         expect_kind("the notation of a folding", text, str, "a text, such as 'hex:0234550132:4'")
         design, crease = split_crease(text)
@@ -234,8 +248,12 @@ class Folding:
     def pattern(self, size: PanelSize, *, flat_pairs: Way = "rigid") -> Pattern:
         """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
-        size : length, width and thickness of a panel in metres; the side, twice, where cells are no rectangles.
-        flat_pairs : the joint of the panels at the two flat creases: `rigid`, `hinged` on the faces that continue the
+        Parameters
+        ----------
+        size
+            Length, width and thickness of a panel in metres; the side, twice, where cells are no rectangles.
+        flat_pairs
+            The joint of the panels at the two flat creases: `rigid`, `hinged` on the faces that continue the
             alternation, or `merged`, where all panels that meet on a mirror axis through the flat creases are one.
         """
         circuit, n = self.circuit, self.circuit.n
@@ -256,10 +274,17 @@ class Folding:
     def linkage(self, panel: PanelSize | str | None = None, *, flat_pairs: Way = "rigid") -> Linkage:
         """The folding as a linkage of thick panels, which stands on its lowest flat pair.
 
-        panel : length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of
-        the scene `default`. flat_pairs : the joint of each pair of panels at a flat crease: one `rigid` panel,
-        `hinged`, or `merged`, where the two panels of each mirror pair are one panel, too.
+        Parameters
+        ----------
+        panel
+            Length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of the
+            scene `default`.
+        flat_pairs
+            The joint of each pair of panels at a flat crease: one `rigid` panel, `hinged`, or `merged`, where the two
+            panels of each mirror pair are one panel, too.
 
+        Examples
+        --------
         >>> folding = Folding.from_notation("hex:0234550132:4")
         >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
         (8, 10)
@@ -280,8 +305,20 @@ class Folding:
 def foldings(circuit: Circuit) -> list[Folding]:
     """The two-stack foldings of a circuit, in the order of their creases; an empty list if it does not fold.
 
-    Creases are numbered in the order of the given circuit, which need not be canonical.
+    Creases are numbered in the order of the given circuit.
 
+    Parameters
+    ----------
+    circuit
+        The circuit, which need not be canonical.
+
+    Returns
+    -------
+    list of Folding
+        The foldings, by crease.
+
+    Examples
+    --------
     >>> from hcsearch import Circuit, foldings
     >>> foldings(Circuit.from_notation("hex:0234550132"))
     [Folding.from_notation('hex:0234550132:3'), Folding.from_notation('hex:0234550132:4')]

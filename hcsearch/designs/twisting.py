@@ -34,6 +34,18 @@ def twist(folding: Folding) -> int:
 
     It is the absolute value of the linking number of the band's centre line and a parallel line.
 
+    Parameters
+    ----------
+    folding
+        The folding.
+
+    Returns
+    -------
+    int
+        0 or more.
+
+    Examples
+    --------
     >>> from hcsearch import Folding, twist
     >>> twist(Folding.from_notation("hex:0234550132:4"))
     0
@@ -53,6 +65,16 @@ def gauss_linking(folding: Folding) -> int:
     This does not use `twist`, whose value is the absolute value of this number. The band is laid out in its two stacks
     in integer coordinates (an affine image, which changes no linking number) and projected along a direction in which
     no two points coincide; the crossings are counted with integer determinants. The sign changes under reflection.
+
+    Parameters
+    ----------
+    folding
+        The folding.
+
+    Returns
+    -------
+    int
+        The linking number; its sign changes under reflection.
     """
     expect_kind(
         "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"

@@ -154,7 +154,14 @@ class BillSection:
 class BillOfMaterials:
     """The parts of a folding or an assembly in a scene; alike parts are one item.
 
-    title : its name. scene : name of the scene, which gives masses, springs, latches and drives.
+    Parameters
+    ----------
+    title
+        The name of the folding or assembly.
+    scene
+        The name of the scene, which gives masses, springs, latches and drives.
+    panels, hinges, springs, latches, drives
+        The parts of each kind.
     """
 
     title: str

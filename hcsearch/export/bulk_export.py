@@ -29,9 +29,18 @@ BulkProgress = Callable[[int, int, str], None]
 class SavedDesigns:
     """What a bulk export wrote.
 
-    path : of the folder, the archive or the file. written, kept : numbers of designs or foldings written now, and kept
-    from an earlier export of the same inputs. left_out : number of designs left out. reason : why the first one was.
-    faulty : number of those written now whose motions have faults, such as a collision.
+    Parameters
+    ----------
+    path
+        The folder, the archive or the file.
+    written, kept
+        Numbers of designs or foldings written now, and kept from an earlier export of the same inputs.
+    left_out
+        Number of designs left out.
+    reason
+        Why the first of these was left out.
+    faulty
+        Number of those written now whose motions have faults, such as a collision.
     """
 
     path: str

@@ -33,46 +33,84 @@ class Scene:
 
     The last values, from `friction` on, are those of the hardware as built. All are 0 or none unless given.
 
-    name : the name under which a database keeps the verdicts.
-    panel : length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies,
-    which have their own sizes.
-    density : the density of panels, kg/m^3. areal_mass : their mass per area, kg/m^2, which replaces the density.
-    flat_pairs : the joints of the two panels at each flat crease, tried one after the other until one opens: `rigid`,
-    `hinged`, or `merged`, where the two panels of each mirror pair are one, too. A single one may be given as a text;
-    `either` means all three.
-    margin : by how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
-    proportion to the longest edge.
-    spring : the law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws. The points
-    of a table in a file take the place of its name.
-    springs : laws of single hinges by their numbers in pictures, as pairs, such as `(("7", "linear:0.2"),)`.
-    spring_range : the softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds derived from
-    springs and weight.
-    damping_time : damping over stiffness at each hinge, s. damping : the damping at every hinge, N m s/rad, which
-    replaces damping_time.
-    gravity : the acceleration of gravity, a vector in m/s^2; z points up from the flat sheet, whose drawing is seen
-    from above.
-    held : the fixed panel, by its number in pictures, or `bottom` for the lowest pair. With `free` the first panel
-    belongs to a floating base.
-    base_mass : the mass of that base, kg. base_inertia : its moments of inertia about the panel's centre, kg m^2.
-    start : the share of the folded angles at which the motion starts, at rest.
-    restitution : the coefficient of restitution of hinge stops, 0 to 1.
-    seconds : the simulated time; None for a time derived from panels and springs.
-    stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
-    `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
-    friction, harness : the torque with which Coulomb friction and a harness resist at every hinge, N m.
-    latch_stiffness : of the latch of every hinge at the flat state, N m/rad.
-    stop_tolerance : the error of the flat stop of every hinge, and play : the play of every hinge, both to each side,
-    rad.
-    hinges : values of single hinges that replace these five, by their numbers in pictures, such as
-    `(("7", (("friction", 0.02), ("play", 0.001))),)`.
-    thickness_tolerance : of panels, and offset_tolerance : of hinge lines, both to each side, m.
-    equipment : the mass per area of what is mounted on panels, kg/m^2; it is spread through their thickness.
-    root : the panel at which the flat array is mounted, `held` for the held one, or `free` for none.
-    craft : boxes of the craft's body, which panels must not touch, in the axes of the flat sheet. Their origin is the
-    centre of the root panel's bottom face.
-    envelope : the box into which the folded array must go, such as `3U` or `100x100x340` in mm; empty for none.
+    Parameters
+    ----------
+    name
+        The name under which a database keeps the verdicts.
+    panel
+        Length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies, which
+        have their own sizes.
+    density
+        The density of panels, kg/m^3.
+    areal_mass
+        Their mass per area, kg/m^2, which replaces the density.
+    flat_pairs
+        The joints of the two panels at each flat crease, tried one after the other until one opens: `rigid`, `hinged`,
+        or `merged`, where the two panels of each mirror pair are one, too. A single one may be given as a text;
+        `either` means all three.
+    margin
+        By how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
+        proportion to the longest edge.
+    spring
+        The law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws. The points of a
+        table in a file take the place of its name.
+    springs
+        Laws of single hinges by their numbers in pictures, as pairs, such as `(("7", "linear:0.2"),)`.
+    spring_range
+        The softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds derived from springs and
+        weight.
+    damping_time
+        Damping over stiffness at each hinge, s.
+    damping
+        The damping at every hinge, N m s/rad, which replaces damping_time.
+    gravity
+        The acceleration of gravity, a vector in m/s^2; z points up from the flat sheet, whose drawing is seen from
+        above.
+    held
+        The fixed panel, by its number in pictures, or `bottom` for the lowest pair. With `free` the first panel belongs
+        to a floating base.
+    base_mass
+        The mass of that base, kg.
+    base_inertia
+        Its moments of inertia about the panel's centre, kg m^2.
+    start
+        The share of the folded angles at which the motion starts, at rest.
+    restitution
+        The coefficient of restitution of hinge stops, 0 to 1.
+    seconds
+        The simulated time; None for a time derived from panels and springs.
+    stop_stiffness, stop_damping, cut_stiffness, cut_damping
+        Stops, and springs that close loops, in the formulations `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N
+        s/m.
+    friction, harness
+        The torque with which Coulomb friction and a harness resist at every hinge, N m.
+    latch_stiffness
+        The stiffness of the latch of every hinge at the flat state, N m/rad.
+    stop_tolerance
+        The error of the flat stop of every hinge, to each side, rad.
+    play
+        The play of every hinge, to each side, rad.
+    hinges
+        Values of single hinges that replace these five, by their numbers in pictures, such as `(("7", (("friction",
+        0.02), ("play", 0.001))),)`.
+    thickness_tolerance
+        The tolerance of the thickness of panels, to each side, m.
+    offset_tolerance
+        The tolerance of the place of hinge lines, to each side, m.
+    equipment
+        The mass per area of what is mounted on panels, kg/m^2; it is spread through their thickness.
+    root
+        The panel at which the flat array is mounted, `held` for the held one, or `free` for none.
+    craft
+        Boxes of the craft's body, which panels must not touch, in the axes of the flat sheet. Their origin is the
+        centre of the root panel's bottom face.
+    envelope
+        The box into which the folded array must go, such as `3U` or `100x100x340` in mm; empty for none.
 
-    SceneError for invalid values.
+    Raises
+    ------
+    SceneError
+        For invalid values.
     """
 
     name: str = DEFAULT_SCENE_NAME

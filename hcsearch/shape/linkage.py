@@ -107,9 +107,17 @@ class CongruentLinkage(ByValue):
 class Linkage:
     """The panels and hinges of a pattern in space; fold angles are in rad, lengths in metres.
 
-    base : the panel that is fixed in space. made_by : a Python expression that gives an equal linkage, or empty.
-    twin : the congruent linkage that is simulated in place of this one, so that no verdict depends on how a circuit is
-    written; None where this one is simulated itself.
+    Parameters
+    ----------
+    pattern
+        The flat pattern, with its hinges.
+    base
+        The panel that is fixed in space.
+    made_by
+        A Python expression that gives an equal linkage, or empty.
+    twin
+        The congruent linkage that is simulated in place of this one, so that no verdict depends on how a circuit is
+        written; None where this one is simulated itself.
     """
 
     pattern: Pattern

@@ -94,13 +94,21 @@ class Hinge:
 class Pattern:
     """A flat pattern of panels of one thickness; `Folding.pattern` makes that of a folding.
 
-    vertices : points in metres, each once.
-    faces : the vertices of each facet by number, counterclockwise; facets are convex, and those that are joined by
-    rigid creases are one panel.
-    creases : how pairs of facets (i, j), i < j, that share a whole edge are joined; other shared edges are slits.
-    thickness : the thickness of all panels, in metres.
-    loops : closed walks over creases, one around each element that an assembly distinguishes; empty for a design.
-    of_circuit : whether facets are the panels of a circuit in its order, so that hinges have the numbers of creases.
+    Parameters
+    ----------
+    vertices
+        Points in metres, each once.
+    faces
+        The vertices of each facet by number, counterclockwise; facets are convex, and those that are joined by rigid
+        creases are one panel.
+    creases
+        How pairs of facets (i, j), i < j, that share a whole edge are joined; other shared edges are slits.
+    thickness
+        The thickness of all panels, in metres.
+    loops
+        Closed walks over creases, one around each element that an assembly distinguishes; empty for a design.
+    of_circuit
+        Whether facets are the panels of a circuit in its order, so that hinges have the numbers of creases.
     """
 
     vertices: tuple[PlanePoint, ...]
@@ -269,9 +277,16 @@ class Pattern:
         return replace(self, vertices=vertices, faces=faces, creases=creases)
 
     def moved(self, turn: float = 0.0, shift: PlanePoint = (0.0, 0.0), *, over: bool = False) -> Pattern:
-        """The pattern rotated about the origin by an angle (rad) and shifted (m).
+        """The pattern rotated about the origin and shifted.
 
-        over : turn the sheet over first, about the x axis: this reflects it and exchanges top and bottom.
+        Parameters
+        ----------
+        turn
+            The angle, rad.
+        shift
+            The vector, m.
+        over
+            Turn the sheet over first, about the x axis: this reflects it and exchanges top and bottom.
         """
         return self.placed(Isometry.by(turn, shift, reflects=over))
 

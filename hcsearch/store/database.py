@@ -152,11 +152,25 @@ class Database:
 def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_TIMEOUT) -> Database:
     """Open a database for writing, upgrading an older one; for a `with` statement.
 
-    location : the path of an SQLite file, or the URL of an SQLite or PostgreSQL database.
-    create : whether to create a database that does not exist. timeout : longest wait for another program's lock, s.
+    Parameters
+    ----------
+    location
+        The path of an SQLite file, or the URL of an SQLite or PostgreSQL database.
+    create
+        Whether to create a database that does not exist.
+    timeout
+        Longest wait for another program's lock, s.
 
-    Errors: DatabaseError for a database that does not exist, is damaged, locked, newer than this program, or not
-    writable, and for the file of another program. In these cases nothing changes on disk.
+    Returns
+    -------
+    Database
+        The open database.
+
+    Raises
+    ------
+    DatabaseError
+        For a database that does not exist, is damaged, locked, newer than this program, or not writable, and for the
+        file of another program. In these cases nothing changes on disk.
     """
     parsed = parse_location(location)
     if parsed.url is not None:
@@ -183,7 +197,15 @@ def open_database(location: str | Path, *, create: bool, timeout: float = LOCK_T
 def open_readonly(location: str | Path, *, timeout: float = LOCK_TIMEOUT) -> Database:
     """Open a database read-only: no statement can change it; for a `with` statement.
 
-    location, timeout : as in `open_database`, with the same errors. An older database is refused, not upgraded.
+    Parameters
+    ----------
+    location, timeout
+        As in `open_database`, with the same errors. An older database is refused, not upgraded.
+
+    Returns
+    -------
+    Database
+        The open database.
     """
     parsed = parse_location(location)
     if parsed.url is not None:

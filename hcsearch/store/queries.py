@@ -132,7 +132,19 @@ def select(
 ) -> Result:
     """Return the rows of a view that satisfy a query as plain values; `read` returns a pandas table instead.
 
-    database : an open database. query, columns, sort, limit, view : as in `read`. scene : the name of a scene.
+    Parameters
+    ----------
+    database
+        An open database.
+    query, columns, sort, limit, view
+        As in `read`.
+    scene
+        The name of a scene.
+
+    Returns
+    -------
+    Result
+        Columns and rows.
     """
     expect_kind("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=scene) as rows:
@@ -143,7 +155,19 @@ def select(
 def select_sql(database: Database, sql: str, kinds: Sequence[ColumnKind] = ()) -> Result:
     """Return the rows of one read-only SQL statement as plain values; `read(sql=...)` returns a pandas table.
 
-    database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are errors.
+    Parameters
+    ----------
+    database
+        A database from `open_readonly`.
+    sql
+        One SELECT.
+    kinds
+        The kinds of the columns, if rows with other values are errors.
+
+    Returns
+    -------
+    Result
+        Columns and rows.
     """
     expect_kind("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream_sql(database, sql, kinds) as rows:

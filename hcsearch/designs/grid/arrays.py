@@ -26,8 +26,13 @@ MAX_CELLS = 20_000
 class Array:
     """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
 
-    rows : each row as an integer, the bottom row first; bit x (triangles: bit 2x + u) is cell x of the row. The least
-    x and the least y are 0. Where there are more kinds of cells, `Grid.row_of` gives row and bit.
+    Parameters
+    ----------
+    grid
+        The grid of the cells.
+    rows
+        Each row as an integer, the bottom row first; bit x (triangles: bit 2x + u) is cell x of the row. The least x
+        and the least y are 0. Where there are more kinds of cells, `Grid.row_of` gives row and bit.
     """
 
     grid: Grid
@@ -37,7 +42,12 @@ class Array:
     def from_cells(grid: Grid | str, cells: Iterable[Cell]) -> Array:
         """Make the array of some cells of a grid, which is given by itself or by its name.
 
-        Errors: ArrayError for cells of another form, repeated or not connected, or none; SizeError for too many.
+        Raises
+        ------
+        ArrayError
+            For cells of another form, repeated or not connected, or none.
+        SizeError
+            For too many cells.
         """
         grid = grid_of(grid)
         listed = [_cell(grid, cell) for cell in islice(cells, MAX_CELLS + 1)]

@@ -22,9 +22,31 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     (docs/reference/grids.md has pictures): squares `6x5` of `right45` in two, with its legs as sides. An array's own
     notation is read, too.
 
-    Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
-    cells that are no array, InputFileError for a file that cannot be read.
+    Parameters
+    ----------
+    grid
+        The grid, or its name.
+    spec
+        The specification.
 
+    Returns
+    -------
+    Array
+        The array.
+
+    Raises
+    ------
+    NotationError
+        For a text that is none of these.
+    SizeError
+        For an array that is too large.
+    ArrayError
+        For cells that are no array.
+    InputFileError
+        For a file that cannot be read.
+
+    Examples
+    --------
     >>> from hcsearch import parse_array
     >>> parse_array("hex", "3-4-3").n
     10

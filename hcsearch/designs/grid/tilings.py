@@ -55,9 +55,16 @@ class LatticeIsometry:
 class Grid:
     """One of the nine grids, such as `hex` or `right45`.
 
-    polygon : corners of a panel in whole numbers, counterclockwise; users give the length of its first edge.
-    axes : 6 where the coordinates' axes enclose 60 degrees, 4 where they enclose 90.
-    stretched : whether panels have a length and another width, so that quarter turns are no symmetries.
+    Parameters
+    ----------
+    name
+        The name that commands take.
+    polygon
+        Corners of a panel in whole numbers, counterclockwise; users give the length of its first edge.
+    axes
+        6 where the coordinates' axes enclose 60 degrees, 4 where they enclose 90.
+    stretched
+        Whether panels have a length and another width, so that quarter turns are no symmetries.
     """
 
     name: str

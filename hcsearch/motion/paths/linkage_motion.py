@@ -59,8 +59,20 @@ class MotionRows(NamedTuple):
 class LinkageMotion(ByValue):
     """The result of `follow_motion`: a motion of a linkage from a state, and the branches that begin there.
 
-    name : of the folding or assembly. labels : names of its panels and hinges. start : the state at which it begins,
-    in words. until : where it was to end. followed : branches, and the path with its singular states.
+    Parameters
+    ----------
+    name
+        The name of the folding or assembly.
+    linkage
+        The linkage that moves.
+    labels
+        Names of its panels and hinges.
+    start
+        The state at which the motion begins, in words.
+    until
+        Where the motion was to end.
+    followed
+        Branches, and the path with its singular states.
     """
 
     name: str

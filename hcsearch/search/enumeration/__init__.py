@@ -97,6 +97,29 @@ def enumerate_circuits(
 
     Circuits of an array run through its own cells; those of all arrays are canonical and lie near the origin.
 
+    Parameters
+    ----------
+    grid, n
+        The grid, or its name, and the number of cells, for all arrays.
+    array
+        The array, in place of both.
+    limit
+        The greatest number of circuits.
+    batch_size
+        The number of circuits that are held in memory.
+
+    Returns
+    -------
+    iterator of Circuit
+        One circuit of each class.
+
+    Raises
+    ------
+    SizeError
+        For n below 3 or too large, and for an array that is too wide.
+
+    Examples
+    --------
     >>> from hcsearch import enumerate_circuits, parse_array
     >>> wall = parse_array("hex", "3-4-3")
     >>> [circuit.array == wall for circuit in enumerate_circuits(array=wall, limit=2)]
@@ -104,8 +127,6 @@ def enumerate_circuits(
 
     The iterator is lazy and holds `batch_size` circuits in memory, whatever n is; `limit` is the most it yields.
     `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()` give whole batches as NumPy arrays.
-
-    Errors: SizeError for n below 3 or too large, and for an array that is too wide.
     """
     for name, number in (("limit", limit), ("batch_size", batch_size)):
         if number is not None:

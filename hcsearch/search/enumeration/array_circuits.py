@@ -33,7 +33,17 @@ _SHARD_SIZE = 1 << 15
 class ArraySearch:
     """All circuits of one array, in shards named by prefixes: the number of each shard's first circuit.
 
-    For an array without circuits the search is empty. Errors: SizeError for an array that is too wide to list.
+    For an array without circuits the search is empty.
+
+    Parameters
+    ----------
+    array
+        The searched array.
+
+    Raises
+    ------
+    SizeError
+        For an array that is too wide to list.
     """
 
     array: Array

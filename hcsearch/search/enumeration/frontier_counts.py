@@ -27,8 +27,14 @@ CountProgress = Callable[[int, int, str], None]
 class ArrayCount:
     """The result of `count_array`.
 
-    circuits : the number of Hamiltonian circuits. classes : their number up to the symmetries of the array.
-    symmetry : the order of the symmetry group of the array.
+    Parameters
+    ----------
+    circuits
+        The number of Hamiltonian circuits.
+    classes
+        Their number up to the symmetries of the array.
+    symmetry
+        The order of the symmetry group of the array.
     """
 
     circuits: int
@@ -39,10 +45,25 @@ class ArrayCount:
 def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCount:
     """Count the circuits of an array without listing them, in exact integers of any size.
 
-    progress : called after each edge with the numbers of edges done and in all, and the number of states as a text.
+    Parameters
+    ----------
+    array
+        The array; its cells are the vertices of the graph.
+    progress
+        Called after each edge with the numbers of edges done and in all, and the number of states as a text.
 
-    Errors: SizeError when the frontier that sweeps over the array is wider than 24 cells.
+    Returns
+    -------
+    ArrayCount
+        The number of circuits and of their classes.
 
+    Raises
+    ------
+    SizeError
+        When the frontier that sweeps over the array is wider than 24 cells.
+
+    Examples
+    --------
     >>> from hcsearch import count_array, parse_array
     >>> count_array(parse_array("square", "6x5"))
     ArrayCount(circuits=154, classes=44, symmetry=4)

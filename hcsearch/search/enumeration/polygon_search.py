@@ -31,8 +31,17 @@ _MAX_LISTED = 1e11
 class PolygonSearch:
     """All circuits of n panels on a grid, in shards named by prefixes: the first letters of the canonical turn word.
 
-    For odd n on a grid of two colours, or where there is no circuit, the search is empty. Errors: SizeError below 3 and
-    above 120 panels.
+    For odd n on a grid of two colours, or where there is no circuit, the search is empty.
+
+    Parameters
+    ----------
+    grid, n
+        The grid, and the number of panels.
+
+    Raises
+    ------
+    SizeError
+        For less than 3 and more than 120 panels.
     """
 
     grid: Grid

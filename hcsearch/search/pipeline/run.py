@@ -125,7 +125,22 @@ class Plan:
 class Funnel:
     """Number of circuits that pass each stage; None where a stage has not run or its input was not listed.
 
-    movable : with a proved path from packed to flat, or deployed by springs. deploys : deployed by springs.
+    Parameters
+    ----------
+    fixed_circuits
+        Number of circuits, congruent ones counted separately.
+    arrays
+        Number of arrays.
+    circuits
+        Number of circuits up to congruence.
+    two_stack
+        Number that fold into two stacks.
+    untwisted
+        Number with a folding without twist.
+    movable
+        Number with a proved path from packed to flat, or deployed by springs.
+    deploys
+        Number deployed by springs.
     """
 
     fixed_circuits: int | None

@@ -210,8 +210,14 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
 class Deployed:
     """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
 
-    name : the name of the folding or assembly. deployment : the simulation, with its states.
-    agreement : with simulations at tighter tolerances; None if the array does not become flat or is driven.
+    Parameters
+    ----------
+    name
+        The name of the folding or assembly.
+    deployment
+        The simulation, with its states.
+    agreement
+        The agreement with simulations at tighter tolerances; None if the array does not become flat or is driven.
     """
 
     name: str

@@ -39,9 +39,28 @@ DRIVE_SUFFIXES = (".csv", ".parquet", ".toml")
 class Drive:
     """The result of `drive`: a driven folding.
 
-    play : least play of each face (m) at which its path is proved clear. scene : with the panels and the flat-pair
-    joint (`way`) of the path. setup : the scene evaluated for the linkage, with the time of the course. deployment :
-    the motion simulated under control, certified at the scene's margin.
+    Parameters
+    ----------
+    folding
+        The driven folding.
+    linkage, way
+        Its panels and hinges, and the joint of its flat pairs.
+    choice
+        The driven hinges, and how they were evaluated along the path.
+    timed
+        The planned course in time.
+    torques
+        The torques along the course.
+    drives
+        The targets and gains of the driven hinges.
+    play
+        Least play of each face (m) at which its path is proved clear.
+    scene
+        The scene with the panels and the flat-pair joint (`way`) of the path.
+    setup
+        The scene evaluated for the linkage, with the time of the course.
+    deployment
+        The motion simulated under control, certified at the scene's margin.
     """
 
     folding: Folding

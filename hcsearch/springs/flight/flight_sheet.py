@@ -66,12 +66,32 @@ class Sensitivity:
 class FlightSheet:
     """A folding in a scene, held against the rules of a standard.
 
-    title : the folding. scene : its name. source : what moves it, in a sentence. standard : title and issue. rows : the
-    rules. demands : name, value with its unit, and clause of what parts must bear. numbers : all figures.
-    sensitivities : the most important first. omitted : sentences on what was left out. springs : hinge and law of
-    springs with which the motorisation passes, where those of the scene fail.
-    margins : places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing. travel : the states
-    of the motion, for drawings.
+    Parameters
+    ----------
+    title
+        The folding.
+    scene
+        The name of the scene.
+    source
+        What moves it, in a sentence.
+    standard
+        Title and issue.
+    rows
+        The rules.
+    demands
+        Name, value with its unit, and clause of what parts must bear.
+    numbers
+        All figures.
+    sensitivities
+        The most important first.
+    omitted
+        Sentences on what was left out.
+    springs
+        Hinge and law of springs with which the motorisation passes, where those of the scene fail.
+    margins
+        Places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
+    travel
+        The states of the motion, for drawings.
     """
 
     title: str

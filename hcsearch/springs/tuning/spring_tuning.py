@@ -38,14 +38,32 @@ NO_LABELS = Labels((), ())
 class Tuning:
     """The result of `tune_springs`; `springs` has the stiffnesses to use.
 
-    setup : the scene of the simulations, evaluated for the linkage. formulation : the equations of motion.
-    tied : the groups of hinges that have equal springs, by their indices in the linkage.
-    start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
-    confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
-    evaluations : how many sets of springs were tried, each by one quick simulation. samples : how many simulations
-    within the tolerances were drawn. recalled, samples_recalled : how many of these a database already held.
-    catalogue : the springs that can be bought, N m/rad.
-    interrupted : whether Ctrl-C ended the search. labels : the names of panels and hinges.
+    Parameters
+    ----------
+    setup
+        The scene of the simulations, evaluated for the linkage.
+    formulation
+        The equations of motion.
+    tied
+        The groups of hinges that have equal springs, by their indices in the linkage.
+    start
+        The springs with which the search began.
+    best
+        The confirmed set that is least likely to fail; if none is confirmed, the set with the least objective.
+    rounded
+        The same with springs of the catalogue; None without one.
+    evaluations
+        How many sets of springs were tried, each by one quick simulation.
+    samples
+        How many simulations within the tolerances were drawn.
+    recalled, samples_recalled
+        How many of these a database already held.
+    catalogue
+        The springs that can be bought, N m/rad.
+    interrupted
+        Whether Ctrl-C ended the search.
+    labels
+        The names of panels and hinges.
     """
 
     setup: Setup

@@ -1,0 +1,81 @@
+"""Settings of the documentation site; `make docs` builds it with Sphinx."""
+
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+from sphinx.ext.napoleon import NumpyDocstring
+from sphinx.util.inspect import TypeAliasForwardRef
+
+import hcsearch
+
+HERE = Path(__file__).parent
+
+project = "hcsearch"
+author = "The hcsearch founders"
+project_copyright = author
+version = release = version_of("hcsearch")
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_click",
+    "sphinx_copybutton",
+    "sphinxext.opengraph",
+]
+
+# The project's folder is the source: links between README.md, db/README.md and docs/ are the same on a Git host.
+root_doc = "docs/index"
+include_patterns = ["*.md", "db/README.md", "docs/**"]
+exclude_patterns = ["docs/_*", "**/.*", "build", "hcsearch*", "tests", "reports"]
+
+myst_enable_extensions = ["colon_fence", "html_image"]
+myst_heading_anchors = 4
+myst_links_external_new_tab = False
+
+# Notebooks have no stored outputs; those that did not change are taken from the cache.
+nb_execution_mode = "cache"
+nb_execution_cache_path = "docs/_build/notebooks"
+nb_execution_in_temp = True  # they write files
+nb_execution_raise_on_error = True
+
+smartquotes = False  # they would make one dash of the two before an option
+default_role = "py:obj"
+templates_path = [str(HERE / "_templates")]
+autosummary_generate = True
+autodoc_typehints = "description"
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+# kinds keep their names, and public names lead to their pages
+KINDS = ("CaseSubject", "Formulation", "Keep", "Place", "ReplaySource", "Until", "Way")
+autodoc_type_aliases = {name: name for name in KINDS} | {name: f"hcsearch.{name}" for name in hcsearch.__all__}
+TypeAliasForwardRef.__repr__ = lambda alias: alias.name  # Sphinx writes kinds within unions so
+python_use_unqualified_type_names = True
+napoleon_google_docstring = False
+# else words before a colon in the docstring of a property are taken for its type
+NumpyDocstring._parse_attribute_docstring = NumpyDocstring._consume_to_end
+
+html_theme = "pydata_sphinx_theme"
+html_title = f"hcsearch {version}"
+html_static_path = ["_static"]
+html_js_files = [("site.js", {"defer": "defer"})]
+html_extra_path = ["_site"]
+html_copy_source = False
+html_show_sourcelink = False
+html_sidebars = {
+    page: [] for page in ("README", "C*", "S*", "docs/index", "docs/README", "docs/tutorial", "docs/gallery")
+}
+html_theme_options = {
+    "logo": {"text": f"hcsearch {version}"},
+    "navbar_align": "left",
+    "header_links_before_dropdown": 6,
+    "show_toc_level": 2,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": ["theme-version"],
+}
+ogp_social_cards = {"enable": False}  # only the descriptions of pages for search engines
+copybutton_prompt_text = r"\$ |>>> |\.\.\. "
+copybutton_prompt_is_regexp = True

@@ -1,0 +1,92 @@
+"""The documentation site, as `make docs` builds it. Needs the extra `docs`, Chromium, and npm for axe-core."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from filelock import FileLock
+
+import hcsearch
+from hcsearch.api.kinds import describe_kind
+from hcsearch.basics.vocabulary import Formulation, Keep, Until, Way
+from hcsearch.cases.case import CaseSubject
+from hcsearch.cases.databases import Place
+from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.system.lazy import names_in_stub
+from tests.axe import faults
+from tests.documents import ROOT
+
+API = ROOT / "docs" / "reference" / "api.md"
+AXE = "axe-core@4.11.0"
+
+
+def test_the_page_of_python_names_lists_them_in_their_groups():
+    groups = re.split(r"^## (.*)\n", API.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    listed = {
+        group: re.findall(r"^(?:   |\.\. py:data:: hcsearch\.)(\w+)$", text, re.MULTILINE)
+        for group, text in zip(groups[::2], groups[1::2], strict=True)
+    }
+    wanted = {group: sorted(names) for group, names in names_in_stub("hcsearch").items()}
+    assert {group: sorted(names) for group, names in listed.items() if names} == wanted
+
+
+def test_the_page_of_python_names_tells_what_the_kinds_in_signatures_are():
+    kinds = {
+        "CaseSubject": CaseSubject,
+        "Formulation": Formulation,
+        "Keep": Keep,
+        "Place": Place,
+        "ReplaySource": ReplaySource,
+        "Until": Until,
+        "Way": Way,
+    }
+    text = API.read_text(encoding="utf-8")
+    for name, kind in kinds.items():
+        assert f"| `{name}` | {describe_kind(kind)} |" in text
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("name", [name for name in hcsearch.__all__ if callable(getattr(hcsearch, name))])
+def test_docstrings_of_public_names_document_all_parameters_and_results(name):
+    from numpydoc.validate import validate
+
+    wrong = {"PR01", "PR02", "RT01", "YD01", "GL03", "GL07", "SS03"}  # parameters, results, order and form of sections
+    assert not [error for error in validate(f"hcsearch.{name}")["errors"] if error[0] in wrong]
+
+
+@pytest.fixture(scope="module")
+def site():
+    """The folder of the site, built by the tests' environment; warnings are errors."""
+    own = [f"VENV={sys.prefix}", f"--old-file={sys.prefix}/documented", "--no-print-directory"]
+    outer = {"MAKEFLAGS", "MAKELEVEL", "MFLAGS"}  # of the make that runs the tests
+    surroundings = {name: value for name, value in os.environ.items() if name not in outer}
+    build = ROOT / "docs" / "_build"
+    build.mkdir(exist_ok=True)
+    with FileLock(build / "tests.lock"):  # each worker that has one of these tests comes here
+        words = ["make", *own, "docs"]
+        done = subprocess.run(words, cwd=ROOT, env=surroundings, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+    return build / "html"
+
+
+@pytest.mark.extra
+@pytest.mark.long
+def test_the_site_says_what_each_public_name_is_and_states_its_version(site):
+    pages = site / "docs" / "reference" / "generated"
+    for name in hcsearch.__all__:
+        if callable(getattr(hcsearch, name)):
+            assert f'id="hcsearch.{name}"' in (pages / f"hcsearch.{name}.html").read_text(encoding="utf-8")
+    landing = (site / "docs" / "index.html").read_text(encoding="utf-8")
+    assert f"hcsearch {hcsearch.__version__}" in landing
+    assert re.search(r'<meta [^>]*name="description"[^>]*Hamiltonian', landing)
+
+
+@pytest.mark.extra
+def test_pages_of_the_site_are_accessible_and_fit_into_the_window(site, tmp_path):
+    words = ["npm", "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(tmp_path), AXE]
+    subprocess.run(words, check=True, timeout=300)
+    script = (tmp_path / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
+    pages = ["index", "tutorial", "reference/generated/hcsearch.Folding"]
+    assert not faults(site, [f"docs/{page}.html" for page in pages], script, tmp_path / "profile")
