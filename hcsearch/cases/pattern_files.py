@@ -1,0 +1,73 @@
+"""Files of users that are named in place of a design: their drawing as a design, or as a pattern of any panels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hcsearch.basics.errors import HcsearchError, PatternError
+from hcsearch.search.own_patterns.fold_reading import read_fold
+from hcsearch.search.own_patterns.packed_states import PackedPattern, pack_drawing
+from hcsearch.search.own_patterns.recognition import RecognisedDesign, drawn_panel_size, recognise_design
+from hcsearch.system.terminal import write_notice
+
+PATTERN_SUFFIXES = (".fold",)
+"""Endings of files that hold a pattern."""
+
+
+def is_pattern_file(name: str) -> bool:
+    """Whether a name is that of a file that holds a pattern."""
+    return name.lower().endswith(PATTERN_SUFFIXES)
+
+
+@dataclass(frozen=True)
+class DrawnPattern:
+    """A pattern of a file that is no design.
+
+    path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
+    """
+
+    path: str
+    panel: str | None
+    packed: PackedPattern
+
+
+@dataclass(frozen=True)
+class DrawnDesign:
+    """A design that a file draws; panel : the size that was asked for, else that of the file, if it has one."""
+
+    path: str
+    panel: str | None
+    design: RecognisedDesign
+
+
+def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | DrawnPattern:
+    """Read a file as a design, or else as a pattern of any panels, with a notice that says why it is no design.
+
+    panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
+    """
+    drawing = read_fold(path)
+    for remark in drawing.remarks:
+        write_notice(f"{path}: {remark}")
+    try:
+        design = recognise_design(drawing)
+    except PatternError as error:
+        try:
+            packed = pack_drawing(drawing, panel)
+        except PatternError as other:
+            raise PatternError(f"{path}: {other}") from None
+        why, _, _ = str(error).partition(": ")  # without the remedy
+        write_notice(f"{path} is no design of a grid, as {why}")
+        return DrawnPattern(path, panel, packed)
+    return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
+
+
+def only_drawn_folding(drawn: DrawnDesign) -> str:
+    """Return the notation of the folding that a file draws; HcsearchError where it draws none or several."""
+    foldings = [folding.notation for folding in drawn.design.foldings]
+    if len(foldings) != 1:
+        which = f"has the foldings {', '.join(foldings)}" if foldings else "has no two-stack folding"
+        raise HcsearchError(
+            f"{drawn.path} is the design {drawn.design.circuit.notation}, which {which}: "
+            + ("name one of these, or assign mountains and valleys" if foldings else "see hcsearch check")
+        )
+    return foldings[0]

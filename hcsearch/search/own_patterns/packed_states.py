@@ -1,0 +1,353 @@
+"""Packed states of drawn patterns: each panel in a layer, hinges closed or flat, loops closed, no layer filled twice.
+
+A closed hinge reflects the next panel in its line, as seen from above, and moves it up or down by one layer: up where
+the hinge is on the upper side. So the panels' places follow from the hinges that close, and their layers from the faces
+of these hinges. States that a file does not state are searched for: first with all hinges closed, then with more and
+more of them flat; the layers are searched for by backtracking.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import PatternError
+from hcsearch.search.own_patterns.drawn_linkages import pattern_of_drawing, states_angles
+from hcsearch.search.own_patterns.fold_reading import SAME_DRAWN_POINT_SHARE, PatternDrawing
+from hcsearch.search.own_patterns.recognition import panel_named
+from hcsearch.shape.linkage import Linkage, hinge_tree
+from hcsearch.shape.pattern import Crease, PanelFace, Pattern
+
+MAX_FLAT_SETS = 20_000
+"""Greatest number of sets of hinges that are tried as those that stay flat."""
+MAX_LAYER_STEPS = 200_000
+"""Greatest number of panels that are placed in the search for layers."""
+CLOSED_PLACE_SHARE = 1e-12
+"""Places of panels that coincide, as a share of the pattern's size: rounding is a hundred times less."""
+MAX_DRAWN_OPENING = 0.02
+"""Greatest turn (rad), or gap over the size, of a loop that may be due to the drawing, for each of its hinges."""
+SHADOW_OVERLAP_SHARE = 1e-3
+"""Panels overlap, seen from above, where they share more than this share of a panel's area: drawings are rounded."""
+MAX_CLOSING_STEPS = 8
+"""Newton steps by which points are moved until the packed state closes."""
+
+Motion = tuple[complex, complex, bool]
+"""A motion of the plane: z -> turn z + shift, or turn conj(z) + shift where it reflects."""
+_REST: Motion = (1 + 0j, 0j, False)
+
+
+@dataclass(frozen=True)
+class PackedPattern:
+    """A pattern with the hinges that close in its packed state, or without such a state.
+
+    packed : whether there is one. sentence : how it was found, or why there is none. moved : greatest distance (m) by
+    which points were moved to close it.
+    """
+
+    pattern: Pattern
+    packed: bool
+    sentence: str
+    moved: float = 0.0
+
+
+def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
+    """Return the pattern of a drawing with its packed state: the stated one, or one that is found.
+
+    panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and no mountains and
+    valleys pack the panels.
+    """
+    search = _PackingSearch(drawing, pattern_of_drawing(drawing, panel))
+    found = search.packed()
+    if found is None and search.free:
+        pair = next(pair for pair, join in drawing.joins.items() if join.assignment == "U" and join.face is None)
+        raise PatternError(
+            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is unassigned (U), and no "
+            f"mountains and valleys were found that pack the panels, as {search.fault}: assign M and V, which say on "
+            "which face each hinge is"
+        )
+    if found is None:
+        return PackedPattern(search.pattern, False, f"no packed state is known: {search.fault}")
+    flat = sum(not hinge.closes for hinge in found.hinges)
+    how = "stated by the file" if search.stated else "found"
+    hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
+    moved = max(map(_distance, found.vertices, search.pattern.vertices))
+    return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
+
+
+def _distance(one: Sequence[float], two: Sequence[float]) -> float:
+    return abs(complex(*one) - complex(*two))
+
+
+class _PackingSearch:
+    """The search for the packed state of one drawing.
+
+    fault : why the last state that was tried is none. stated : whether the file says which hinges close. free : the
+    hinges that may be on either face.
+    """
+
+    def __init__(self, drawing: PatternDrawing, pattern: Pattern) -> None:
+        self.pattern, self.linkage = pattern, Linkage(pattern)
+        self.stated = states_angles(drawing)
+        joints = [(pair, drawing.joins[pair]) for pair, crease in pattern.creases.items() if crease.face is not None]
+        assigned = {pattern.hinge_of(pair) for pair, join in joints if join.assignment != "U" or join.face is not None}
+        self.free = set(range(len(pattern.hinges))) - assigned
+        self.kept_flat = {k for k, hinge in enumerate(pattern.hinges) if not hinge.closes}
+        self.limit = SAME_DRAWN_POINT_SHARE * pattern.size
+        self.fault = ""
+
+    def packed(self) -> Pattern | None:
+        """Return the pattern in its packed state; None where none is found."""
+        first_fault = ""
+        for flat in self._flat_sets():
+            found = self._packed_with(flat)
+            if found is not None:
+                return found
+            first_fault = first_fault or self.fault
+        self.fault = first_fault
+        return None
+
+    def _flat_sets(self) -> Iterator[set[int]]:
+        """Yield the sets of hinges that may stay flat, small ones first; only the stated one where there is one."""
+        yield self.kept_flat
+        if self.stated or self.kept_flat:
+            return
+        hinges = range(len(self.pattern.hinges))
+        looped = [k for k in hinges if k in set(self.linkage.looped.tolist())]
+        sets = (set(some) for size in range(1, len(looped)) for some in combinations(looped, size))
+        yield from islice(sets, MAX_FLAT_SETS)
+
+    def _packed_with(self, flat: set[int]) -> Pattern | None:
+        """Return the pattern packed with some hinges flat; None, and the fault, where that is no state."""
+        points = np.array([complex(*vertex) for vertex in self.pattern.vertices])
+        closing = [k not in flat for k in range(len(self.pattern.hinges))]
+        off = np.abs(self._openings(points, closing)).reshape(-1, 3).max(axis=1)
+        limits = MAX_DRAWN_OPENING * np.array([len(loop) for loop in self.linkage.loops])
+        if (off > limits).any():
+            worst = int((off > limits).argmax())
+            self.fault = f"with {self._hinge_words(flat)} {self._loop_words(worst)} does not close, seen from above"
+            return None
+        closed = self._closed(points, closing)
+        if closed is None:
+            self.fault = f"with {self._hinge_words(flat)} loops do not close, seen from above"
+            return None
+        pattern = replace(self.pattern, vertices=tuple((float(z.real), float(z.imag)) for z in closed))
+        faces = self._faces(pattern, closing)
+        if faces is None:
+            self.fault = f"with {self._hinge_words(flat)} {self.fault}"
+            return None
+        creases: dict[tuple[int, int], Crease] = {}
+        for pair, crease in pattern.creases.items():
+            if crease.face is not None:
+                hinge = pattern.hinge_of(pair)
+                creases[pair] = Crease(faces[hinge], closing[hinge])
+        return pattern.with_creases(creases)
+
+    def _hinge_words(self, flat: set[int]) -> str:
+        return f"hinges {', '.join(map(str, sorted(flat)))} flat" if flat else "all hinges closed"
+
+    def _loop_words(self, loop: int) -> str:
+        """Name a loop by its panels."""
+        panels = []
+        for hinge, sign in self.linkage.loops[loop]:
+            joint = self.pattern.hinges[hinge]
+            panels.append(joint.first if sign > 0 else joint.second)
+        named = ", ".join(map(str, panels[:12])) + (" ..." if len(panels) > 12 else "")
+        return f"the loop of panels {named}"
+
+    def _lines(self, points: Reals) -> list[tuple[complex, complex]]:
+        """Return a point and the squared direction of each hinge's line, of vertices as complex numbers."""
+        lines: list[tuple[complex, complex]] = [(0j, 1 + 0j)] * len(self.pattern.hinges)
+        for pair, crease in self.pattern.creases.items():
+            if crease.face is not None:
+                start, end = (complex(points[v]) for v in self.pattern.edges[pair])
+                along = (end - start) / abs(end - start)
+                lines[self.pattern.hinge_of(pair)] = (start, along * along)
+        return lines
+
+    def _openings(self, points: Reals, closing: Sequence[bool]) -> Reals:
+        """Return how far each loop is from closing, seen from above: turn (rad) and gap over size, (3 n_loops,)."""
+        lines, openings = self._lines(points), []
+        middle = points.mean()
+        for loop in self.linkage.loops:
+            motion = _REST
+            for hinge, _ in loop:
+                if closing[hinge]:
+                    motion = _then_reflected(motion, lines[hinge], middle)
+            turn, shift, reflects = motion
+            # no loop closes with an odd number of closed hinges
+            angle = math.pi if reflects else cmath.phase(turn)
+            openings += [angle, shift.real / self.pattern.size, shift.imag / self.pattern.size]
+        return np.array(openings)
+
+    def _closed(self, points: Reals, closing: Sequence[bool]) -> Reals | None:
+        """Return the vertices moved by least squares until all loops close, seen from above; None where they do not."""
+        moved = points.copy()
+        used = sorted(
+            {v for pair, crease in self.pattern.creases.items() if crease.face for v in self.pattern.edges[pair]}
+        )
+        step = 1e-7 * self.pattern.size
+        for _ in range(MAX_CLOSING_STEPS):
+            openings = self._openings(moved, closing)
+            if np.abs(openings).max(initial=0.0) <= CLOSED_PLACE_SHARE:
+                return moved
+            columns = []
+            for v in used:
+                for way in (step, 1j * step):
+                    beside = moved.copy()
+                    beside[v] += way
+                    columns.append((self._openings(beside, closing) - openings) / step)
+            change = np.linalg.lstsq(np.array(columns).T, -openings, rcond=1e-6)[0].reshape(-1, 2)
+            moved[used] += change[:, 0] + 1j * change[:, 1]
+            if np.abs(moved - points).max() > self.limit:
+                return None
+        return None
+
+    def _faces(self, pattern: Pattern, closing: Sequence[bool]) -> list[PanelFace] | None:
+        """Return the faces of all hinges with which panels lie in layers; None, and the fault, where there are none."""
+        layers = _Layers(pattern, closing, self.free, self._shadows(pattern, closing)).found()
+        if isinstance(layers, str):
+            self.fault = layers
+            return None
+        return layers
+
+    def _shadows(self, pattern: Pattern, closing: Sequence[bool]) -> list[Reals]:
+        """Return the corners of each facet in the packed state, seen from above, as complex numbers over the size."""
+        points = np.array([complex(*vertex) for vertex in pattern.vertices])
+        lines, middle, tree = self._lines(points), points.mean(), hinge_tree(pattern, 0)
+        motions: dict[int, Motion] = {}
+        for panel in tree.order.tolist():
+            parent, hinge = int(tree.parents[panel]), int(tree.hinges[panel])
+            motion = motions.get(parent, _REST)
+            motions[panel] = _then_reflected(motion, lines[hinge], middle) if parent >= 0 and closing[hinge] else motion
+        shadows = []
+        for facet, panel in zip(pattern.faces, pattern.panel_of, strict=True):
+            turn, shift, reflects = motions[panel]
+            corners = points[list(facet)] - middle
+            shadows.append((turn * (corners.conj() if reflects else corners) + shift) / pattern.size)
+        return shadows
+
+
+def _then_reflected(motion: Motion, line: tuple[complex, complex], middle: complex) -> Motion:
+    """Return a motion after the reflection in a line, about a middle point."""
+    turn, shift, reflects = motion
+    point, square = line[0] - middle, line[1]
+    if reflects:
+        point, square = point.conjugate(), square.conjugate()
+    return turn * square, turn * (point - square * point.conjugate()) + shift, not reflects
+
+
+class _Layers:
+    """The search for the layers of panels whose shadows are known.
+
+    free : hinges that may be on either face. shadows : of the facets.
+    """
+
+    def __init__(self, pattern: Pattern, closing: Sequence[bool], free: set[int], shadows: Sequence[Reals]) -> None:
+        self.pattern, self.closing, self.free = pattern, closing, free
+        self.tree = hinge_tree(pattern, 0)
+        self.order = self.tree.order.tolist()
+        self.ups = self._ups()
+        self.below = _overlapping(pattern, shadows)
+        self.hinges_of: list[list[int]] = [[] for _ in pattern.panels]
+        for k, hinge in enumerate(pattern.hinges):
+            self.hinges_of[hinge.first].append(k)
+            self.hinges_of[hinge.second].append(k)
+
+    def _ups(self) -> list[int]:
+        """Return 1 for panels whose top face is up in the packed state, else -1."""
+        ups = [1] * len(self.pattern.panels)
+        for panel in self.order[1:]:
+            ups[panel] = ups[int(self.tree.parents[panel])] * (-1 if self.closing[int(self.tree.hinges[panel])] else 1)
+        return ups
+
+    def found(self) -> list[PanelFace] | str:
+        """Return the faces of all hinges; where no layers are found, a clause on the panels that lie in none."""
+        layers: dict[int, int] = {self.order[0]: 0}
+        waiting = [self._options(self.order[1])]
+        fault, deepest = "panels have no layers", 0
+        for _ in range(MAX_LAYER_STEPS):
+            depth = len(waiting)
+            panel = self.order[depth]
+            layers.pop(panel, None)
+            if not waiting[-1]:
+                waiting.pop()
+                if not waiting:
+                    return fault
+                continue
+            parent = int(self.tree.parents[panel])
+            layer = layers[parent] + waiting[-1].pop()
+            hindrance = self._hindrance(panel, layer, layers)
+            if hindrance:
+                if depth > deepest:
+                    fault, deepest = hindrance, depth
+                continue
+            layers[panel] = layer
+            if len(layers) == len(self.order):
+                return [self._face(k, layers) for k in range(len(self.pattern.hinges))]
+            waiting.append(self._options(self.order[depth + 1]))
+        return f"no layers of the panels were found in {MAX_LAYER_STEPS:,} steps"
+
+    def _options(self, panel: int) -> list[int]:
+        """Return the steps in layers by which a panel may lie off its parent in the tree, the first choice last."""
+        hinge = int(self.tree.hinges[panel])
+        if not self.closing[hinge]:
+            return [0]
+        return [1, -1] if hinge in self.free else [self._step(hinge) * int(self.tree.signs[panel])]
+
+    def _step(self, hinge: int) -> int:
+        """Return the step in layers from the first panel of a closed hinge to its second."""
+        joint = self.pattern.hinges[hinge]
+        return self.ups[joint.first] * (1 if joint.face == "top" else -1)
+
+    def _hindrance(self, panel: int, layer: int, layers: Mapping[int, int]) -> str:
+        """Say what keeps a panel from a layer; empty where nothing does."""
+        for k in self.hinges_of[panel]:
+            joint = self.pattern.hinges[k]
+            other = joint.second if joint.first == panel else joint.first
+            if other not in layers:
+                continue
+            step = (layer - layers[other]) * (1 if joint.second == panel else -1)
+            wanted = self._step(k) if self.closing[k] else 0
+            fits = abs(step) == 1 if k in self.free and self.closing[k] else step == wanted
+            if not fits:
+                return (
+                    f"the layers of panels {min(panel, other)} and {max(panel, other)}, which a hinge joins, are "
+                    f"{abs(step)} apart" + (", on the side away from its face" if abs(step) == abs(wanted) else "")
+                )
+        for other in self.below[panel]:
+            if layers.get(other) == layer:
+                return f"panels {min(panel, other)} and {max(panel, other)} would share a layer"
+        return ""
+
+    def _face(self, hinge: int, layers: Mapping[int, int]) -> PanelFace:
+        """Return the face of a hinge: the given one, or that which leads from layer to layer."""
+        joint = self.pattern.hinges[hinge]
+        if hinge not in self.free:
+            return joint.face
+        return "bottom" if (layers[joint.second] - layers[joint.first]) * self.ups[joint.first] < 0 else "top"
+
+
+def _overlapping(pattern: Pattern, shadows: Sequence[Reals]) -> list[set[int]]:
+    """Return for each panel the others whose shadows overlap its own."""
+    import shapely  # noqa: PLC0415 - only drawings need it
+
+    polygons = np.array([shapely.Polygon(np.column_stack([corners.real, corners.imag])) for corners in shadows])
+    first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
+    panels = np.array(pattern.panel_of)
+    first, second = first[panels[first] != panels[second]], second[panels[first] != panels[second]]
+    shared = shapely.area(shapely.intersection(polygons[first], polygons[second]))
+    least = np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
+    overlapping: list[set[int]] = [set() for _ in pattern.panels]
+    for one, two in zip(
+        first[shared > SHADOW_OVERLAP_SHARE * least].tolist(),
+        second[shared > SHADOW_OVERLAP_SHARE * least].tolist(),
+        strict=True,
+    ):
+        overlapping[panels[one]].add(int(panels[two]))
+    return overlapping
