@@ -11,6 +11,7 @@ from typing import Any
 from hcsearch.basics.vocabulary import Status, millimetres, play_sentence
 from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import contact_rows, lock_at
+from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
@@ -20,6 +21,8 @@ from hcsearch.springs.deployment.simulated_deployment import Deployment, simulat
 
 PATTERN_STAGES = ("mobility", "motion", "deployment")
 """Stages of a check, in order; later ones are left out where the pattern is locked or has no packed state."""
+MAX_BRANCHING_DOF = 4
+"""Greatest number of first-order motions of a flat state among which finite ones are searched for."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,7 @@ class CheckedPattern:
 
     name : of the file. dof : at a generic closed state near the packed state, else near the flat one; dof_flat,
     dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state.
+    branches : without a packed state, the finite motions that leave the flat state, as a sentence; else empty.
     locks : for each end, by its name, the proof that no motion leaves it, as a sentence. motion, deployment : None
     where these stages were left out.
     status : None where no packed state is known and the flat state is not locked.
@@ -41,6 +45,7 @@ class CheckedPattern:
     dof_flat: int | None
     dof_packed: int | None
     locks: dict[str, str]
+    branches: str = ""
     motion: PlannedMotion | None = None
     deployment: Deployment | None = None
 
@@ -95,6 +100,8 @@ class CheckedPattern:
     def reasons(self) -> list[str]:
         """The packed state, the locks and the results of the stages, as sentences."""
         told = [self.packed.sentence, *(f"{end}: {sentence}" for end, sentence in self.locks.items())]
+        if self.branches:
+            told.append(f"motions from flat: {self.branches}")
         if self.motion is not None:
             told.append(reason_of(self.motion, joined=False))
         if self.deployment is not None:
@@ -128,7 +135,9 @@ def check_pattern(
         dof_packed=dof_packed,
         locks=locks,
     )
-    if locks or not packed.packed:
+    if not locks and not packed.packed:
+        return replace(checked, branches=_branches(checked))
+    if locks:
         return checked
     progress(1, total, PATTERN_STAGES[1])
     motion = plan_linkage_motion(linkage, scene.margin)
@@ -136,6 +145,13 @@ def check_pattern(
         return replace(checked, motion=motion)
     progress(2, total, PATTERN_STAGES[2])
     return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+
+
+def _branches(checked: CheckedPattern) -> str:
+    """Return a sentence on the finite motions that leave the flat state; empty where there are too many to search."""
+    if not 0 < (checked.dof_flat or 0) <= MAX_BRANCHING_DOF:
+        return ""
+    return find_branches(checked.linkage, checked.linkage.flat, stops=True).sentence
 
 
 def _locks(linkage: Linkage, *, packed: bool) -> dict[str, str]:

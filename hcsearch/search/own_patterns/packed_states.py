@@ -24,7 +24,7 @@ from hcsearch.search.own_patterns.recognition import panel_named
 from hcsearch.shape.linkage import Linkage, hinge_tree
 from hcsearch.shape.pattern import Crease, PanelFace, Pattern
 
-MAX_FLAT_SETS = 20_000
+MAX_FLAT_SETS = 2_000
 """Greatest number of sets of hinges that are tried as those that stay flat."""
 MAX_LAYER_STEPS = 200_000
 """Greatest number of panels that are placed in the search for layers."""

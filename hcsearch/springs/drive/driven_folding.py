@@ -177,6 +177,13 @@ def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> st
     return f"undecided: {reason_of(motion)}; try {remedies}"
 
 
+def no_path_reason(motion: PlannedMotion) -> str:
+    """Return a sentence on why a linkage that is no folding has no proved path: a lock, or an undecided search."""
+    if motion.locked:
+        return reason_of(motion, joined=False)
+    return f"undecided: {reason_of(motion, joined=False)}; try other panels, or a scene file with a greater margin_mm"
+
+
 def drive_along(
     folding: Folding,
     scene: Scene,
