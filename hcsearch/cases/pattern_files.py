@@ -24,11 +24,13 @@ class DrawnPattern:
     """A pattern of a file that is no design.
 
     path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
+    no_design : why it is no design, as a clause.
     """
 
     path: str
     panel: str | None
     packed: PackedPattern
+    no_design: str
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class DrawnDesign:
 
 
 def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | DrawnPattern:
-    """Read a file as a design, or else as a pattern of any panels, with a notice that says why it is no design.
+    """Read a file as a design, or else as a pattern of any panels.
 
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
@@ -55,9 +57,8 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
             packed = pack_drawing(drawing, panel)
         except PatternError as other:
             raise PatternError(f"{path}: {other}") from None
-        why, _, _ = str(error).partition(": ")  # without the remedy
-        write_notice(f"{path} is no design of a grid, as {why}")
-        return DrawnPattern(path, panel, packed)
+        no_design, _, _ = str(error).partition(": ")  # without the remedy
+        return DrawnPattern(path, panel, packed, no_design)
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
 
 

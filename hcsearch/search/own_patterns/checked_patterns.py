@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Status, millimetres, play_sentence
 from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import contact_rows, lock_at
@@ -30,7 +31,8 @@ class CheckedPattern:
     """The results on a pattern in a scene.
 
     name : of the file. dof : at a generic closed state near the packed state, else near the flat one; dof_flat,
-    dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state.
+    dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state. The
+    packed state may be one that the file has between the stops.
     branches : without a packed state, the finite motions that leave the flat state, as a sentence; else empty.
     locks : for each end, by its name, the proof that no motion leaves it, as a sentence. motion, deployment : None
     where these stages were left out.
@@ -124,15 +126,15 @@ def check_pattern(
     linkage = Linkage(packed.pattern)
     setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
     locks = _locks(linkage, packed=packed.packed)
-    dof_packed = rank_at(linkage, linkage.folded).nullity if packed.packed else None
+    state = linkage.folded if packed.packed else packed.partly_closed
     checked = CheckedPattern(
         name,
         linkage,
         packed,
         scene,
-        dof=0 if locks else _moving(linkage, packed=packed.packed).nullity,
+        dof=0 if locks else _moving(linkage, state).nullity,
         dof_flat=rank_at(linkage, linkage.flat).nullity,
-        dof_packed=dof_packed,
+        dof_packed=None if state is None else rank_at(linkage, state).nullity,
         locks=locks,
     )
     if not locks and not packed.packed:
@@ -166,9 +168,9 @@ def _locks(linkage: Linkage, *, packed: bool) -> dict[str, str]:
     }
 
 
-def _moving(linkage: Linkage, *, packed: bool) -> Rank:
-    """Return the rank at a generic closed state near the packed state, else near the flat one."""
-    near_packed = generic_rank(linkage) if packed else None
+def _moving(linkage: Linkage, packed: Reals | None) -> Rank:
+    """Return the rank at a generic closed state near the packed state, if there is one, else near the flat one."""
+    near_packed = None if packed is None else generic_rank(linkage, packed)
     if near_packed is not None and near_packed.rank is not None:
         return near_packed
     return generic_rank(linkage, linkage.flat)

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.designs.panel_sizes import read_panel
 from hcsearch.search.own_patterns.fold_reading import (
@@ -69,12 +70,17 @@ def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
             "face, valleys on the top face"
         )
     turn = abs(join.angle or 0.0) if states_angles(drawing) else 180.0
-    if min(turn, abs(180.0 - turn)) > FULL_TURN_TOLERANCE:
-        raise PatternError(
-            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is packed at {turn:g} degrees: "
-            "hinges are packed at 180 or 0 degrees; write one of these as edges_foldAngle, or leave the key out"
-        )
     return Crease(face, closes=join.assignment != "F" and turn > 90.0)
+
+
+def partly_closed_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals | None:
+    """Return the stated fold angles of the hinges, (n_hinges,), rad; None where all are 0 or 180 degrees."""
+    angles = np.zeros(len(pattern.hinges))
+    for pair, join in drawing.joins.items():
+        if pattern.creases[pair].face is not None:
+            angles[pattern.hinge_of(pair)] = min(abs(join.angle or 0.0), 180.0)
+    off = np.minimum(angles, 180.0 - angles)
+    return np.radians(angles) if off.max(initial=0.0) > FULL_TURN_TOLERANCE else None
 
 
 def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
@@ -18,7 +18,13 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
-from hcsearch.search.own_patterns.drawn_linkages import pattern_of_drawing, states_angles
+from hcsearch.motion.collision.distances import cuts_through
+from hcsearch.motion.kinematics.closing import close_linkage
+from hcsearch.search.own_patterns.drawn_linkages import (
+    partly_closed_angles,
+    pattern_of_drawing,
+    states_angles,
+)
 from hcsearch.search.own_patterns.fold_reading import SAME_DRAWN_POINT_SHARE, PatternDrawing
 from hcsearch.search.own_patterns.recognition import panel_named
 from hcsearch.shape.linkage import Linkage, hinge_tree
@@ -33,7 +39,15 @@ CLOSED_PLACE_SHARE = 1e-12
 MAX_DRAWN_OPENING = 0.02
 """Greatest turn (rad), or gap over the size, of a loop that may be due to the drawing, for each of its hinges."""
 SHADOW_OVERLAP_SHARE = 1e-3
-"""Panels overlap, seen from above, where they share more than this share of a panel's area: drawings are rounded."""
+"""Panels overlap, seen from above, where they share more than this share of a panel's area."""
+MOVED_OVERLAP_FACTOR = 50.0
+"""In rounded drawings panels that lie beside each other share more: up to this times the distance over the size by
+which points are moved."""
+ANGLE_TOLERANCE = 1e-6
+"""Angles (rad) beyond the stops by less than this are at the stops."""
+MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
+"""Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
+to another state."""
 MAX_CLOSING_STEPS = 8
 """Newton steps by which points are moved until the packed state closes."""
 
@@ -47,13 +61,15 @@ class PackedPattern:
     """A pattern with the hinges that close in its packed state, or without such a state.
 
     packed : whether there is one. sentence : how it was found, or why there is none. moved : greatest distance (m) by
-    which points were moved to close it.
+    which points were moved to close it. partly_closed : (n_hinges,), rad, a closed state in which the file has hinges
+    at other angles than 0 and pi; None without one.
     """
 
     pattern: Pattern
     packed: bool
     sentence: str
     moved: float = 0.0
+    partly_closed: Reals | None = None
 
 
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
@@ -62,7 +78,13 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and no mountains and
     valleys pack the panels.
     """
-    search = _PackingSearch(drawing, pattern_of_drawing(drawing, panel))
+    pattern = pattern_of_drawing(drawing, panel)
+    if not pattern.hinges:
+        raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
+    search = _PackingSearch(drawing, pattern)
+    angles = partly_closed_angles(drawing, pattern)
+    if angles is not None and not search.free:
+        return _partly_packed(pattern, angles)
     found = search.packed()
     if found is None and search.free:
         pair = next(pair for pair, join in drawing.joins.items() if join.assignment == "U" and join.face is None)
@@ -78,6 +100,24 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
     moved = max(map(_distance, found.vertices, search.pattern.vertices))
     return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
+
+
+def _partly_packed(pattern: Pattern, angles: Reals) -> PackedPattern:
+    """Return a pattern whose file states hinges at other angles than 0 and pi (rad), and whether its loops close there.
+
+    Planned motions and springs lead from states in which hinges are at their stops.
+    """
+    linkage = Linkage(pattern)
+    closed = close_linkage(linkage, angles)
+    turned = float(np.degrees(np.abs(closed.angles - angles).max()))
+    known = "no packed state is known, as the file states a state with hinges between 0 and 180 degrees"
+    beyond_stops = max(-closed.angles.min(), closed.angles.max() - math.pi) > ANGLE_TOLERANCE
+    if not closed.closed or turned > MAX_STATED_TURN or beyond_stops:
+        return PackedPattern(pattern, False, f"{known}; thick panels have no closed state near it")
+    if cuts_through(linkage, closed.angles[None]):
+        return PackedPattern(pattern, False, f"{known}; thick panels penetrate each other there")
+    near = f" after hinges turn by up to {turned:.3g} degrees" if turned > MIN_TOLD_TURN else ""
+    return PackedPattern(pattern, False, f"{known}; its loops close{near}", partly_closed=closed.angles)
 
 
 def _distance(one: Sequence[float], two: Sequence[float]) -> float:
@@ -210,7 +250,10 @@ class _PackingSearch:
 
     def _faces(self, pattern: Pattern, closing: Sequence[bool]) -> list[PanelFace] | None:
         """Return the faces of all hinges with which panels lie in layers; None, and the fault, where there are none."""
-        layers = _Layers(pattern, closing, self.free, self._shadows(pattern, closing)).found()
+        moved = max(map(_distance, pattern.vertices, self.pattern.vertices))
+        shared = max(SHADOW_OVERLAP_SHARE, MOVED_OVERLAP_FACTOR * moved / pattern.size)
+        below = _overlapping(pattern, self._shadows(pattern, closing), shared)
+        layers = _Layers(pattern, closing, self.free, below).found()
         if isinstance(layers, str):
             self.fault = layers
             return None
@@ -243,17 +286,19 @@ def _then_reflected(motion: Motion, line: tuple[complex, complex], middle: compl
 
 
 class _Layers:
-    """The search for the layers of panels whose shadows are known.
+    """The search for the layers of panels whose places are known.
 
-    free : hinges that may be on either face. shadows : of the facets.
+    free : hinges that may be on either face. below : for each panel, the others that it lies on, seen from above.
     """
 
-    def __init__(self, pattern: Pattern, closing: Sequence[bool], free: set[int], shadows: Sequence[Reals]) -> None:
+    def __init__(
+        self, pattern: Pattern, closing: Sequence[bool], free: set[int], below: Sequence[Collection[int]]
+    ) -> None:
         self.pattern, self.closing, self.free = pattern, closing, free
         self.tree = hinge_tree(pattern, 0)
         self.order = self.tree.order.tolist()
         self.ups = self._ups()
-        self.below = _overlapping(pattern, shadows)
+        self.below = below
         self.hinges_of: list[list[int]] = [[] for _ in pattern.panels]
         for k, hinge in enumerate(pattern.hinges):
             self.hinges_of[hinge.first].append(k)
@@ -316,10 +361,10 @@ class _Layers:
             wanted = self._step(k) if self.closing[k] else 0
             fits = abs(step) == 1 if k in self.free and self.closing[k] else step == wanted
             if not fits:
-                return (
-                    f"the layers of panels {min(panel, other)} and {max(panel, other)}, which a hinge joins, are "
-                    f"{abs(step)} apart" + (", on the side away from its face" if abs(step) == abs(wanted) else "")
-                )
+                pair = f"panels {min(panel, other)} and {max(panel, other)}"
+                if abs(step) == abs(wanted):
+                    return f"{pair} would lie on the wrong side of each other for the face of their hinge"
+                return f"{pair}, which a hinge joins, would lie {abs(step)} layers apart"
         for other in self.below[panel]:
             if layers.get(other) == layer:
                 return f"panels {min(panel, other)} and {max(panel, other)} would share a layer"
@@ -333,8 +378,8 @@ class _Layers:
         return "bottom" if (layers[joint.second] - layers[joint.first]) * self.ups[joint.first] < 0 else "top"
 
 
-def _overlapping(pattern: Pattern, shadows: Sequence[Reals]) -> list[set[int]]:
-    """Return for each panel the others whose shadows overlap its own."""
+def _overlapping(pattern: Pattern, shadows: Sequence[Reals], allowed: float) -> list[set[int]]:
+    """Return for each panel the others whose shadows overlap its own by more than a share of the smaller facet."""
     import shapely  # noqa: PLC0415 - only drawings need it
 
     polygons = np.array([shapely.Polygon(np.column_stack([corners.real, corners.imag])) for corners in shadows])
@@ -345,8 +390,8 @@ def _overlapping(pattern: Pattern, shadows: Sequence[Reals]) -> list[set[int]]:
     least = np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
     overlapping: list[set[int]] = [set() for _ in pattern.panels]
     for one, two in zip(
-        first[shared > SHADOW_OVERLAP_SHARE * least].tolist(),
-        second[shared > SHADOW_OVERLAP_SHARE * least].tolist(),
+        first[shared > allowed * least].tolist(),
+        second[shared > allowed * least].tolist(),
         strict=True,
     ):
         overlapping[panels[one]].add(int(panels[two]))
