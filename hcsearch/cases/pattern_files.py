@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hcsearch.basics.errors import HcsearchError, PatternError
-from hcsearch.search.own_patterns.fold_reading import read_fold
+from hcsearch.search.own_patterns.fold_reading import PatternDrawing, read_fold
 from hcsearch.search.own_patterns.packed_states import PackedPattern, pack_drawing
 from hcsearch.search.own_patterns.recognition import RecognisedDesign, drawn_panel_size, recognise_design
+from hcsearch.search.own_patterns.robot_models import read_model
 from hcsearch.system.terminal import write_notice
 
-PATTERN_SUFFIXES = (".fold",)
+MODEL_SUFFIXES = (".urdf", ".xml", ".mjcf")
+"""Endings of models of mechanisms."""
+PATTERN_SUFFIXES = (".fold", *MODEL_SUFFIXES)
 """Endings of files that hold a pattern."""
 
 
@@ -47,19 +50,26 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
 
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
-    drawing = read_fold(path)
+    is_model = path.lower().endswith(MODEL_SUFFIXES)
+    drawing = read_model(path) if is_model else read_fold(path)
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
+    if is_model:
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), "it is the model of a mechanism")
     try:
         design = recognise_design(drawing)
     except PatternError as error:
-        try:
-            packed = pack_drawing(drawing, panel)
-        except PatternError as other:
-            raise PatternError(f"{path}: {other}") from None
         no_design, _, _ = str(error).partition(": ")  # without the remedy
-        return DrawnPattern(path, panel, packed, no_design)
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), no_design)
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
+
+
+def _packed(path: str, drawing: PatternDrawing, panel: str | None) -> PackedPattern:
+    """Return the pattern of a drawing in its packed state; the errors of `pack_drawing` with the file's name."""
+    try:
+        return pack_drawing(drawing, panel)
+    except PatternError as error:
+        raise PatternError(f"{path}: {error}") from None
 
 
 def only_drawn_folding(drawn: DrawnDesign) -> str:

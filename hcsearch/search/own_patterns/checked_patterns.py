@@ -162,7 +162,7 @@ def _locks(linkage: Linkage, *, packed: bool) -> dict[str, str]:
     if packed:
         verdicts["packed"] = lock_at(linkage, linkage.folded, contact_rows(linkage))
     return {
-        end: f"locked ({'exact' if lock.exact else 'numerical'} proof), {lock.reason}"
+        end: f"locked ({'exact proof' if lock.exact else 'numerical proof for points as drawn'}), {lock.reason}"
         for end, lock in verdicts.items()
         if lock.locked
     }

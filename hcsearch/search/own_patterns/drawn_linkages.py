@@ -30,6 +30,8 @@ DEFAULT_THICKNESS_SHARE = 0.12
 """Thickness over the root of the mean area of a face, where none is stated: that of the panels of `default`."""
 FULL_TURN_TOLERANCE = 0.01
 """Stated fold angles within this of 0 or 180 degrees are these."""
+OVERLAP_GRID_SHARE = 1e-6
+"""Grid on which faces are intersected, over the root of their mean area, as GEOS needs one for faces that touch."""
 MAX_DRAWN_PANELS = 1000
 """Greatest number of faces of a drawing that is no design: matrices of larger linkages take gigabytes."""
 FACE_OF: dict[str, PanelFace] = {"V": "top", "M": "bottom"}
@@ -139,10 +141,11 @@ def _check_overlaps(drawing: PatternDrawing) -> None:
     """Refuse faces that cover each other, as those around a hole with a loose panel in it do; PatternError."""
     import shapely  # noqa: PLC0415 - only drawings need it
 
-    polygons = np.array([shapely.Polygon(facet) for facet in drawing.facets])
+    size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
+    polygons = np.array([shapely.Polygon(np.array(facet) / size) for facet in drawing.facets])
     first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
     first, second = first[first < second], second[first < second]
-    shared = shapely.area(shapely.intersection(polygons[first], polygons[second]))
+    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
     covered = shared > STRAIGHT_SIDE_SHARE * np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
     if covered.any():
         one, two = int(first[covered][0]), int(second[covered][0])

@@ -21,6 +21,7 @@ from hcsearch.basics.errors import PatternError
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.search.own_patterns.drawn_linkages import (
+    OVERLAP_GRID_SHARE,
     partly_closed_angles,
     pattern_of_drawing,
     states_angles,
@@ -386,7 +387,8 @@ def _overlapping(pattern: Pattern, shadows: Sequence[Reals], allowed: float) -> 
     first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
     panels = np.array(pattern.panel_of)
     first, second = first[panels[first] != panels[second]], second[panels[first] != panels[second]]
-    shared = shapely.area(shapely.intersection(polygons[first], polygons[second]))
+    # with a grid: otherwise GEOS may find an overlap of panels whose common edge differs in the last bit
+    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
     least = np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
     overlapping: list[set[int]] = [set() for _ in pattern.panels]
     for one, two in zip(
