@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch import check, deploy, replay, save
+from hcsearch import check, deploy, drive, replay, save
+from hcsearch.api.driving import DriveOptions
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.resolve import resolve
 from hcsearch.export.fold import fold_of
@@ -200,6 +201,8 @@ def test_commands_take_a_drawn_pattern_as_their_subject(tmp_path, capfd):
     assert "is no design of a grid, as panel 0" in result.stderr
     assert deploy(path).verdict == "deploys"
     assert replay(path, motion="path").ends_flat
+    driven = drive(path, options=DriveOptions(rate=3.0))
+    assert (driven.title, driven.facts()["freedoms"], driven.deployment.verdict) == (path, 2, "deploys")
     springs = tmp_path / "springs.toml"
     springs.write_text(
         scene_file_text(resolve(path, panel="80x4").facts, None, Scene(name="stiff", spring="linear:0.3"))
