@@ -44,17 +44,19 @@ SHADOW_OVERLAP_SHARE = 1e-3
 MOVED_OVERLAP_FACTOR = 50.0
 """In rounded drawings panels that lie beside each other share more: up to this times the distance over the size by
 which points are moved."""
+MAX_NAMED = 8
+"""Greatest number of hinges, or of panels, that a message names."""
 ANGLE_TOLERANCE = 1e-6
 """Angles (rad) beyond the stops by less than this are at the stops."""
 MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
 """Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
 to another state."""
-MAX_CLOSING_STEPS = 8
+MAX_POINT_STEPS = 8
 """Newton steps by which points are moved until the packed state closes."""
 
-Motion = tuple[complex, complex, bool]
+PlaneMotion = tuple[complex, complex, bool]
 """A motion of the plane: z -> turn z + shift, or turn conj(z) + shift where it reflects."""
-_REST: Motion = (1 + 0j, 0j, False)
+_REST: PlaneMotion = (1 + 0j, 0j, False)
 
 
 @dataclass(frozen=True)
@@ -190,7 +192,10 @@ class _PackingSearch:
         return pattern.with_creases(creases)
 
     def _hinge_words(self, flat: set[int]) -> str:
-        return f"hinges {', '.join(map(str, sorted(flat)))} flat" if flat else "all hinges closed"
+        if not flat:
+            return "all hinges closed"
+        named = ", ".join(map(str, sorted(flat)[:MAX_NAMED])) + (" ..." if len(flat) > MAX_NAMED else "")
+        return f"hinges {named} flat"
 
     def _loop_words(self, loop: int) -> str:
         """Name a loop by its panels."""
@@ -198,7 +203,7 @@ class _PackingSearch:
         for hinge, sign in self.linkage.loops[loop]:
             joint = self.pattern.hinges[hinge]
             panels.append(joint.first if sign > 0 else joint.second)
-        named = ", ".join(map(str, panels[:12])) + (" ..." if len(panels) > 12 else "")
+        named = ", ".join(map(str, panels[:MAX_NAMED])) + (" ..." if len(panels) > MAX_NAMED else "")
         return f"the loop of panels {named}"
 
     def _lines(self, points: Reals) -> list[tuple[complex, complex]]:
@@ -233,7 +238,7 @@ class _PackingSearch:
             {v for pair, crease in self.pattern.creases.items() if crease.face for v in self.pattern.edges[pair]}
         )
         step = 1e-7 * self.pattern.size
-        for _ in range(MAX_CLOSING_STEPS):
+        for _ in range(MAX_POINT_STEPS):
             openings = self._openings(moved, closing)
             if np.abs(openings).max(initial=0.0) <= CLOSED_PLACE_SHARE:
                 return moved
@@ -264,7 +269,7 @@ class _PackingSearch:
         """Return the corners of each facet in the packed state, seen from above, as complex numbers over the size."""
         points = np.array([complex(*vertex) for vertex in pattern.vertices])
         lines, middle, tree = self._lines(points), points.mean(), hinge_tree(pattern, 0)
-        motions: dict[int, Motion] = {}
+        motions: dict[int, PlaneMotion] = {}
         for panel in tree.order.tolist():
             parent, hinge = int(tree.parents[panel]), int(tree.hinges[panel])
             motion = motions.get(parent, _REST)
@@ -277,7 +282,7 @@ class _PackingSearch:
         return shadows
 
 
-def _then_reflected(motion: Motion, line: tuple[complex, complex], middle: complex) -> Motion:
+def _then_reflected(motion: PlaneMotion, line: tuple[complex, complex], middle: complex) -> PlaneMotion:
     """Return a motion after the reflection in a line, about a middle point."""
     turn, shift, reflects = motion
     point, square = line[0] - middle, line[1]
