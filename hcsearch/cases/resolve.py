@@ -52,11 +52,10 @@ def resolve(
 ) -> Case:
     """Resolve a named subject and its scene to a case; a case is returned unchanged.
 
-    what : a text, DESIGN:CREASE, the name of an assembly or a file `.toml` or `.fold`, or a Folding, a Circuit or a
-    Linkage. A
-    design without a crease stands for its best folding in the database. If the database has verdicts of only one scene
-    and none is named, an id stands for the design in this scene. db : the database in which ids, scenes and verdicts
-    are looked up, in one transaction.
+    what : a text, DESIGN:CREASE, the name of an assembly, a file `.toml` or one that `pattern_files` reads, or a
+    Folding, a Circuit or a Linkage. A design without a crease stands for its best folding in the database. If the
+    database has verdicts of only one scene and none is named, an id stands for the design in this scene. db : the
+    database in which ids, scenes and verdicts are looked up, in one transaction.
     scene : a Scene, the name of one, or a file `.toml`. panel : size of panels in millimetres, such as `50x40x6` or
     `across 1000x20`. flat_pairs : joining of flat pairs. values : of the scene, by the names of a scene file.
     path : whether a design stands for its first folding with a proved path if its best folding has none.
@@ -199,6 +198,8 @@ def _of_assembly(name: str, subject: str, content: Mapping[str, Any], arguments:
 def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments: _Arguments, db: Place | None) -> Case:
     """Return the case of the folding that a file draws, or of its pattern; PatternError without a packed state."""
     panel = arguments.panel or content.get("panel_mm")
+    if not isinstance(panel, str | None):
+        raise SceneError(f"{name} has panel_mm = {panel!r}: write a text, such as panel_mm = '80x8'")
     drawn = read_pattern_file(path, panel)
     if isinstance(drawn, DrawnPattern):
         if not drawn.packed.packed:
@@ -220,7 +221,7 @@ def _of_pattern(
         scene, parts = _base_scene(content, arguments, database)
     if scene.panel or arguments.flat_pairs or parts:
         raise HcsearchError(
-            f"{drawn.path} has panels and joints of its own: leave out --flat-pairs, and panels of scenes"
+            f"{drawn.path} has panels and joints of its own: leave out --flat-pairs, and name a scene without panels"
         )
     scene = arguments.changed(scene)
     formulation, drive = content.get("formulation"), content.get("drive")
