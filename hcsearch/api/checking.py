@@ -11,12 +11,12 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
-from hcsearch.cases.resolve import resolve_scene
+from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file
+from hcsearch.cases.resolve import resolve_pattern, resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
-from hcsearch.search.own_patterns.fold_reading import read_fold
-from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
+from hcsearch.search.own_patterns.checked_patterns import CheckedPattern, check_pattern
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
 from hcsearch.system.terminal import write_notice
 
@@ -32,7 +32,7 @@ def check(
     db: Place | None = None,
     progress: CheckProgress | None = None,
     **values: Any,
-) -> CheckedCircuit:
+) -> CheckedCircuit | CheckedPattern:
     """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
 
     Parameters
@@ -41,14 +41,16 @@ def check(
         A crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id, one
         of its foldings, or a case.
     scene, panel, flat_pairs, db, **values
-        As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another.
+        As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
+        CheckedPattern as longest edge x thickness.
     progress
-        Called with the numbers of foldings that are done and of all, and the stage.
+        Called with the numbers of foldings, or of stages, that are done and of all, and the stage.
 
     Returns
     -------
-    CheckedCircuit
-        The pattern, the circuit, and the verdict on each folding.
+    CheckedCircuit or CheckedPattern
+        The pattern, the circuit, and the verdict on each folding; of a file that draws no design of a grid, the
+        linkage, its mobility and its motion.
 
     Examples
     --------
@@ -57,16 +59,24 @@ def check(
     1
     """
     check_kinds(check, locals())
+    reporting = () if progress is None else (progress,)
+    if isinstance(what, Case) and isinstance(what.what, DrawnPattern):
+        return check_pattern(what.title, what.what.packed, what.scene, *reporting)
     if isinstance(what, Case):
         circuit, creases = _of_case(what)
-    elif isinstance(what, str) and what.lower().endswith(".fold"):
-        circuit, creases, drawn = _of_file(what)
-        panel = drawn if panel is None else panel
+    elif isinstance(what, str) and is_pattern_file(what):
+        drawn = read_pattern_file(what, panel)
+        if isinstance(drawn, DrawnPattern):
+            write_notice(f"{what} is no design of a grid, as {drawn.no_design}")
+            case = resolve_pattern(drawn, db, scene=scene, flat_pairs=flat_pairs, values=values)
+            return check_pattern(what, drawn.packed, case.scene, *reporting)
+        circuit, panel = drawn.design.circuit, drawn.panel
+        creases = list(drawn.design.creases) if drawn.design.has_assignments else None
     else:
         circuit, creases = _of_name(what, db)
     chosen: Scene | str | None = what.scene if isinstance(what, Case) else scene
     in_scene = resolve_scene(circuit.grid.name, db, scene=chosen, panel=panel, flat_pairs=flat_pairs, values=values)
-    return check_circuit(circuit, in_scene, creases, *(() if progress is None else (progress,)))
+    return check_circuit(circuit, in_scene, creases, *reporting)
 
 
 def _of_case(case: Case) -> tuple[Circuit, list[int] | None]:
@@ -74,15 +84,6 @@ def _of_case(case: Case) -> tuple[Circuit, list[int] | None]:
         raise HcsearchError(f"{case.title} is no circuit: name one, such as hex:0234435011, or a file .fold")
     folding = Folding.from_notation(case.folding.notation)
     return folding.circuit, [folding.crease]
-
-
-def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:
-    """The circuit of a FOLD file, the creases of the foldings that are drawn, and the size of its panels."""
-    drawing = read_fold(path)
-    for remark in drawing.remarks:
-        write_notice(f"{path}: {remark}")
-    design = recognise_design(drawing)
-    return design.circuit, list(design.creases) if design.has_assignments else None, drawn_panel_size(design, drawing)
 
 
 def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, list[int] | None]:

@@ -9,6 +9,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.replay_sources import find_path
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
@@ -21,6 +22,7 @@ from hcsearch.springs.drive.driven_folding import (
     DriveProgress,
     NoPathError,
     drive_along,
+    drive_linkage,
     latch_facts,
 )
 from hcsearch.system.terminal import write_notice
@@ -39,7 +41,7 @@ def drive(
     progress: DriveProgress | None = None,
     **values: Any,
 ) -> Drive:
-    """Choose motors that open a folding along a proved path, as `hcsearch drive` does.
+    """Choose motors that open a folding, or a pattern of a file, along a proved path, as `hcsearch drive` does.
 
     Parameters
     ----------
@@ -62,13 +64,14 @@ def drive(
     """
     check_kinds(drive, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
-    folding = case.to_move()
     if case.scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     if progress is not None:
         progress(0, len(DRIVE_STAGES), DRIVE_STAGES[0])
     path_scene, motion, note = find_path(case)
     try:
-        return drive_along(folding, path_scene, motion, options, progress)
+        if isinstance(case.what, DrawnPattern):
+            return drive_linkage(case.facts, case.linkage, path_scene, motion, options, progress)
+        return drive_along(case.to_move(), path_scene, motion, options, progress)
     finally:
         write_notice(note)

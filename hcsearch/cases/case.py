@@ -1,4 +1,4 @@
-"""A case: a folding, an assembly or a linkage in a scene, with the stored results on it."""
+"""A case: a folding, an assembly, a drawn pattern or a linkage in a scene, with the stored results on it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.cases.names import parameters_of
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from hcsearch.springs.deployment.drives import Drives
 
 CaseSubject = str | Folding | Circuit | Linkage
-"""The subject of a deployment or tuning: DESIGN:CREASE, an assembly, a file .toml, or a value."""
+"""The subject of a deployment or tuning: DESIGN:CREASE, an assembly, a file .toml or .fold, or a value."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Case:
     """
 
     name: str
-    what: Folding | NamedAssembly | Linkage
+    what: Folding | NamedAssembly | DrawnPattern | Linkage
     scene: Scene
     look: SceneVariant
     look_of: Literal["scene", "name", "verdict"] = "scene"
@@ -106,6 +107,8 @@ class Case:
             return {"design": self.what.notation}
         if isinstance(self.what, NamedAssembly):
             return {"assembly": self.what.name, "parameters": dict(self.what.parameters)}
+        if isinstance(self.what, DrawnPattern):
+            return {"pattern": self.what.path} | ({} if self.what.panel is None else {"panel_mm": self.what.panel})
         return {"linkage": repr(self.what)}
 
     @property
@@ -141,7 +144,7 @@ class Case:
         if isinstance(self.what, NamedAssembly):
             assembly = ASSEMBLIES[self.what.name]
             return Linkage(assembly.build(parameters_of(assembly, self.what.parameters)))
-        return self.what
+        return Linkage(self.what.packed.pattern) if isinstance(self.what, DrawnPattern) else self.what
 
     @cached_property
     def labels(self) -> Labels:
@@ -204,11 +207,18 @@ class Case:
 
     def to_move(self) -> Folding:
         """Return the folding for a motion along a path; HcsearchError if the case allows none."""
+        if isinstance(self.what, DrawnPattern):
+            raise HcsearchError(f"{self.title} is a pattern, no folding of a design: name DESIGN:CREASE")
         if self.folding is None:
             raise HcsearchError(
                 f"{self.title} is an assembly, which has no packed state in stacks, and no path is planned: name "
                 f"DESIGN:CREASE, or see how springs move it with hcsearch deploy {self.title}"
             )
+        self.check_moved()
+        return self.folding
+
+    def check_moved(self) -> None:
+        """Refuse a case with a drive, a formulation or a variant of a scene, as a motion along a path has none."""
         if self.drive is not None:
             raise SceneError(f"{self.name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
         if self.formulation not in (None, "constrained"):
@@ -216,4 +226,3 @@ class Case:
         if self.look_of == "name":
             springs = self.look.springs or self.look.pairs
             raise SceneError(f"{springs!r} is a variant of a scene: name the scene alone, and --flat-pairs")
-        return self.folding

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.cases.databases import Place, reading_database
+from hcsearch.cases.pattern_files import is_pattern_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -34,16 +35,16 @@ _CONDITION_MARK = re.compile(r"[\s=<>()]")
 def is_query(text: str) -> bool:
     """Whether a text is a query for designs; else it is a name. HcsearchError for what is neither.
 
-    A name is an id, a notation, an assembly or a file `.toml`. A query has an operator, a bracket or a space, or is the
-    name of a column.
+    A name is an id, a notation, an assembly or a file `.toml` or `.fold`. A query has an operator, a bracket or a
+    space, or is the name of a column.
     """
-    if text in ASSEMBLIES or text.endswith(".toml") or _NAME.fullmatch(text):
+    if text in ASSEMBLIES or text.endswith(".toml") or is_pattern_file(text) or _NAME.fullmatch(text):
         return False
     if _CONDITION_MARK.search(text) or text in column_names("designs"):
         return True
     raise HcsearchError(
         f"there is no assembly {text!r}, and it is no query: name DESIGN:CREASE, an assembly that `hcsearch assembly "
-        "list` prints or a file .toml, or write conditions as in 'n=12 untwisted'"
+        "list` prints or a file .toml or .fold, or write conditions as in 'n=12 untwisted'"
     )
 
 

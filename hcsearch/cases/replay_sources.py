@@ -14,18 +14,19 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
 from hcsearch.basics.vocabulary import WAYS, Formulation, ReplaySource
 from hcsearch.cases.case import Case, NamedAssembly
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.cases.stored_scenes import stored_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.motion.paths.motions import accumulated_turn
-from hcsearch.motion.planning.motion_search import PlannedMotion
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason
+from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason, no_path_reason
 from hcsearch.springs.flight.deployed_modes import DeployedModes
 from hcsearch.system.terminal import short_number
 
@@ -34,11 +35,14 @@ if TYPE_CHECKING:
 
 
 def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
-    """Plan the motion of a case's folding; return its scene, the motion and a note on the joining of flat pairs.
+    """Plan the motion of a case's folding or pattern; return its scene, the motion and a note on its flat pairs.
 
     Springs may open a folding with one joining of flat pairs while its path is proved with another. The joining of the
     springs is tried first, so that all results are of one linkage; the other only if no path is proved.
     """
+    if isinstance(case.what, DrawnPattern):
+        case.check_moved()
+        return case.scene, plan_linkage_motion(case.linkage, case.scene.margin), case.driven_sentence
     folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
     motion = find_drive_motion(folding, scene)
     path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path_flat_pairs
@@ -241,17 +245,19 @@ def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
         if required:
             raise
         return None, ""  # an assembly, or a file with springs or a drive of its own
-    folding = case.to_move()
+    drawn = isinstance(case.what, DrawnPattern)
     if motion.states is None or motion.way is None:
         if required:
-            raise HcsearchError(no_drive_reason(folding, scene, motion))
+            raise HcsearchError(no_path_reason(motion) if drawn else no_drive_reason(case.to_move(), scene, motion))
         return None, ""
-    linkage = folding.linkage(case.panel, flat_pairs=motion.way)
-    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), note
+    linkage = case.linkage if drawn else case.to_move().linkage(case.panel, flat_pairs=motion.way)
+    return replay_of_path(linkage, motion.states, case.title, margin=motion.margin, design=not drawn), note
 
 
 def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
     """Plan the motion as `find_path`, but only with the joining of flat pairs behind the status of the folding."""
+    if isinstance(case.what, DrawnPattern):
+        return find_path(case)
     scene = replace(case.scene, flat_pairs=case.allowed)
     return scene, find_drive_motion(case.to_move(), scene), case.driven_sentence
 

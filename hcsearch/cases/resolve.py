@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hcsearch import store
-from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
+from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, PatternError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
 from hcsearch.cases.databases import Place, database_snapshot
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
+from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, only_drawn_folding, read_pattern_file
 from hcsearch.cases.stored_scenes import only_scene, read_scene, scene_database
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
@@ -23,7 +24,7 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, variant_parts
 from hcsearch.scenes.scene import with_size
-from hcsearch.scenes.scene_file import read_scene_file, scene_file_text, scene_in, scene_with
+from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, scene_file_text, scene_in, scene_with
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store.failures import retry_if_changed
 
@@ -44,9 +45,9 @@ def resolve(
     Parameters
     ----------
     what
-        A text, DESIGN:CREASE, the name of an assembly or a file `NAME.toml`, or a Folding, a Circuit or a Linkage. A
-        design without a crease stands for its best folding in the database. If the database has verdicts of only one
-        scene and none is named, an id stands for the design in this scene.
+        A text, DESIGN:CREASE, the name of an assembly, a file `NAME.toml` or a pattern as `check` takes it, or a
+        Folding, a Circuit or a Linkage. A design without a crease stands for its best folding in the database. If the
+        database has verdicts of only one scene and none is named, an id stands for the design in this scene.
     db
         The database in which ids, scenes and verdicts are looked up, in one transaction.
     scene
@@ -99,6 +100,18 @@ def resolve_scene(
     return replace(arguments.changed(base), panel=panel_of(base, grid))
 
 
+def resolve_pattern(
+    drawn: DrawnPattern,
+    db: Place | None = None,
+    *,
+    scene: Scene | str | None = None,
+    flat_pairs: Way | None = None,
+    values: Mapping[str, Any] | None = None,
+) -> Case:
+    """Resolve a drawn pattern and its scene to a case, as `resolve`; it need not have a packed state."""
+    return _of_pattern(drawn.path, drawn, {}, _Arguments(scene, None, flat_pairs, dict(values or {}), path=False), db)
+
+
 @dataclass(frozen=True)
 class _Arguments:
     """The arguments of `resolve` beside the name."""
@@ -134,18 +147,31 @@ def _of_circuit(circuit: Circuit, arguments: _Arguments, db: Place | None) -> Ca
 
 def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Folding | None) -> Case:
     content = read_scene_file(name) if name.endswith(".toml") else {}
-    if name.endswith(".toml") and not {"design", "assembly"} & set(content):
+    if name.endswith(".toml") and not {*SUBJECT_KEYS} & set(content):
         raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
-    subject = str(content.get("design", content.get("assembly", name)))
+    subject = str(next((content[key] for key in SUBJECT_KEYS if key in content), name))
     if folding is None and subject in ASSEMBLIES:
         return _of_assembly(name, subject, content, arguments, db)
+    if folding is None and is_pattern_file(subject):
+        return _of_pattern_file(name, subject, content, arguments, db)
     if folding is None:
         refuse_unknown(subject)
     if content.get("parameters"):
         raise HcsearchError(
             f"{subject} is a design, which has no parameters: leave out [parameters], or name an assembly"
         )
-    text, crease = split_crease(subject if folding is None else folding.notation)
+    return _of_design(name, subject if folding is None else folding.notation, content, arguments, db, folding)
+
+
+def _of_design(
+    name: str,
+    subject: str,
+    content: Mapping[str, Any],
+    arguments: _Arguments,
+    db: Place | None,
+    folding: Folding | None,
+) -> Case:
+    text, crease = split_crease(subject)
     with database_snapshot(db) as (database, trouble):
         resolution = _DesignResolution(name, content, text, crease, folding, arguments)
         if database is None:
@@ -167,6 +193,39 @@ def _of_assembly(name: str, subject: str, content: Mapping[str, Any], arguments:
     return Case(
         name, what, scene, first_variant(scene), formulation=content.get("formulation"), drive=content.get("drive")
     )
+
+
+def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments: _Arguments, db: Place | None) -> Case:
+    """Return the case of the folding that a file draws, or of its pattern; PatternError without a packed state."""
+    panel = arguments.panel or content.get("panel_mm")
+    if not isinstance(panel, str | None):
+        raise SceneError(f"{name} has panel_mm = {panel!r}: write a text, such as panel_mm = '80x8'")
+    drawn = read_pattern_file(path, panel)
+    if isinstance(drawn, DrawnPattern):
+        if not drawn.packed.packed:
+            raise PatternError(f"{path}: {drawn.packed.sentence}; see hcsearch check {path}")
+        return _of_pattern(name, drawn, content, arguments, db)
+    notation = only_drawn_folding(drawn)
+    content = {key: value for key, value in content.items() if key != "panel_mm"}
+    case = _of_design(notation, notation, content, replace(arguments, panel=drawn.panel), db, None)
+    return replace(case, noted="; ".join(filter(None, (f"{path} is the folding {notation}", case.noted))))
+
+
+def _of_pattern(
+    name: str, drawn: DrawnPattern, content: Mapping[str, Any], arguments: _Arguments, db: Place | None
+) -> Case:
+    """Return the case of a drawn pattern in the scene that is asked for."""
+    content = {key: value for key, value in content.items() if key != "panel_mm"}
+    arguments = replace(arguments, panel=None)
+    with scene_database(arguments.scene, db) as (database, _):
+        scene, parts = _base_scene(content, arguments, database)
+    if scene.panel or arguments.flat_pairs or parts:
+        raise HcsearchError(
+            f"{drawn.path} has panels and joints of its own: leave out --flat-pairs, and name a scene without panels"
+        )
+    scene = arguments.changed(scene)
+    formulation, drive = content.get("formulation"), content.get("drive")
+    return Case(name, drawn, scene, first_variant(scene), formulation=formulation, drive=drive)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from hcsearch.designs.panel_sizes import PanelSize, is_panel, panel_text, read_p
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, joined_name, with_panel
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
-from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_in
+from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, read_scene_text, scene_in
 from hcsearch.system.terminal import write_notice
 
 
@@ -113,7 +113,7 @@ def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
 
 def _of_file(path: str, grid: str | None = None) -> Scene:
     content = read_scene_file(path)
-    for key in ("design", "assembly"):
+    for key in SUBJECT_KEYS:
         if key in content:
             raise SceneError(
                 f"{path} names what is deployed, {key}: give it to hcsearch deploy, or leave that line out"

@@ -70,12 +70,12 @@ _SECONDS = click.option(
 
 def subject_options(command: Command) -> Command:
     """Add the subject as argument, and options for panels and for the loads and constraints on them."""
-    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid", _SECONDS)
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid", _SECONDS)
 
 
 def export_options(command: Command) -> Command:
     """Add the same, with a subject or a query, which may have several words."""
-    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|QUERY", "rigid", _SECONDS, words=True)
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold|QUERY", "rigid", _SECONDS, words=True)
 
 
 def folding_options(command: Command) -> Command:
@@ -95,7 +95,7 @@ def proof_options(command: Command) -> Command:
 
 def linkage_options(command: Command) -> Command:
     """Add the same for a folding or an assembly of which the linkage alone counts, without loads on its panels."""
-    return _panel_options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid")
+    return _panel_options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid")
 
 
 def _options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:

@@ -17,6 +17,7 @@ from hcsearch.system.machine import default_database
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
     from hcsearch.search.own_patterns.single_circuits import CheckedCircuit
 
 
@@ -33,30 +34,67 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or circuit of your own through all stages.
 
     The command prints how many foldings pass each stage, and the results for each of them. FILE.fold is a crease
-    pattern of equal panels of one of the eight shapes of --grid, edge to edge, in any position, drawn to a thousandth
-    of a side. Lines may cross and end on each other. Its mountains, valleys, flat and unassigned edges are the creases
-    of one circuit; all other shared edges are slits. If mountains and valleys are assigned, only the folding with this
-    assignment is checked. Panels have the size that the file gives in a physical unit, unless --panel or --across sets
-    another. The notation of a circuit may be in any position, order or direction; CIRCUIT:CREASE checks one folding,
-    its crease numbered as in the circuit that is printed.
+    pattern, in any position, drawn to a thousandth of a side. Lines may cross and end on each other. If its panels are
+    equal, of one of the eight shapes of --grid, and if its mountains, valleys, flat and unassigned edges are the
+    creases of one circuit, it is a design; all other shared edges are slits. If mountains and valleys are assigned,
+    only the folding with this assignment is checked. The notation of a circuit may be in any position, order or
+    direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit that is printed.
+
+    Any other pattern of convex panels is checked as a linkage, with any number of loops: its packed state, degrees of
+    freedom, locks, motion and deployment. Valleys have hinges on the top face, mountains on the bottom face.
+
+    Panels have the size that the file gives in a physical unit, unless --panel sets another: the sizes of a panel, or
+    the longest edge and the thickness of a pattern that is no design.
 
     Exit code: 0 if springs open a folding, certified free of collisions; 1 if they do not or if this is undecided; 2
     for wrong input.
     """
     from hcsearch.api import checking
-    from hcsearch.designs.folding import no_folding_reason
+    from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
 
     named = case_options(options)
     with ProgressMeter("folding") as meter:
         checked = checking.check(name, progress=meter, **named)
+    if isinstance(checked, CheckedPattern):
+        _show_pattern(checked, as_json=as_json)
+    else:
+        _show_circuit(checked, named, as_json=as_json)
+    if not checked.deploys:
+        click.get_current_context().exit(1)
+
+
+def _show_pattern(checked: CheckedPattern, *, as_json: bool) -> None:
+    """Print the results on a pattern that is no design."""
+    facts = checked.facts()
+    if as_json:
+        click.echo(json.dumps(facts, indent=2, allow_nan=False))
+        return
+    parts = [f"{facts[name]} {name if facts[name] != 1 else name[:-1]}" for name in ("panels", "hinges", "loops")]
+    sizes = f"longest edge {facts['longest_edge_mm']:.6g} mm, {facts['thickness_mm']:.6g} mm thick"
+    click.echo(f"{facts['pattern']}: {', '.join(parts)}")
+    click.echo(f"  {sizes}, scene {facts['scene']}")
+    if facts["moved_mm"]:
+        click.echo(f"  points are moved by up to {facts['moved_mm']:.3g} mm, so that the packed state closes")
+    freedoms = {"during the motion": "dof", "packed": "dof_packed", "flat": "dof_flat"}
+    told = [f"{'-' if facts[key] is None else facts[key]} {state}" for state, key in freedoms.items()]
+    click.echo(f"  degrees of freedom: {', '.join(told)} (Kutzbach {facts['kutzbach']})")
+    click.echo(f"status: {facts['status'] or 'no packed state'}")
+    for sentence in facts["reasons"]:
+        click.echo(f"  {sentence}")
+    if facts["play"] is not None:
+        click.echo(f"  {facts['play']}")
+
+
+def _show_circuit(checked: CheckedCircuit, named: Mapping[str, Any], *, as_json: bool) -> None:
+    """Print the results on the foldings of a circuit."""
+    from hcsearch.designs.folding import no_folding_reason
+
     if as_json:
         click.echo(json.dumps(_facts(checked), indent=2, allow_nan=False))
     else:
         _print(checked, named)
     if not checked.two_stack:
         click.echo(f"nothing folds: {no_folding_reason(checked.circuit.n)}", err=True)
-    if not checked.deploys:
-        click.get_current_context().exit(1)
 
 
 def _facts(checked: CheckedCircuit) -> dict[str, Any]:

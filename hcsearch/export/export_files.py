@@ -11,6 +11,7 @@ from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
+from hcsearch.cases.pattern_files import is_pattern_file
 from hcsearch.cases.replay import Replay
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
@@ -151,7 +152,12 @@ def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit |
     """Return the circuit where a design is named without a crease, so that its array is exported; else None."""
     if isinstance(what, Circuit):
         return what.canonical()
-    if not isinstance(what, str) or what.endswith(".toml") or not (":" in what or what[:1].isdigit()):
+    if (
+        not isinstance(what, str)
+        or what.endswith(".toml")
+        or is_pattern_file(what)
+        or not (":" in what or what[:1].isdigit())
+    ):
         return None
     name, crease = split_crease(what)
     return design_named(name, db)[0] if crease is None else None

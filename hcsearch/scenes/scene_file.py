@@ -19,6 +19,7 @@ _ON_TOP = ("flat_pairs", "held", "springs", "hinges")
 _KINDS: dict[str, tuple[type, str]] = {
     "design": (str, "design = 'hex:0234550132:4'"),
     "assembly": (str, "assembly = 'unit-i'"),
+    "pattern": (str, "pattern = 'ring.fold'"),
     "name": (str, "name = 'solar'"),
     "formulation": (str, "formulation = 'compliant'"),
     "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
@@ -26,6 +27,8 @@ _KINDS: dict[str, tuple[type, str]] = {
     "drive": (dict, "a table [drive], as hcsearch drive --output drive.toml writes it"),
 }
 """Keys of a file that are not values of a scene, with their type and an example."""
+SUBJECT_KEYS = ("design", "assembly", "pattern")
+"""Keys of a file that name what is deployed."""
 
 
 def scene_named(name: str) -> Scene:
@@ -52,7 +55,7 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
 def read_scene_file(path: str) -> dict[str, Any]:
     """Read a TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
-    Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
+    Keys: `design`, `pattern`, or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
     `flat_pairs`, `held`, tables `springs` and `hinges` of single hinges, a table `scene` of all other values, which may
     name a scene to start from, and a table `drive` of driven hinges. Panels and hinges have the names used in pictures.
     Files named in laws are relative to the directory of this one and are replaced by their points.
@@ -78,8 +81,8 @@ def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
         raise SceneError(f"{path} has the unknown key {shown_value(min(unknown))}: see docs/reference/scenes.md")
-    if "design" in table and "assembly" in table:
-        raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
+    if sum(key in table for key in SUBJECT_KEYS) > 1:
+        raise SceneError(f"{path} must name one design, assembly or pattern, not several: leave the others out")
     for key, (kind, example) in _KINDS.items():
         if key in table and not isinstance(table[key], kind):
             raise SceneError(f"{path} has {key} = {shown_value(table[key])}: write {example}")
@@ -124,7 +127,7 @@ def _metres(key: str, value: Any) -> float:
 def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
     """Return the text of a scene file: the deployed subject, and all values of its scene that differ from `default`.
 
-    facts : the deployed subject, `design` or `assembly`, with its `parameters`; empty for a scene alone.
+    facts : the deployed subject, `design`, `pattern`, or `assembly` with its `parameters`; empty for a scene alone.
     """
     import tomli_w  # noqa: PLC0415 - most of what reads scenes writes none
 

@@ -328,6 +328,6 @@ def test_ten_foldings_and_6x5_come_flat_clear(name):
 
 
 def test_smoothing_refuses_ends_that_leave_nothing(machine):
-    motion = driven_folding.find_drive_motion(machine.folding, SCENES["default"])
+    motion = driven_folding.find_drive_motion(Folding.from_notation(machine.title), SCENES["default"])
     with pytest.raises(HcsearchError, match="smaller --near"):
         smooth_path(machine.linkage, motion.proof.motion, (4.0, 4.0))

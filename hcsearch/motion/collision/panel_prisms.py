@@ -37,7 +37,7 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
     for facet in pattern.facets:
         sides = _side_directions(facet)
         faces = (margin, pattern.thickness - margin)
-        solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
+        solids.append([(x, y, z) for z in faces for x, y in inset_facet(facet, margin)])
         edges.append([*((x, y, 0.0) for x, y in sides), upright])
         normals.append([*((-y, x, 0.0) for x, y in sides), upright])
     counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
@@ -59,7 +59,7 @@ def deepest_margin(linkage: Linkage) -> float:
     """The least margin (m) at which a prism, or one of its sides, vanishes."""
     max_margin = 0.5 * linkage.pattern.thickness
     for facet in linkage.pattern.facets:
-        inside = _inset(facet, 1.0)
+        inside = inset_facet(facet, 1.0)
         for k in range(len(facet)):
             length = math.dist(facet[k], facet[k - 1])
             across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
@@ -82,7 +82,7 @@ def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Wh
 
 
 @lru_cache(FACET_CACHE_SIZE)
-def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
+def inset_facet(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
     """The corners of a convex polygon with every side moved inwards by a margin, counterclockwise."""
     corners = []
     for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):

@@ -83,30 +83,31 @@ GENERIC_STEP_COUNT = 6
 MAX_GENERIC_ATTEMPTS = 3
 
 
-def leaving_step(folded: Reals, attempt: int) -> Reals:
-    """The change of the fold angles in each of `GENERIC_STEP_COUNT` steps from the folded state away from the stops.
+def leaving_step(start: Reals, attempt: int) -> Reals:
+    """The change of the fold angles in each of `GENERIC_STEP_COUNT` steps from a state away from the stops.
 
     Changes are spread evenly over 0.075 to 0.225 rad, and differ between hinges and between attempts.
     """
-    share = (0.5 + np.arange(len(folded)) * 0.6180339887498949 + attempt * 0.7548776662466927) % 1.0
-    steps: Reals = np.where(folded > 0.0, -0.15, 0.15) * (0.5 + share)
+    share = (0.5 + np.arange(len(start)) * 0.6180339887498949 + attempt * 0.7548776662466927) % 1.0
+    steps: Reals = np.where(start > 0.0, -0.15, 0.15) * (0.5 + share)
     return steps
 
 
-def generic_rank(linkage: Linkage) -> Rank:
-    """The greatest rank at closed states near the folded state, with two-sided hinges.
+def generic_rank(linkage: Linkage, start: Reals | None = None) -> Rank:
+    """The greatest rank at closed states near a state, with two-sided hinges; start : the folded state unless given.
 
     A linkage may leave its folded state in several ways, some with more freedom (all of its parallel hinges first, say)
     than others; the rank is that of the way with the least freedom. Undecided where no attempt leaves the state.
     """
-    best = replace(rank_at(linkage, linkage.folded), rank=None, gap=0.0)
+    start = linkage.folded if start is None else start
+    best = replace(rank_at(linkage, start), rank=None, gap=0.0)
     for attempt in range(MAX_GENERIC_ATTEMPTS):
-        angles = linkage.folded
+        angles = start
         for _ in range(GENERIC_STEP_COUNT):
-            angles = close_linkage(linkage, angles + leaving_step(linkage.folded, attempt), max_steps=3).angles
+            angles = close_linkage(linkage, angles + leaving_step(start, attempt), max_steps=3).angles
         state = close_linkage(linkage, angles)
         angles = state.angles
-        if state.residual > CLOSED_LOOP_RESIDUAL or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
+        if state.residual > CLOSED_LOOP_RESIDUAL or np.abs(angles - start).max(initial=0.0) < 1e-3:
             continue
         rank = rank_at(linkage, angles)
         if rank.rank is not None and (best.rank is None or rank.rank > best.rank):

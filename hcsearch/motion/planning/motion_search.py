@@ -102,6 +102,17 @@ def plan_motion(
     return motion if likeness is None else motion_from_twin(motion, folding, panel)
 
 
+def plan_linkage_motion(
+    linkage: Linkage, margin: float | None = None, *, budget: int = DEFAULT_EFFORT_BUDGET
+) -> PlannedMotion:
+    """Search for a proved path of a linkage from its folded to its flat state; its way is `hinged`.
+
+    margin, budget : as of `plan_motion`. SizeError for more panels than `problems` allows.
+    """
+    check_memory(linkage.n_panels)
+    return _Search({"hinged": linkage}, margin).run(budget, 0)
+
+
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
     """The margins (m) at which paths are proved, ascending; margin : the greatest; None for that of `margin_of`."""
     top = margin_of(linkage) if margin is None else margin
@@ -268,27 +279,34 @@ def _widest(allowed: tuple[Way, ...]) -> tuple[Way, ...]:
 END_NAMES = ("packed", "flat")
 
 
-def reason_of(motion: PlannedMotion) -> str:
-    """The known facts about a motion, as a sentence."""
+def reason_of(motion: PlannedMotion, *, joined: bool = True) -> str:
+    """The known facts about a motion, as a sentence. joined : whether the joining of flat pairs is stated."""
     if motion.locked:
         assert motion.lock is not None
         way, lock = motion.lock
         return (
-            f"{_apart(lock)}: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} "
+            f"{_apart(lock)}: proved{_with(way, joined)} from the {lock.end} state, by {lock.cubes:,} "
             f"{'cube' if lock.cubes == 1 else 'cubes'} of fold angles"
         )
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
-        return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
+        pairs = _with(motion.way, joined)
+        return f"a path from packed to flat is proved{pairs} {'and' if pairs else 'with'} {play}"
     if motion.proof is not None:
-        known = f"a path with {motion.way} flat pairs was found but not proved: {_failed(motion.proof, motion.labels)}"
+        reason = _failed(motion.proof, motion.labels)
+        known = f"a path{_with(motion.way, joined)} was found but not proved: {reason}"
     elif not motion.growths:
         return "no path was searched for: the folding has no mirror pairs of panels to merge"
     else:
         known = "no path was found: " + "; ".join(
-            f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths
+            f"{f'{way} flat pairs, ' if joined else ''}{_grown(growth)}" for way, growth in motion.growths
         )
     return "; ".join([known, *_beside(motion)])
+
+
+def _with(way: Way | None, joined: bool) -> str:
+    """The joining of flat pairs as a phrase; empty where it is not stated."""
+    return f" with {way} flat pairs" if joined else ""
 
 
 def _apart(lock: Enclosure) -> str:

@@ -10,7 +10,7 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, TypeVar
 
@@ -50,10 +50,15 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class FacetJoin:
-    """The joint of two facets: assignment M, V, F or U, and the face of a hinge where the file states it."""
+    """The joint of two facets.
+
+    assignment : M, V, F or U. face : of a hinge, where the file states it. angle : the fold angle that the file states,
+    degrees, positive for valleys; None without one.
+    """
 
     assignment: str
     face: PanelFace | None = None
+    angle: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,7 @@ class PatternDrawing:
 
     facets : corners counterclockwise, seen from above, in units of the file. joins : joints of pairs of facets, the
         lower number first; other pairs that share an edge have a slit between them.
+    outlines : of the facets, with the points in the middle of their sides at which other lines end.
     unit : metres per unit, None where the file has no physical unit. thickness : in units, None where it is not stated.
     notation : of the design or assembly that was exported, or empty. loops : as in `Pattern`.
     remarks : sentences for users on the interpretation of the file.
@@ -72,6 +78,7 @@ class PatternDrawing:
     unit: float | None
     thickness: float | None
     notation: str
+    outlines: tuple[Facet, ...] = ()
     loops: tuple[tuple[FacetPair, ...], ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -214,6 +221,7 @@ class _Reading:
             unit,
             values.length("hcsearch:thickness"),
             values.text("hcsearch:notation"),
+            tuple(tuple(self.points[v] for v in face) for face in self.faces),
             values.loops("hcsearch:loops"),
             tuple(remarks),
         )
@@ -353,7 +361,9 @@ class _Reading:
             letter = "U"
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-        return FacetJoin(letter, hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None)
+        face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
+        angle = angles[k] if angles is not None else None
+        return FacetJoin(letter, face, angle if isinstance(angle, int | float) and math.isfinite(angle) else None)
 
     def _angle(self, edge: int, value: Any) -> float:
         if not isinstance(value, int | float) or math.isnan(value):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Way
-from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.scenes.setup import Setup, scene_of_setup
@@ -37,12 +37,12 @@ DRIVE_SUFFIXES = (".csv", ".parquet", ".toml")
 
 @dataclass(frozen=True)
 class Drive:
-    """The result of `drive`: a driven folding.
+    """The result of `drive`: a driven folding, or another linkage.
 
     Parameters
     ----------
-    folding
-        The driven folding.
+    subject
+        What is driven, as the entries of a scene file.
     linkage, way
         Its panels and hinges, and the joint of its flat pairs.
     choice
@@ -63,7 +63,7 @@ class Drive:
         The motion simulated under control, certified at the scene's margin.
     """
 
-    folding: Folding
+    subject: Mapping[str, str]
     way: Way
     linkage: Linkage
     scene: Scene
@@ -74,6 +74,11 @@ class Drive:
     torques: Torques
     drives: Drives
     deployment: Deployment
+
+    @property
+    def title(self) -> str:
+        """The name of what is driven."""
+        return next(iter(self.subject.values()))
 
     @property
     def greatest(self) -> Reals:
@@ -106,7 +111,7 @@ class Drive:
         if path.endswith(".toml"):
             labels = labels_of(self.linkage)
             scene = scene_of_setup(self.setup, self.scene, labels)
-            text = scene_file_text({"design": self.folding.notation}, "constrained", scene)
+            text = scene_file_text(self.subject, "constrained", scene)
             write_output(path, f"{text}\n{drives_text(self.drives, labels)}")
         else:
             write_table(path, self.table(), DRIVE_SUFFIXES)
@@ -123,7 +128,7 @@ class Drive:
                 above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
             above.set(ylabel="fold angle, rad")
             reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
-            set_title(above, f"{self.folding.notation}: {reason}")
+            set_title(above, f"{self.title}: {reason}")
             mark_collision(above, deployment)
             for number, column in enumerate(torques.torques.T):
                 below.plot(torques.times, column, label=labels.hinges[torques.driven[number]], **line_style(number))

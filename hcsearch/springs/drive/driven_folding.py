@@ -7,7 +7,7 @@ hinge: the one that has turned furthest on the path by then, at its angle at tha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -177,6 +177,13 @@ def no_drive_reason(folding: Folding, scene: Scene, motion: PlannedMotion) -> st
     return f"undecided: {reason_of(motion)}; try {remedies}"
 
 
+def no_path_reason(motion: PlannedMotion) -> str:
+    """Return a sentence on why a linkage that is no folding has no proved path: a lock, or an undecided search."""
+    if motion.locked:
+        return reason_of(motion, joined=False)
+    return f"undecided: {reason_of(motion, joined=False)}; try other panels, or a scene file with a greater margin_mm"
+
+
 def drive_along(
     folding: Folding,
     scene: Scene,
@@ -189,6 +196,31 @@ def drive_along(
     progress : called with the steps done, their number, and the next stage; the first step is the search for the
     motion.
     """
+    if not _is_proved(motion):
+        raise NoPathError(no_drive_reason(folding, scene, motion))
+    assert motion.way is not None
+    panel = panel_of(scene, folding.circuit.grid.name)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
+    return drive_linkage({"design": folding.notation}, linkage, scene, motion, options, progress)
+
+
+def _is_proved(motion: PlannedMotion) -> bool:
+    return motion.proof is not None and motion.proof.motion is not None and motion.margin is not None
+
+
+def drive_linkage(
+    subject: Mapping[str, str],
+    linkage: Linkage,
+    scene: Scene,
+    motion: PlannedMotion,
+    options: DriveOptions | None = None,
+    progress: DriveProgress | None = None,
+) -> Drive:
+    """Design and simulate the drive of a linkage along a proved motion, as `drive_along`.
+
+    subject : what is driven, as the entries of a scene file.
+    """
     options = options or DriveOptions()
 
     def report_progress(done: int) -> None:
@@ -196,12 +228,9 @@ def drive_along(
             progress(done, len(DRIVE_STAGES), DRIVE_STAGES[done])
 
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
-        raise NoPathError(no_drive_reason(folding, scene, motion))
+        raise NoPathError(no_path_reason(motion))
     if not MIN_CONTROL_PERIOD <= options.period <= MAX_CONTROL_PERIOD:
         raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
-    panel = panel_of(scene, folding.circuit.grid.name)
-    linkage = folding.linkage(panel, flat_pairs=motion.way)
-    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
     report_progress(1)
     path = smooth_path(linkage, motion.proof.motion, options.near)
     angles = path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0]
@@ -219,7 +248,7 @@ def drive_along(
     drives = position_control(compiled, torques, options.period)
     report_progress(3)
     deployment = simulate_driven_scene(start_at_drives(compiled, drives), drives)
-    return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
+    return Drive(subject, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
 
 
 def latch_facts(driven: Drive) -> dict[str, Any]:

@@ -1,0 +1,84 @@
+"""Files of users that are named in place of a design: their drawing as a design, or as a pattern of any panels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hcsearch.basics.errors import HcsearchError, PatternError
+from hcsearch.search.own_patterns.fold_reading import PatternDrawing, read_fold
+from hcsearch.search.own_patterns.packed_states import PackedPattern, pack_drawing
+from hcsearch.search.own_patterns.recognition import RecognisedDesign, drawn_panel_size, recognise_design
+from hcsearch.search.own_patterns.robot_models import read_model
+from hcsearch.system.terminal import write_notice
+
+MODEL_SUFFIXES = (".urdf", ".xml", ".mjcf")
+"""Endings of models of mechanisms."""
+PATTERN_SUFFIXES = (".fold", *MODEL_SUFFIXES)
+"""Endings of files that hold a pattern."""
+
+
+def is_pattern_file(name: str) -> bool:
+    """Whether a name is that of a file that holds a pattern."""
+    return name.lower().endswith(PATTERN_SUFFIXES)
+
+
+@dataclass(frozen=True)
+class DrawnPattern:
+    """A pattern of a file that is no design.
+
+    path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
+    no_design : why it is no design, as a clause.
+    """
+
+    path: str
+    panel: str | None
+    packed: PackedPattern
+    no_design: str
+
+
+@dataclass(frozen=True)
+class DrawnDesign:
+    """A design that a file draws; panel : the size that was asked for, else that of the file, if it has one."""
+
+    path: str
+    panel: str | None
+    design: RecognisedDesign
+
+
+def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | DrawnPattern:
+    """Read a file as a design, or else as a pattern of any panels.
+
+    panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
+    """
+    is_model = path.lower().endswith(MODEL_SUFFIXES)
+    drawing = read_model(path) if is_model else read_fold(path)
+    for remark in drawing.remarks:
+        write_notice(f"{path}: {remark}")
+    if is_model:
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), "it is the model of a mechanism")
+    try:
+        design = recognise_design(drawing)
+    except PatternError as error:
+        no_design, _, _ = str(error).partition(": ")  # without the remedy
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), no_design)
+    return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
+
+
+def _packed(path: str, drawing: PatternDrawing, panel: str | None) -> PackedPattern:
+    """Return the pattern of a drawing in its packed state; the errors of `pack_drawing` with the file's name."""
+    try:
+        return pack_drawing(drawing, panel)
+    except PatternError as error:
+        raise PatternError(f"{path}: {error}") from None
+
+
+def only_drawn_folding(drawn: DrawnDesign) -> str:
+    """Return the notation of the folding that a file draws; HcsearchError where it draws none or several."""
+    foldings = [folding.notation for folding in drawn.design.foldings]
+    if len(foldings) != 1:
+        which = f"has the foldings {', '.join(foldings)}" if foldings else "has no two-stack folding"
+        raise HcsearchError(
+            f"{drawn.path} is the design {drawn.design.circuit.notation}, which {which}: "
+            + ("name one of these, or assign mountains and valleys" if foldings else "see hcsearch check")
+        )
+    return foldings[0]

@@ -1,0 +1,176 @@
+"""All that the program says of a drawn pattern of any panels: freedoms, locks, motion and deployment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.vocabulary import Status, millimetres, play_sentence
+from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
+from hcsearch.motion.locks.end_locks import contact_rows, lock_at
+from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
+from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.search.own_patterns.packed_states import PackedPattern
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+
+PATTERN_STAGES = ("mobility", "motion", "deployment")
+"""Stages of a check, in order; later ones are left out where the pattern is locked or has no packed state."""
+MAX_BRANCHING_DOF = 4
+"""Greatest number of first-order motions of a flat state among which finite ones are searched for."""
+
+
+@dataclass(frozen=True)
+class CheckedPattern:
+    """The results on a pattern in a scene.
+
+    name : of the file. dof : at a generic closed state near the packed state, else near the flat one; dof_flat,
+    dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state. The
+    packed state may be one that the file has between the stops.
+    branches : without a packed state, the finite motions that leave the flat state, as a sentence; else empty.
+    locks : for each end, by its name, the proof that no motion leaves it, as a sentence. motion, deployment : None
+    where these stages were left out.
+    status : None where no packed state is known and the flat state is not locked.
+    """
+
+    name: str
+    linkage: Linkage
+    packed: PackedPattern
+    scene: Scene
+    dof: int | None
+    dof_flat: int | None
+    dof_packed: int | None
+    locks: dict[str, str]
+    branches: str = ""
+    motion: PlannedMotion | None = None
+    deployment: Deployment | None = None
+
+    @property
+    def status(self) -> Status | None:
+        """The status of the pattern, as of a folding."""
+        if self.locks or (self.motion is not None and self.motion.locked):
+            return "locked"
+        if not self.packed.packed:
+            return None
+        if self.deploys:
+            return "deploys"
+        return "movable" if self.motion is not None and self.motion.margin is not None else "undecided"
+
+    @property
+    def deploys(self) -> bool:
+        """Whether springs bring it from packed to flat, certified free of collisions."""
+        return self.deployment is not None and self.deployment.deploys
+
+    @property
+    def needed_margin(self) -> float | None:
+        """The play of each face (m) that the motion needs on which the status rests; None without one."""
+        if self.deployment is not None and self.deployment.deploys and self.deployment.play is not None:
+            return self.deployment.play.needed_margin
+        return None if self.motion is None else self.motion.margin
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data, as `hcsearch check --json` prints them; keys name their units."""
+        pattern = self.linkage.pattern
+        edges = (math.dist(*side) for facet in pattern.facets for side in pairwise((*facet, facet[0])))
+        needed = millimetres(self.needed_margin)
+        return {
+            "pattern": self.name,
+            "panels": self.linkage.n_panels,
+            "hinges": self.linkage.n_hinges,
+            "loops": len(self.linkage.loops),
+            "longest_edge_mm": millimetres(max(edges)),
+            "thickness_mm": millimetres(pattern.thickness),
+            "scene": self.scene.name,
+            "moved_mm": millimetres(self.packed.moved),
+            "dof": self.dof,
+            "dof_packed": self.dof_packed,
+            "dof_flat": self.dof_flat,
+            "kutzbach": pattern.kutzbach,
+            "status": self.status,
+            "reasons": self.reasons,
+            "needed_margin_mm": needed,
+            "play": play_sentence(needed),
+        }
+
+    @property
+    def reasons(self) -> list[str]:
+        """The packed state, the locks and the results of the stages, as sentences."""
+        told = [self.packed.sentence, *(f"{end}: {sentence}" for end, sentence in self.locks.items())]
+        if self.branches:
+            told.append(f"motions from flat: {self.branches}")
+        if self.motion is not None:
+            told.append(reason_of(self.motion, joined=False))
+        if self.deployment is not None:
+            told.append(f"springs: {self.deployment.reason}")
+        return told
+
+
+def check_pattern(
+    name: str,
+    packed: PackedPattern,
+    scene: Scene,
+    progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
+) -> CheckedPattern:
+    """Take a drawn pattern through mobility, motion and deployment in a scene.
+
+    progress : called with the stages done, their number, and the next one. SizeError as of `plan_linkage_motion`.
+    """
+    total = len(PATTERN_STAGES)
+    progress(0, total, PATTERN_STAGES[0])
+    linkage = Linkage(packed.pattern)
+    setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
+    locks = _locks(linkage, packed=packed.packed)
+    state = linkage.folded if packed.packed else packed.partly_closed
+    checked = CheckedPattern(
+        name,
+        linkage,
+        packed,
+        scene,
+        dof=0 if locks else _moving(linkage, state).nullity,
+        dof_flat=rank_at(linkage, linkage.flat).nullity,
+        dof_packed=None if state is None else rank_at(linkage, state).nullity,
+        locks=locks,
+    )
+    if not locks and not packed.packed:
+        return replace(checked, branches=_branches(checked))
+    if locks:
+        return checked
+    progress(1, total, PATTERN_STAGES[1])
+    motion = plan_linkage_motion(linkage, scene.margin)
+    if motion.locked:
+        return replace(checked, motion=motion)
+    progress(2, total, PATTERN_STAGES[2])
+    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+
+
+def _branches(checked: CheckedPattern) -> str:
+    """Return a sentence on the finite motions that leave the flat state; empty where there are too many to search."""
+    if not 0 < (checked.dof_flat or 0) <= MAX_BRANCHING_DOF:
+        return ""
+    return find_branches(checked.linkage, checked.linkage.flat, stops=True).sentence
+
+
+def _locks(linkage: Linkage, *, packed: bool) -> dict[str, str]:
+    """Return the proofs that no motion leaves an end, by the end, as sentences."""
+    verdicts = {"flat": lock_at(linkage, linkage.flat)}
+    if packed:
+        verdicts["packed"] = lock_at(linkage, linkage.folded, contact_rows(linkage))
+    return {
+        end: f"locked ({'exact proof' if lock.exact else 'numerical proof for points as drawn'}), {lock.reason}"
+        for end, lock in verdicts.items()
+        if lock.locked
+    }
+
+
+def _moving(linkage: Linkage, packed: Reals | None) -> Rank:
+    """Return the rank at a generic closed state near the packed state, if there is one, else near the flat one."""
+    near_packed = None if packed is None else generic_rank(linkage, packed)
+    if near_packed is not None and near_packed.rank is not None:
+        return near_packed
+    return generic_rank(linkage, linkage.flat)

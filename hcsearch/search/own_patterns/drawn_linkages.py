@@ -1,0 +1,184 @@
+"""Drawings of any panels as linkages: thick convex panels, with hinges on their faces, in any number of loops.
+
+A mountain has its hinge on the bottom face and a valley on the top face, so that every hinge turns by 0 to 180 degrees
+from the flat state. Flat edges make one panel of two faces, unless the file states the face of a hinge there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import PatternError
+from hcsearch.designs.panel_sizes import read_panel
+from hcsearch.search.own_patterns.fold_reading import (
+    POINT_ERROR_SHARE,
+    STRAIGHT_SIDE_SHARE,
+    PatternDrawing,
+)
+from hcsearch.search.own_patterns.recognition import panel_named
+from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area
+from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
+
+DEFAULT_LONGEST_EDGE = 0.05
+"""Longest edge (m) of a drawing that has no physical unit."""
+DEFAULT_THICKNESS_SHARE = 0.12
+"""Thickness over the root of the mean area of a face, where none is stated: that of the panels of `default`."""
+FULL_TURN_TOLERANCE = 0.01
+"""Stated fold angles within this of 0 or 180 degrees are these."""
+OVERLAP_GRID_SHARE = 1e-6
+"""Grid on which faces are intersected, over the root of their mean area, as GEOS needs one for faces that touch."""
+MAX_DRAWN_PANELS = 1000
+"""Greatest number of faces of a drawing that is no design: matrices of larger linkages take gigabytes."""
+FACE_OF: dict[str, PanelFace] = {"V": "top", "M": "bottom"}
+"""The face of the hinge of a valley, and of a mountain."""
+
+
+def pattern_of_drawing(drawing: PatternDrawing, panel: str | None = None) -> Pattern:
+    """Return the pattern of a drawing; unassigned creases are valleys until `packed_states` assigns them.
+
+    panel : longest edge x thickness, mm, as of `--panel`; None for the sizes that the file states.
+
+    Hinges close in the packed state where the file says nothing else: a stated fold angle of 0 leaves them flat there,
+    if any other angle is not 0. PatternError for panels that are not convex, overlap or hang on no other, and for
+    contradictory hinges.
+    """
+    _check_panels(drawing)
+    unit, thickness = _sizes(drawing, panel)
+    polygons = [tuple((unit * x, unit * y) for x, y in outline) for outline in _outlines(drawing)]
+    creases = {pair: _crease(drawing, pair) for pair in drawing.joins}
+    return Pattern.from_polygons(polygons, creases, thickness, drawing.loops)
+
+
+def states_angles(drawing: PatternDrawing) -> bool:
+    """Whether a drawing states the fold angles of a packed state: some are not 0, as all are in the flat state."""
+    return any(join.angle for join in drawing.joins.values())
+
+
+def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
+    """Return the crease of a joint."""
+    join = drawing.joins[pair]
+    if join.assignment == "F" and join.face is None:
+        return RIGID_CREASE
+    face = join.face or FACE_OF.get(join.assignment, "top")
+    if face != FACE_OF.get(join.assignment, face):
+        raise PatternError(
+            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is {join.assignment} with its "
+            f"hinge on the {face} face, about which thick panels cannot fold that way: mountains have it on the bottom "
+            "face, valleys on the top face"
+        )
+    turn = abs(join.angle or 0.0) if states_angles(drawing) else 180.0
+    return Crease(face, closes=join.assignment != "F" and turn > 90.0)
+
+
+def partly_closed_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals | None:
+    """Return the stated fold angles of the hinges, (n_hinges,), rad; None where all are 0 or 180 degrees."""
+    angles = np.zeros(len(pattern.hinges))
+    for pair, join in drawing.joins.items():
+        if pattern.creases[pair].face is not None:
+            angles[pattern.hinge_of(pair)] = min(abs(join.angle or 0.0), 180.0)
+    off = np.minimum(angles, 180.0 - angles)
+    return np.radians(angles) if off.max(initial=0.0) > FULL_TURN_TOLERANCE else None
+
+
+def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
+    """Return metres per unit of the drawing, and the thickness (m)."""
+    longest = max(math.dist(*side) for facet in drawing.facets for side in pairwise((*facet, facet[0])))
+    size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
+    if panel is not None:
+        if panel.count("x") != 1 or panel.startswith("across"):
+            raise PatternError(
+                f"{panel!r} is no size of a pattern of any panels: write its longest edge x the thickness, in mm, such "
+                "as 50x6"
+            )
+        length, _, thickness = read_panel(panel)
+        return length / longest, thickness
+    unit = DEFAULT_LONGEST_EDGE / longest if drawing.unit is None else drawing.unit
+    return unit, unit * (DEFAULT_THICKNESS_SHARE * size if drawing.thickness is None else drawing.thickness)
+
+
+def _check_panels(drawing: PatternDrawing) -> None:
+    """Refuse drawings whose faces are no connected set of separate convex panels; PatternError."""
+    n = len(drawing.facets)
+    if n > MAX_DRAWN_PANELS:
+        raise PatternError(f"the drawing has {n:,} faces: take at most {MAX_DRAWN_PANELS:,}")
+    for panel, facet in enumerate(drawing.facets):
+        corner = _reflex_corner(facet)
+        if corner is not None:
+            raise PatternError(
+                f"{panel_named(drawing, panel)} is not convex, at its corner {corner}: divide it into convex faces by "
+                "flat edges (F), which make one panel of them"
+            )
+    _check_overlaps(drawing)
+    first, *others = components(range(n), drawing.joins)
+    if others:
+        other = min(others[0])
+        raise PatternError(
+            f"{panel_named(drawing, other)} is joined to none of the {len(first)} panels around panel {min(first)}: "
+            "join all panels by creases (M, V or F), or take one part alone"
+        )
+    if n == 1:
+        raise PatternError("the drawing has one panel and no crease: draw panels, and M and V edges between them")
+
+
+def _reflex_corner(facet: Facet) -> int | None:
+    """Return the first corner at which a polygon is not convex; None where it is."""
+    size = math.sqrt(facet_area(facet))
+    for k, ((ax, ay), (x, y), (bx, by)) in enumerate(
+        zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True)
+    ):
+        long = math.dist((ax, ay), (bx, by))
+        if (x - ax) * (by - y) - (y - ay) * (bx - x) < -POINT_ERROR_SHARE * size * long:
+            return k
+    return None
+
+
+def _check_overlaps(drawing: PatternDrawing) -> None:
+    """Refuse faces that cover each other, as those around a hole with a loose panel in it do; PatternError."""
+    import shapely  # noqa: PLC0415 - only drawings need it
+
+    size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
+    polygons = np.array([shapely.Polygon(np.array(facet) / size) for facet in drawing.facets])
+    first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
+    covered = shared > STRAIGHT_SIDE_SHARE * np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
+    if covered.any():
+        one, two = int(first[covered][0]), int(second[covered][0])
+        raise PatternError(
+            f"{panel_named(drawing, one)} and panel {two} overlap in the flat pattern: draw panels beside each other"
+        )
+
+
+def _outlines(drawing: PatternDrawing) -> list[Facet]:
+    """Return the outlines of all faces with the points at which some face has a corner, moved onto straight sides.
+
+    Faces that share a part of a side then share a whole side.
+    """
+    corners = {corner for facet in drawing.facets for corner in facet}
+    places: dict[PlanePoint, PlanePoint] = {}
+    for outline, facet in zip(drawing.outlines, drawing.facets, strict=True):
+        for point, (start, end) in _points_on_sides(outline, facet).items():
+            if point in corners and point not in places:
+                places[point] = _nearest(point, start, end)
+    return [tuple(places.get(point, point) for point in outline if point in corners) for outline in drawing.outlines]
+
+
+def _points_on_sides(outline: Facet, facet: Facet) -> dict[PlanePoint, tuple[PlanePoint, PlanePoint]]:
+    """Return the points of an outline that are no corners of its polygon, each with the ends of its side."""
+    own = set(facet)
+    start = next(k for k, point in enumerate(outline) if point in own)
+    ring = [*outline[start:], *outline[:start], outline[start]]
+    ends = [k for k, point in enumerate(ring) if point in own]
+    return {ring[k]: (ring[a], ring[b]) for a, b in pairwise(ends) for k in range(a + 1, b)}
+
+
+def _nearest(point: Sequence[float], start: Sequence[float], end: Sequence[float]) -> PlanePoint:
+    """Return the point of a line nearest to another point."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / (dx * dx + dy * dy)
+    return (start[0] + share * dx, start[1] + share * dy)

@@ -1,0 +1,288 @@
+"""Packed states of drawn patterns: each panel in a layer, hinges closed or flat, loops closed, no layer filled twice.
+
+A closed hinge reflects the next panel in its line, as seen from above, and moves it up or down by one layer: up where
+the hinge is on the upper side. So the panels' places follow from the hinges that close, and their layers from the faces
+of these hinges (`panel_layers`). States that a file does not state are searched for: first with all hinges closed, then
+with more and more of them flat.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import PatternError
+from hcsearch.motion.collision.distances import cuts_through
+from hcsearch.motion.kinematics.closing import close_linkage
+from hcsearch.search.own_patterns.drawn_linkages import (
+    partly_closed_angles,
+    pattern_of_drawing,
+    states_angles,
+)
+from hcsearch.search.own_patterns.fold_reading import SAME_DRAWN_POINT_SHARE, PatternDrawing
+from hcsearch.search.own_patterns.panel_layers import LayerSearch, overlapping_panels
+from hcsearch.search.own_patterns.recognition import panel_named
+from hcsearch.shape.linkage import Linkage, hinge_tree
+from hcsearch.shape.pattern import Crease, PanelFace, Pattern
+
+MAX_FLAT_SETS = 2_000
+"""Greatest number of sets of hinges that are tried as those that stay flat."""
+CLOSED_PLACE_SHARE = 1e-12
+"""Places of panels that coincide, as a share of the pattern's size: rounding is a hundred times less."""
+MAX_DRAWN_OPENING = 0.02
+"""Greatest turn (rad), or gap over the size, of a loop that may be due to the drawing, for each of its hinges."""
+SHADOW_OVERLAP_SHARE = 1e-3
+"""Panels overlap, seen from above, where they share more than this share of a panel's area."""
+MOVED_OVERLAP_FACTOR = 50.0
+"""In rounded drawings panels that lie beside each other share more: up to this times the distance over the size by
+which points are moved."""
+MAX_NAMED = 8
+"""Greatest number of hinges, or of panels, that a message names."""
+ANGLE_TOLERANCE = 1e-6
+"""Angles (rad) beyond the stops by less than this are at the stops."""
+MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
+"""Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
+to another state."""
+MAX_POINT_STEPS = 8
+"""Newton steps by which points are moved until the packed state closes."""
+
+PlaneMotion = tuple[complex, complex, bool]
+"""A motion of the plane: z -> turn z + shift, or turn conj(z) + shift where it reflects."""
+_REST: PlaneMotion = (1 + 0j, 0j, False)
+
+
+@dataclass(frozen=True)
+class PackedPattern:
+    """A pattern with the hinges that close in its packed state, or without such a state.
+
+    packed : whether there is one. sentence : how it was found, or why there is none. moved : greatest distance (m) by
+    which points were moved to close it. partly_closed : (n_hinges,), rad, a closed state in which the file has hinges
+    at other angles than 0 and pi; None without one.
+    """
+
+    pattern: Pattern
+    packed: bool
+    sentence: str
+    moved: float = 0.0
+    partly_closed: Reals | None = None
+
+
+def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
+    """Return the pattern of a drawing with its packed state: the stated one, or one that is found.
+
+    panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and no mountains and
+    valleys pack the panels.
+    """
+    pattern = pattern_of_drawing(drawing, panel)
+    if not pattern.hinges:
+        raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
+    search = _PackingSearch(drawing, pattern)
+    angles = partly_closed_angles(drawing, pattern)
+    if angles is not None and not search.free:
+        return _partly_packed(pattern, angles)
+    found = search.packed()
+    if found is None and search.free:
+        pair = next(pair for pair, join in drawing.joins.items() if join.assignment == "U" and join.face is None)
+        raise PatternError(
+            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is unassigned (U), and no "
+            f"mountains and valleys were found that pack the panels, as {search.fault}: assign M and V, which say on "
+            "which face each hinge is"
+        )
+    if found is None:
+        return PackedPattern(search.pattern, False, f"no packed state is known: {search.fault}")
+    flat = sum(not hinge.closes for hinge in found.hinges)
+    how = "stated by the file" if search.stated else "found"
+    hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
+    moved = max(map(_distance, found.vertices, search.pattern.vertices))
+    return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
+
+
+def _partly_packed(pattern: Pattern, angles: Reals) -> PackedPattern:
+    """Return a pattern whose file states hinges at other angles than 0 and pi (rad), and whether its loops close there.
+
+    Planned motions and springs lead from states in which hinges are at their stops.
+    """
+    linkage = Linkage(pattern)
+    closed = close_linkage(linkage, angles)
+    turned = float(np.degrees(np.abs(closed.angles - angles).max()))
+    known = "no packed state is known, as the file states a state with hinges between 0 and 180 degrees"
+    beyond_stops = max(-closed.angles.min(), closed.angles.max() - math.pi) > ANGLE_TOLERANCE
+    if not closed.closed or turned > MAX_STATED_TURN or beyond_stops:
+        return PackedPattern(pattern, False, f"{known}; thick panels have no closed state near it")
+    if cuts_through(linkage, closed.angles[None]):
+        return PackedPattern(pattern, False, f"{known}; thick panels penetrate each other there")
+    near = f" after hinges turn by up to {turned:.3g} degrees" if turned > MIN_TOLD_TURN else ""
+    return PackedPattern(pattern, False, f"{known}; its loops close{near}", partly_closed=closed.angles)
+
+
+def _distance(one: Sequence[float], two: Sequence[float]) -> float:
+    return abs(complex(*one) - complex(*two))
+
+
+class _PackingSearch:
+    """The search for the packed state of one drawing.
+
+    fault : why the last state that was tried is none. stated : whether the file says which hinges close. free : the
+    hinges that may be on either face.
+    """
+
+    def __init__(self, drawing: PatternDrawing, pattern: Pattern) -> None:
+        self.pattern, self.linkage = pattern, Linkage(pattern)
+        self.stated = states_angles(drawing)
+        joints = [(pair, drawing.joins[pair]) for pair, crease in pattern.creases.items() if crease.face is not None]
+        assigned = {pattern.hinge_of(pair) for pair, join in joints if join.assignment != "U" or join.face is not None}
+        self.free = set(range(len(pattern.hinges))) - assigned
+        self.kept_flat = {k for k, hinge in enumerate(pattern.hinges) if not hinge.closes}
+        self.limit = SAME_DRAWN_POINT_SHARE * pattern.size
+        self.fault = ""
+
+    def packed(self) -> Pattern | None:
+        """Return the pattern in its packed state; None where none is found."""
+        first_fault = ""
+        for flat in self._flat_sets():
+            found = self._packed_with(flat)
+            if found is not None:
+                return found
+            first_fault = first_fault or self.fault
+        self.fault = first_fault
+        return None
+
+    def _flat_sets(self) -> Iterator[set[int]]:
+        """Yield the sets of hinges that may stay flat, small ones first; only the stated one where there is one."""
+        yield self.kept_flat
+        if self.stated or self.kept_flat:
+            return
+        looped = self.linkage.looped.tolist()
+        sets = (set(some) for size in range(1, len(looped)) for some in combinations(looped, size))
+        yield from islice(sets, MAX_FLAT_SETS)
+
+    def _packed_with(self, flat: set[int]) -> Pattern | None:
+        """Return the pattern packed with some hinges flat; None, and the fault, where that is no state."""
+        points = np.array([complex(*vertex) for vertex in self.pattern.vertices])
+        closing = [k not in flat for k in range(len(self.pattern.hinges))]
+        off = np.abs(self._openings(points, closing)).reshape(-1, 3).max(axis=1)
+        limits = MAX_DRAWN_OPENING * np.array([len(loop) for loop in self.linkage.loops])
+        if (off > limits).any():
+            worst = int((off > limits).argmax())
+            self.fault = f"with {self._hinge_words(flat)} {self._loop_words(worst)} does not close, seen from above"
+            return None
+        closed = self._closed(points, closing)
+        if closed is None:
+            self.fault = f"with {self._hinge_words(flat)} loops do not close, seen from above"
+            return None
+        pattern = replace(self.pattern, vertices=tuple((float(z.real), float(z.imag)) for z in closed))
+        faces = self._faces(pattern, closing)
+        if faces is None:
+            self.fault = f"with {self._hinge_words(flat)} {self.fault}"
+            return None
+        creases: dict[tuple[int, int], Crease] = {}
+        for pair, crease in pattern.creases.items():
+            if crease.face is not None:
+                hinge = pattern.hinge_of(pair)
+                creases[pair] = Crease(faces[hinge], closing[hinge])
+        return pattern.with_creases(creases)
+
+    def _hinge_words(self, flat: set[int]) -> str:
+        if not flat:
+            return "all hinges closed"
+        named = ", ".join(map(str, sorted(flat)[:MAX_NAMED])) + (" ..." if len(flat) > MAX_NAMED else "")
+        return f"hinges {named} flat"
+
+    def _loop_words(self, loop: int) -> str:
+        """Name a loop by its panels."""
+        panels = []
+        for hinge, sign in self.linkage.loops[loop]:
+            joint = self.pattern.hinges[hinge]
+            panels.append(joint.first if sign > 0 else joint.second)
+        named = ", ".join(map(str, panels[:MAX_NAMED])) + (" ..." if len(panels) > MAX_NAMED else "")
+        return f"the loop of panels {named}"
+
+    def _lines(self, points: Reals) -> list[tuple[complex, complex]]:
+        """Return a point and the squared direction of each hinge's line, of vertices as complex numbers."""
+        lines: list[tuple[complex, complex]] = [(0j, 1 + 0j)] * len(self.pattern.hinges)
+        for pair, crease in self.pattern.creases.items():
+            if crease.face is not None:
+                start, end = (complex(points[v]) for v in self.pattern.edges[pair])
+                along = (end - start) / abs(end - start)
+                lines[self.pattern.hinge_of(pair)] = (start, along * along)
+        return lines
+
+    def _openings(self, points: Reals, closing: Sequence[bool]) -> Reals:
+        """Return how far each loop is from closing, seen from above: turn (rad) and gap over size, (3 n_loops,)."""
+        lines, openings = self._lines(points), []
+        middle = points.mean()
+        for loop in self.linkage.loops:
+            motion = _REST
+            for hinge, _ in loop:
+                if closing[hinge]:
+                    motion = _then_reflected(motion, lines[hinge], middle)
+            turn, shift, reflects = motion
+            # no loop closes with an odd number of closed hinges
+            angle = math.pi if reflects else cmath.phase(turn)
+            openings += [angle, shift.real / self.pattern.size, shift.imag / self.pattern.size]
+        return np.array(openings)
+
+    def _closed(self, points: Reals, closing: Sequence[bool]) -> Reals | None:
+        """Return the vertices moved by least squares until all loops close, seen from above; None where they do not."""
+        moved = points.copy()
+        used = sorted(
+            {v for pair, crease in self.pattern.creases.items() if crease.face for v in self.pattern.edges[pair]}
+        )
+        step = 1e-7 * self.pattern.size
+        for _ in range(MAX_POINT_STEPS):
+            openings = self._openings(moved, closing)
+            if np.abs(openings).max(initial=0.0) <= CLOSED_PLACE_SHARE:
+                return moved
+            columns = []
+            for v in used:
+                for way in (step, 1j * step):
+                    beside = moved.copy()
+                    beside[v] += way
+                    columns.append((self._openings(beside, closing) - openings) / step)
+            change = np.linalg.lstsq(np.array(columns).T, -openings, rcond=1e-6)[0].reshape(-1, 2)
+            moved[used] += change[:, 0] + 1j * change[:, 1]
+            if np.abs(moved - points).max() > self.limit:
+                return None
+        return None
+
+    def _faces(self, pattern: Pattern, closing: Sequence[bool]) -> list[PanelFace] | None:
+        """Return the faces of all hinges with which panels lie in layers; None, and the fault, where there are none."""
+        moved = max(map(_distance, pattern.vertices, self.pattern.vertices))
+        shared = max(SHADOW_OVERLAP_SHARE, MOVED_OVERLAP_FACTOR * moved / pattern.size)
+        below = overlapping_panels(pattern, self._shadows(pattern, closing), shared)
+        layers = LayerSearch(pattern, closing, self.free, below).found()
+        if isinstance(layers, str):
+            self.fault = layers
+            return None
+        return layers
+
+    def _shadows(self, pattern: Pattern, closing: Sequence[bool]) -> list[Reals]:
+        """Return the corners of each facet in the packed state, seen from above, as complex numbers over the size."""
+        points = np.array([complex(*vertex) for vertex in pattern.vertices])
+        lines, middle, tree = self._lines(points), points.mean(), hinge_tree(pattern, 0)
+        motions: dict[int, PlaneMotion] = {}
+        for panel in tree.order.tolist():
+            parent, hinge = int(tree.parents[panel]), int(tree.hinges[panel])
+            motion = motions.get(parent, _REST)
+            motions[panel] = _then_reflected(motion, lines[hinge], middle) if parent >= 0 and closing[hinge] else motion
+        shadows = []
+        for facet, panel in zip(pattern.faces, pattern.panel_of, strict=True):
+            turn, shift, reflects = motions[panel]
+            corners = points[list(facet)] - middle
+            shadows.append((turn * (corners.conj() if reflects else corners) + shift) / pattern.size)
+        return shadows
+
+
+def _then_reflected(motion: PlaneMotion, line: tuple[complex, complex], middle: complex) -> PlaneMotion:
+    """Return a motion after the reflection in a line, about a middle point."""
+    turn, shift, reflects = motion
+    point, square = line[0] - middle, line[1]
+    if reflects:
+        point, square = point.conjugate(), square.conjugate()
+    return turn * square, turn * (point - square * point.conjugate()) + shift, not reflects

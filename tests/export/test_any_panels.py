@@ -1,0 +1,238 @@
+"""Patterns of any convex panels: read, packed, checked and exported as linkages."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcsearch import check, deploy, drive, replay, save
+from hcsearch.api.driving import DriveOptions
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.resolve import resolve
+from hcsearch.export.fold import fold_of
+from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.motion.collision.distances import cuts_through
+from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.scenes import Scene
+from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
+from hcsearch.search.own_patterns.packed_states import pack_drawing
+from hcsearch.shape.labels import labels_of
+from hcsearch.shape.linkage import Linkage
+from tests.commands import run_here
+
+
+def drawing_of(polygons, marks, **keys):
+    """A FOLD file as data. marks : a letter, or a letter and a fold angle, for pairs of faces; others have slits."""
+    points, faces = [], []
+    for polygon in polygons:
+        for point in polygon:
+            if point not in points:
+                points.append(point)
+        faces.append([points.index(point) for point in polygon])
+    sides = {}
+    for f, face in enumerate(faces):
+        for a, b in zip(face, [*face[1:], *face[:1]], strict=True):
+            sides.setdefault((min(a, b), max(a, b)), []).append(f)
+    letters = [marks.get(tuple(beside), "C") if len(beside) == 2 else "B" for beside in sides.values()]
+    data = {
+        "vertices_coords": [list(point) for point in points],
+        "edges_vertices": [list(side) for side in sides],
+        "faces_vertices": faces,
+        "edges_assignment": [letter[0] for letter in letters],
+    }
+    if any(not isinstance(letter, str) for letter in letters):
+        data["edges_foldAngle"] = [0 if isinstance(letter, str) else letter[1] for letter in letters]
+    return data | keys
+
+
+def strip(widths, letters, lean=0.2):
+    """A strip of trapezoids, in a row."""
+    places = np.cumsum([0.0, *widths]).tolist()
+    tops = [place + (lean if k % 2 else -lean) for k, place in enumerate(places)]
+    polygons = [
+        [(places[k], 0.0), (places[k + 1], 0.0), (tops[k + 1], 2.0), (tops[k], 2.0)] for k in range(len(widths))
+    ]
+    return drawing_of(polygons, {(k, k + 1): letter for k, letter in enumerate(letters)})
+
+
+def packed_of(data, panel=None):
+    return pack_drawing(parse_fold(json.dumps(data)), panel)
+
+
+def written(tmp_path, data):
+    path = tmp_path / "own.fold"
+    path.write_text(json.dumps(data))
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["element-8r", "unit-ii", "module-i", "array-6r"])
+def test_an_exported_assembly_is_read_back_with_its_mobility_at_both_ends(name):
+    assembly = ASSEMBLIES[name]
+    linkage = Linkage(assembly.build(assembly.defaults))
+    data = json.loads(fold_of(name, linkage, labels_of(linkage)))
+    packed = packed_of(data)
+    again = Linkage(packed.pattern)
+    assert packed.packed
+    assert (again.n_panels, again.n_hinges, again.loops) == (linkage.n_panels, linkage.n_hinges, linkage.loops)
+    assert np.array_equal(again.folded, linkage.folded)
+    for ours, theirs in ((again.folded, linkage.folded), (again.flat, linkage.flat)):
+        assert rank_at(again, ours).nullity == rank_at(linkage, theirs).nullity
+    unassigned = data | {"edges_assignment": ["U" if mark in "MV" else mark for mark in data["edges_assignment"]]}
+    del unassigned["edges_foldAngle"], unassigned["edges_hcsearch:hingeFace"]
+    found = Linkage(packed_of(unassigned).pattern)
+    assert np.abs(found.closure(found.folded)[0]).max() < 1e-12
+    assert not cuts_through(found, found.folded[None])
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**32 - 1))
+def test_a_rounded_drawing_is_moved_by_less_than_its_error_so_that_its_packed_state_closes(seed):
+    assembly = ASSEMBLIES["element-8r"]
+    linkage = Linkage(assembly.build(assembly.defaults))
+    data = json.loads(fold_of("8R", linkage, labels_of(linkage)))
+    errors = np.random.default_rng(seed).uniform(-0.005, 0.005, (len(data["vertices_coords"]), 2))
+    data["vertices_coords"] = (np.array(data["vertices_coords"]) + errors).tolist()
+    packed = packed_of(data)
+    rounded = Linkage(packed.pattern)
+    assert packed.packed
+    assert np.abs(rounded.closure(rounded.folded)[0]).max() < 1e-10
+    assert 0.0 < packed.moved < 3e-5
+
+
+@given(st.lists(st.floats(1.0, 3.0), min_size=2, max_size=7))
+@settings(max_examples=20)
+def test_strips_without_assignments_are_packed_in_layers_that_keep_apart(widths):
+    packed = packed_of(strip(widths, ["U"] * (len(widths) - 1)))
+    linkage = Linkage(packed.pattern)
+    assert packed.packed
+    assert linkage.folded.all()
+    assert not cuts_through(linkage, linkage.folded[None])
+
+
+@given(st.lists(st.tuples(st.sampled_from([1.0, 1.5, 2.25, 3.0]), st.sampled_from("MV")), min_size=2, max_size=7))
+@settings(max_examples=30)
+def test_a_strip_with_mountains_and_valleys_is_packed_just_where_its_panels_keep_apart(panels):
+    widths, letters = [1.5, *(width for width, _ in panels)], [letter for _, letter in panels]
+    packed = packed_of(strip(widths, letters))
+    linkage = Linkage(packed.pattern)
+    all_closed = np.full(linkage.n_hinges, math.pi)
+    assert [hinge.face for hinge in packed.pattern.hinges] == [
+        "top" if letter == "V" else "bottom" for letter in letters
+    ]
+    assert packed.packed == (not cuts_through(linkage, all_closed[None]))
+
+
+def test_an_accordion_deploys_and_a_roll_has_no_packed_state(tmp_path):
+    accordion = check(written(tmp_path, strip([2.0, 1.5, 1.8], "MV")))
+    assert (accordion.status, accordion.dof, accordion.linkage.pattern.kutzbach) == ("deploys", 2, 2)
+    assert accordion.facts()["longest_edge_mm"] == 50.0
+    roll = check(written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV")))
+    assert (roll.status, roll.dof, roll.deployment) == (None, 3, None)
+    assert "share a layer" in roll.reasons[0]
+
+
+def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path):
+    widths = [2.0, 1.5, 1.8]
+    flat = packed_of(strip(widths, [("M", -180), ("V", 0)]))
+    assert [hinge.closes for hinge in flat.pattern.hinges] == [True, False]
+    box = strip(widths, [("M", -90), ("V", 45)])
+    partly = packed_of(box)
+    assert not partly.packed
+    assert np.allclose(partly.partly_closed, [math.pi / 2, math.pi / 4])
+    assert check(written(tmp_path, box)).dof_packed == 2
+
+
+def test_a_hinge_along_a_part_of_a_side_is_read():
+    polygons = [
+        [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (0.0, 2.0)],
+        [(0.0, 2.0), (2.0, 2.0), (1.8, 4.0), (0.2, 4.0)],
+        [(2.0, 2.0), (4.0, 2.0), (3.8, 4.0), (2.2, 4.0)],
+    ]
+    packed = packed_of(drawing_of(polygons, {(0, 1): "M", (0, 2): "V"}))
+    assert packed.packed
+    hinges = {(hinge.first, hinge.second, hinge.face) for hinge in packed.pattern.hinges}
+    assert hinges == {(0, 1, "bottom"), (0, 2, "top")}
+
+
+_SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+_LEFT = [(-1.0, 0.2), (0.0, 0.0), (0.0, 1.0), (-1.0, 0.9)]
+_RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (
+            drawing_of([_SQUARE, [(1.0, 0.0), (2.0, -1.0), (1.3, 0.5), (2.0, 2.0), (1.0, 1.0)]], {(0, 1): "M"}),
+            "panel 1 at .* is not convex, at its corner 2: divide it",
+        ),
+        (drawing_of([_LEFT, _SQUARE, _RIGHT], {(0, 1): "M"}), r"panel 2 at .* is joined to none of the 2 panels"),
+        (drawing_of([_LEFT], {}), "one panel and no crease"),
+        (drawing_of([_LEFT, _SQUARE], {(0, 1): "F"}), "all panels of the drawing are one"),
+        (drawing_of([_LEFT, _SQUARE, [(1.0, 0.0), (0.5, 0.5), (1.0, 1.0)]], {(0, 1): "M", (1, 2): "M"}), "overlap"),
+        (
+            drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"edges_hcsearch:hingeFace": ["top"] * 7}),
+            "M with its hinge on the top face",
+        ),
+    ],
+)
+def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):
+    result = run_here(["check", written(tmp_path, data)], capfd)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert re.search(message, result.stderr)
+
+
+def test_commands_take_a_drawn_pattern_as_their_subject(tmp_path, capfd):
+    path = written(tmp_path, strip([2.0, 1.5, 1.8], "MV"))
+    result = run_here(["check", path, "--panel", "80x4", "--json"], capfd)
+    facts = json.loads(result.stdout)
+    assert (result.returncode, facts["status"], facts["longest_edge_mm"], facts["thickness_mm"]) == (
+        0,
+        "deploys",
+        80.0,
+        4.0,
+    )
+    assert "is no design of a grid, as panel 0" in result.stderr
+    assert deploy(path).verdict == "deploys"
+    assert replay(path, motion="path").ends_flat
+    driven = drive(path, options=DriveOptions(rate=3.0))
+    assert (driven.title, driven.facts()["freedoms"], driven.deployment.verdict) == (path, 2, "deploys")
+    springs = tmp_path / "springs.toml"
+    springs.write_text(
+        scene_file_text(resolve(path, panel="80x4").facts, None, Scene(name="stiff", spring="linear:0.3"))
+    )
+    case = resolve(str(springs))
+    assert (case.linkage.pattern.thickness, case.scene.spring) == (0.004, "linear:0.3")
+    result = run_here(["deploy", path, "--flat-pairs", "hinged"], capfd)
+    assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
+
+
+def test_a_pattern_without_a_packed_state_is_only_checked(tmp_path, capfd):
+    path = written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV"))
+    assert "degrees of freedom: 3 during the motion, - packed, 3 flat" in run_here(["check", path], capfd).stdout
+    with pytest.raises(HcsearchError, match=f"no packed state is known: .*; see hcsearch check {re.escape(path)}"):
+        resolve(path)
+
+
+def test_a_file_that_draws_a_folding_stands_for_it(tmp_path):
+    path = str(tmp_path / "design.fold")
+    save("hex:0234550132:4", path)
+    case = resolve(path, "none.sqlite")
+    assert (case.title, case.panel) == ("hex:0234550132:4", (0.05, 0.05, 0.006))
+
+
+@pytest.mark.parametrize("ending", [".fold", ".glb", ".step", ".xml", ".urdf", ".svg"])
+def test_drawn_patterns_are_exported(ending, tmp_path):
+    path = written(tmp_path, strip([2.0, 1.5, 1.8], "MV"))
+    main, *_ = save(path, tmp_path / f"out{ending}")
+    assert main.stat().st_size > 500
+    if ending == ".fold":
+        read, given = pack_drawing(read_fold(str(main))).pattern, resolve(path).linkage.pattern
+        assert (read.faces, read.creases) == (given.faces, given.creases)
+        assert np.allclose(read.vertices, given.vertices, rtol=0.0, atol=1e-12)
