@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 TESTS := not slow and not extra
-EXTRAS := .[bench,cluster,export,parquet,postgresql,readers,serve]
+EXTRAS := .[bench,cluster,export,notebooks,parquet,postgresql,readers,serve]
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
 export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
@@ -41,14 +41,9 @@ docs: $(VENV)/installed
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
 
-# the pictures of the README and of docs/reference/grids.md
-MOVING = triangle:0123434501:1 rectangle:01222300:1 rhombus:231213121210:3 kite:23203030:3 right45:12121212:0 \
-	right30:20201210:3 obtuse:121212121212:0
+# docs/gallery.md, and the pictures of it, of the README and of other pages
 gallery: $(VENV)/installed
-	$(BIN)/hcsearch export hex:012223444500:4 --scene hinged --motion springs --format animation --output reports/gallery/deployment.svg
-	for folding in $(MOVING); do $(BIN)/hcsearch export $$folding --motion springs --format animation \
-		--output reports/gallery/moving-$${folding%%:*}.svg || exit 1; done
-	$(BIN)/python -m hcsearch_bench.gallery reports/gallery
+	$(BIN)/python -m hcsearch_bench.gallery docs
 
 clean:
 	rm -rf $(VENV) build *.egg-info
