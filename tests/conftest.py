@@ -15,8 +15,8 @@ from tests.faults.summary import pytest_terminal_summary
 __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
-    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil"),
-    *("psycopg", "trimesh", "waitress", "werkzeug"),
+    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "nbclient", "nbformat", "OCP", "ompl"),
+    *("pinocchio", "psutil", "psycopg", "trimesh", "waitress", "werkzeug"),
 )
 """Modules that only extras install; but pyarrow, which pandas takes for its own texts where it is installed."""
 
