@@ -115,8 +115,8 @@ STATUS_PICTURES = (
         "no-folding.svg",
         "no folding",
         "hcsearch show hex:012345",
-        "No two opposite creases of this circuit can stay flat while all others close. There is nothing to move; the "
-        "drawing shows the circuit in green and its hinges.",
+        "No two opposite creases of this circuit can stay flat while all others close, so that there is no motion to "
+        "show. The circuit is green in the drawing; the command prints the reason.",
     ),
 )
 
