@@ -50,14 +50,9 @@ docs: $(VENV)/documented
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
 
-# the pictures of the README and of docs/reference/grids.md
-MOVING = triangle:0123434501:1 rectangle:01222300:1 rhombus:231213121210:3 kite:23203030:3 right45:12121212:0 \
-	right30:20201210:3 obtuse:121212121212:0
+# docs/gallery.md, and the pictures of it, of the README and of other pages
 gallery: $(VENV)/installed
-	$(BIN)/hcsearch export hex:012223444500:4 --scene hinged --motion springs --format animation --output reports/gallery/deployment.svg
-	for folding in $(MOVING); do $(BIN)/hcsearch export $$folding --motion springs --format animation \
-		--output reports/gallery/moving-$${folding%%:*}.svg || exit 1; done
-	$(BIN)/python -m hcsearch_bench.gallery reports/gallery
+	$(BIN)/python -m hcsearch_bench.gallery docs
 
 clean:
 	rm -rf $(VENV) build docs/_build docs/reference/generated *.egg-info

@@ -15,10 +15,10 @@ from tests.faults.summary import pytest_terminal_summary
 __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
-    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil"),
-    *("numpydoc", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
+    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "nbclient", "nbformat", "numpydoc", "OCP"),
+    *("ompl", "pinocchio", "psutil", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
 )
-"""Modules that only extras and the group `readers` install; but pyarrow, which pandas takes where it is installed."""
+"""Modules that only extras and the groups `readers` and `docs` install; but pyarrow, which pandas takes where it is installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)

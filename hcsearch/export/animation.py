@@ -1,7 +1,8 @@
 """An animated SVG picture of a motion: thick panels moving from packed to flat and back.
 
 The frames lie side by side in a strip, which a CSS animation shifts by one frame at a time. Panels are drawn in
-parallel projection by the painter's algorithm, from back to front. Viewers without animations, and those that ask for
+parallel projection by the painter's algorithm, from back to front. Linkages of many panels have fewer frames, so that
+files stay small. Viewers without animations, and those that ask for
 reduced motion, show a single frame from the middle of the motion.
 """
 
@@ -98,7 +99,9 @@ def _sorted(before: list[set[int]], depth: Sequence[float]) -> list[int]:
     return order
 
 
-FRAME_COUNT = 48
+MIN_FRAME_COUNT, MAX_FRAME_COUNT = 20, 40
+DRAWN_PANEL_COUNT = 600
+"""About how many panels all frames show together; the least and the greatest number of frames go first."""
 ANIMATION_SECONDS = 5.0
 """Duration from packed to flat, rests at both ends included, and of the way back, s."""
 REST_SHARE = 0.14
@@ -135,19 +138,25 @@ class PaintedMark:
 
 def animation_of(replay: Replay) -> str:
     """Return a replay as an animated SVG; the sum of hinge rotations is the same between all frames."""
-    moving = [centred_solids(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
+    n_frames = frame_count_of(len(replay.linkage.pattern.faces))
+    moving = [centred_solids(replay.linkage.solids(angles)) for angles in _even_steps(replay, n_frames)]
     painter = MotionPainter(replay.linkage, moving, FRAME_WIDTH)
     strip = "".join(
         f'<g transform="translate({k * FRAME_WIDTH})">{_frame(painter, solids)}</g>' for k, solids in enumerate(moving)
     )
-    still = round(STILL_FRAME_SHARE * (FRAME_COUNT - 1)) * FRAME_WIDTH
+    still = round(STILL_FRAME_SHARE * (n_frames - 1)) * FRAME_WIDTH
     pixels = round(painter.height * FRAME_PIXELS / FRAME_WIDTH)
     size = f'width="{FRAME_PIXELS}" height="{pixels}" viewBox="0 0 {FRAME_WIDTH} {painter.height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
-        f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style()}</style>"
+        f"<title>{escape(_description(replay))}</title><style>{_style(n_frames)}</style>"
         f'<g class="strip" transform="translate(-{still})">{strip}</g></svg>\n'
     )
+
+
+def _description(replay: Replay) -> str:
+    """Return what the picture shows: a title, where the motion comes from, and its faults."""
+    return f"{replay.title}, {replay.source}" + (f"; {replay.faults}" if replay.faults else "")
 
 
 def _frame(painter: MotionPainter, solids: list[Reals]) -> str:
@@ -158,10 +167,15 @@ def _frame(painter: MotionPainter, solids: list[Reals]) -> str:
     )
 
 
-def _even_steps(replay: Replay) -> Reals:
-    """Fold angles of the frames, (FRAMES, n_hinges), at equal steps of accumulated rotation instead of time."""
+def frame_count_of(n_panels: int) -> int:
+    """Return the number of frames of the picture of a linkage of some panels."""
+    return min(MAX_FRAME_COUNT, max(MIN_FRAME_COUNT, DRAWN_PANEL_COUNT // n_panels))
+
+
+def _even_steps(replay: Replay, n_frames: int) -> Reals:
+    """Fold angles of the frames, (n_frames, n_hinges), at equal steps of accumulated rotation instead of time."""
     length = accumulated_turn(replay.angles)
-    return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAME_COUNT), length, replay.at))
+    return replay.at_time(np.interp(np.linspace(0.0, length[-1], n_frames), length, replay.at))
 
 
 def centred_solids(solids: list[Reals]) -> list[Reals]:
@@ -275,7 +289,7 @@ OUTLINE_WIDTH, HINGE_WIDTH = 1.5, 5.0
 """Widths of lines in a picture of `FRAME_WIDTH` units."""
 
 
-def _style() -> str:
+def _style(n_frames: int) -> str:
     hexes = {look: "#{:02x}{:02x}{:02x}".format(*colour) for look, colour in MARK_COLOURS.items()}
     outline = "#{:02x}{:02x}{:02x}".format(*OUTLINE_COLOUR)
     rules = [f"path{{stroke:{outline};stroke-width:{OUTLINE_WIDTH:g};stroke-linejoin:round}}"]
@@ -285,10 +299,10 @@ def _style() -> str:
         for kind, colour in _LINES.items()
     ]
     begin, end = 100 * REST_SHARE, 100 * (1 - REST_SHARE)
-    last = f"transform:translate(-{(FRAME_COUNT - 1) * FRAME_WIDTH}px)"
+    last = f"transform:translate(-{(n_frames - 1) * FRAME_WIDTH}px)"
     rules.append(
         f"@keyframes move{{0%{{transform:translate(0)}}"
-        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({FRAME_COUNT - 1})}}"
+        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({n_frames - 1})}}"
         f"{end:g}%,to{{{last}}}}}"
     )
     play = f"animation:move {ANIMATION_SECONDS:g}s step-end infinite alternate"

@@ -11,11 +11,18 @@ from hcsearch import save
 from hcsearch.basics.errors import OutputError
 from hcsearch.cases.replay_sources import replay_case
 from hcsearch.cases.resolve import resolve
-from hcsearch.export.animation import FRAME_COUNT, FRAME_WIDTH, animation_of, painters_order
+from hcsearch.export.animation import (
+    FRAME_WIDTH,
+    MAX_FRAME_COUNT,
+    MIN_FRAME_COUNT,
+    animation_of,
+    frame_count_of,
+    painters_order,
+)
 from hcsearch.export.formats import export_format_of
 from tests.export.cases import case, replay
 
-GALLERY = Path(__file__).parents[2] / "reports" / "gallery"
+GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -81,7 +88,8 @@ def test_the_picture_has_all_frames_and_asks_for_nothing():
     picture = Xml.fromstring(text)
     (strip,) = picture.findall(f"{SVG}g")
     frames = strip.findall(f"{SVG}g")
-    assert [frame.get("transform") for frame in frames] == [f"translate({k * FRAME_WIDTH})" for k in range(FRAME_COUNT)]
+    n_frames = frame_count_of(len(linkage.pattern.faces))
+    assert [frame.get("transform") for frame in frames] == [f"translate({k * FRAME_WIDTH})" for k in range(n_frames)]
     assert all(frame.findall(f"{SVG}path") for frame in frames)
     used = {path.get("class") for path in picture.iter(f"{SVG}path")}
     assert used <= set(re.findall(r"\.(\w+)\{", text))
@@ -90,6 +98,12 @@ def test_the_picture_has_all_frames_and_asks_for_nothing():
     first = [int(x) for x in re.findall(r"M(-?\d+)", Xml.tostring(frames[-1], encoding="unicode"))]
     assert left <= min(first)
     assert max(first) <= right
+
+
+def test_linkages_of_many_panels_have_fewer_frames():
+    counts = [frame_count_of(n) for n in range(1, 200)]
+    assert counts == sorted(counts, reverse=True)
+    assert (counts[0], counts[-1]) == (MAX_FRAME_COUNT, MIN_FRAME_COUNT)
 
 
 def test_the_animation_is_chosen_by_its_name_alone(tmp_path):
@@ -102,7 +116,7 @@ def test_the_animation_is_chosen_by_its_name_alone(tmp_path):
 
 
 def test_the_picture_of_the_readme_is_small_and_of_a_design_that_deploys():
-    path = GALLERY / "deployment.svg"
+    path = GALLERY / "moving-hex.svg"
     assert path.stat().st_size < 300_000
     title = Xml.parse(path).getroot().findtext(f"{SVG}title")
     assert title.startswith("hex:012223444500:4, simulated in the scene 'hinged'")
