@@ -130,7 +130,7 @@ class Application:
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
         list_request = read_list_request(view, _pairs(request), self.scene)
-        check_query(list_request.query)
+        check_query(list_request.query, list_request.view)
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
         if asks_for_few_rows(list_request):
             text = self._long_lists(lambda seconds: text_of_few_rows(self.database, list_request, style, seconds))

@@ -177,7 +177,7 @@ def render_list(
     """Return the HTML page of a list and its HTTP status; a faulty query gives an error message in the page."""
     wrong, status, page = "", 200, ListPage([], 1, 0, 1)
     try:
-        check_query(list_request.query)
+        check_query(list_request.query, list_request.view)
         page = long_lists(lambda seconds: list_page_of(database, list_request, counts, seconds))
     except (DatabaseError, BusyError):
         raise

@@ -112,12 +112,12 @@ def _whole(name: str, text: str, minimum: int) -> int:
     return int(text)
 
 
-def check_query(query: str) -> None:
-    """Raise AddressError for a query that would read a local file, or is slow to translate to SQL.
+def check_query(query: str, view: str) -> None:
+    """Raise AddressError for a query on a view that would read a local file, or is slow to translate to SQL.
 
     QueryError for one that cannot be parsed.
     """
-    shapes = [value for name, value in _conditions(parse_conditions(query)) if name in ("array", "circuit")]
+    shapes = [value for name, value in _conditions(parse_conditions(query, view)) if name in ("array", "circuit")]
     if len(shapes) > MAX_QUERY_SHAPES:
         raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MAX_QUERY_SHAPES} at most")
     for value in shapes:
