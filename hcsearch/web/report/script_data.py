@@ -65,6 +65,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "designs": {q.name: pack_column([design.get(q.name) for design in data.designs]) for q in data.columns},
         "readable": pack_column([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
         "best": pack_column(best),
+        "first": first_design(data),
         "foldings": {name: pack_column(values) for name, values in foldings.items()},
         "players": [data.players.get(key) for key in keys] if data.players else [],
     }
@@ -84,13 +85,25 @@ def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
     return min(untwisted or creases, default=None)
 
 
+def first_design(data: ReportData) -> int:
+    """Return the index of the design that plays when the page opens: the first whose drawn folding has a motion.
+
+    The first design where none has.
+    """
+    for index, design in enumerate(data.designs if data.players else ()):
+        if (design_id_of(design), drawn_crease(data, design)) in data.players:
+            return index
+    return 0
+
+
 def describe_quantity(quantity: Quantity) -> dict[str, object]:
-    """Return name, unit, meaning and ordered words of a quantity for a page."""
+    """Return name, unit, meaning, better direction and ordered words of a quantity for a page."""
     return {
         "name": quantity.name,
         "label": quantity.title,
         "kind": quantity.kind,
         "unit": quantity.unit,
+        "better": quantity.better,
         "note": quantity.note,
         "words": list(quantity.words),
     }

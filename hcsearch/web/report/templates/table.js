@@ -45,9 +45,14 @@ const Table = (() => {
       && (name === "id" || new Set(table.designs[name]).size > 1));
   }
 
-  // Unknown values last in either direction, equal ones in the order of the query.
-  function sorted(table, chosen, name, down) {
-    const keys = table.designs[name], sign = down ? -1 : 1;
+  // The better end of a quantity comes first: its name, after `-` where the larger values are the better ones.
+  const betterFirst = ({ name, better }) => (better === "higher" ? `-${name}` : name);
+
+  // In the order of the query, best first, or by a name, after `-` the largest first; `-` alone turns the order around.
+  // Unknown values come last either way, equal ones in the order of the query.
+  function sorted(table, chosen, sort) {
+    const down = sort.startsWith("-"), keys = table.designs[down ? sort.slice(1) : sort], sign = down ? -1 : 1;
+    if (!keys) return down ? [...chosen].reverse() : chosen;
     return [...chosen].sort((a, b) => {
       const x = keys[a], y = keys[b];
       if (x === null || y === null) return (x === null) - (y === null) || a - b;
@@ -55,5 +60,5 @@ const Table = (() => {
     });
   }
 
-  return { read, sortable, sorted };
+  return { read, sortable, betterFirst, sorted };
 })();
