@@ -40,7 +40,8 @@ sort("min_twist"); probe.up = ids();
 byId("direction").click(); probe.down = ids();
 byId("direction").click(); sort("");
 const facet = (value) => document.querySelector(`[data-facet="${value}"]`);
-facet("status=untwisted").click(); probe.untwisted = byId("state").textContent; probe.pressed = facet("status=untwisted").getAttribute("aria-pressed");
+facet("status=untwisted").click(); probe.untwisted = byId("state").textContent;
+probe.pressed = facet("status=untwisted").getAttribute("aria-pressed");
 facet("status=twisted").click(); probe.either = byId("state").textContent;
 facet("status=untwisted").click(); facet("status=twisted").click();
 type("#7"); probe.number = ids();
@@ -220,7 +221,14 @@ WORDS = (
         "deployable",
         "orbit_size<6",
     ),
-    *("degrees of freedom<=6", "Least  Twist >= 1", "not Two-Stack", "untwisted foldings > 0", "(SYMMETRY != 1)", "foldings"),
+    *(
+        "degrees of freedom<=6",
+        "Least  Twist >= 1",
+        "not Two-Stack",
+        "untwisted foldings > 0",
+        "(SYMMETRY != 1)",
+        "foldings",
+    ),
     *("N>8", "status=nothing", "n=x", "n=", "n==8", "circuit=hex:0234550132", "id<=40"),
 )
 

@@ -19,8 +19,16 @@ NOT_RUN = (None, None)
         ((16, 4, 3, None, 0, 0), "", "None of 16 designs opens by springs; no motion by motors has been searched for."),
         ((16, 4, 3, 0, 0, 2), "", "None of 16 designs is known to open."),
         ((16, 4, 3, 0, 0, 3), "", "None of 16 designs can open: they have no folding, are twisted, or are locked."),
-        ((120, 32, 25, *NOT_RUN, 0), "", "25 of 120 designs fold without twist; their motion has not been searched for."),
-        ((120, 32, None, *NOT_RUN, 0), "", "32 of 120 designs fold into two stacks; their twist has not been computed."),
+        (
+            (120, 32, 25, *NOT_RUN, 0),
+            "",
+            "25 of 120 designs fold without twist; their motion has not been searched for.",
+        ),
+        (
+            (120, 32, None, *NOT_RUN, 0),
+            "",
+            "32 of 120 designs fold into two stacks; their twist has not been computed.",
+        ),
         ((120, None, None, *NOT_RUN, 0), "", "120 designs; their foldings have not been computed."),
         ((1, 1, 1, 1, 1, 0), "#", "The selected design opens by springs."),
         ((1, 1, 1, 0, 0, 0), "", "The design is not known to open."),

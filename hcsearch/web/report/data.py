@@ -44,7 +44,8 @@ class FunnelStage:
 class ReportData:
     """The content of the page, in reading order.
 
-    sentence : how many designs open, in plain words. meta : subject, versions and dates of the search, as (name, value).
+    sentence : how many designs open, in plain words.
+    meta : subject, versions and dates of the search, as (name, value).
     funnel : counts over all selected designs, including those beyond the limit.
     census : (foldings, smallest twist, designs) over all selected designs; None where unknown.
     designs, foldings : rows of the SQL views of these names, foldings by the id of their design.
@@ -81,7 +82,7 @@ class ReportData:
 
 MAX_PLAYED_DESIGNS = 2000
 """Number of the first designs whose motions a page contains; a motion takes about 5 kB per folding."""
-BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,-deployable,deploy_time"
+BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,status,deploy_time"
 """Default order of the designs, best first, so that a limit cuts off the worst; ties by id."""
 
 

@@ -21,8 +21,9 @@ PANEL_NOUNS = {
 }
 """The panels of each grid in words."""
 
-_SMALL_NUMBERS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven")
-_SMALL_NUMBERS += ("Twelve",)
+_SMALL_NUMBERS = (
+    *("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve"),
+)
 _SUBJECTS = ("grid", "n", "array")
 """Columns whose conditions name what was searched, not a part of what was found."""
 
@@ -84,23 +85,33 @@ def headline_of(counts: StageCounts, query: str = "") -> str:
     among = _Among(counts.total, kind)
     if counts.movable is None and counts.deploys is None:
         return _before_motion(counts, among)
-    by_springs, movable = counts.deploys or 0, counts.movable or 0
-    by_motors = max(0, movable - by_springs)
+    if counts.deploys is None or counts.deploys or counts.movable:
+        return _opening(counts, among)
+    return _nothing_opens(counts, among)
+
+
+def _opening(counts: StageCounts, among: _Among) -> str:
+    """Return the sentence on designs of which some open, or of which springs have not been tried."""
+    by_springs = counts.deploys or 0
+    by_motors = max(0, (counts.movable or 0) - by_springs)
     if counts.deploys is None:
         return f"{among.text(by_motors)} by motors; springs have not been tried."
-    if by_springs:
-        more = f", {by_motors:,} more by motors" if by_motors else ""
-        return f"{among.text(by_springs)} by springs{more}."
-    if by_motors:
+    if not by_springs:
         return f"{among.text(by_motors)} by motors, none by springs alone."
+    more = f", {by_motors:,} more by motors" if by_motors else ""
+    return f"{among.text(by_springs)} by springs{more}."
+
+
+def _nothing_opens(counts: StageCounts, among: _Among) -> str:
+    """Return the sentence on designs of which none is known to open."""
     if counts.movable is None:
         return f"{among.text(0)} by springs; no motion by motors has been searched for."
     is_settled = counts.untwisted is not None and counts.untwisted <= counts.locked
     if counts.total == 1:
-        return f"The {kind} {'cannot open' if is_settled else 'is not known to open'}."
+        return f"The {among.kind} {'cannot open' if is_settled else 'is not known to open'}."
     if is_settled:
-        return f"None of {counts.total:,} {kind}s can open: they have no folding, are twisted, or are locked."
-    return f"None of {counts.total:,} {kind}s is known to open."
+        return f"None of {among.all} can open: they have no folding, are twisted, or are locked."
+    return f"None of {among.all} is known to open."
 
 
 def _before_motion(counts: StageCounts, among: _Among) -> str:

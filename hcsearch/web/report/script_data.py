@@ -23,6 +23,13 @@ FOLDING_COLUMNS = tuple(
     q for q in FOLDING_QUANTITIES if q.name not in ("design_id", "opposite", "untwisted", "deployable")
 )
 
+CARD_HEADS = ("id", "circuit", "array", "status")
+"""Columns of a design that its card always shows."""
+CARD_COLUMNS = (
+    *("symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"),
+)
+"""Columns that a card shows below these, unless others are chosen."""
+
 
 def page_data(data: ReportData) -> dict[str, Any]:
     """Return the data that the script of a page draws, for JSON.
@@ -58,6 +65,8 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "size": data.size,
         "grids": {name: grid_data(grid) for name, grid in GRIDS.items() if name in names},
         "statuses": list(DESIGN_STATUSES),
+        "card_heads": list(CARD_HEADS),
+        "card_columns": list(CARD_COLUMNS),
         "quantities": [describe_quantity(quantity) for quantity in data.columns],
         "folding_quantities": [describe_quantity(quantity) for quantity in FOLDING_COLUMNS],
         "count": len(data.designs),

@@ -1,29 +1,26 @@
 // The numbers that cards show, and the choice of them.
 const Columns = (() => {
   const { element } = Parts;
-  const ELSEWHERE = new Set(["id", "circuit", "array", "status"]);
-  const USUAL = ["symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"];
-  let chosen = new Set(USUAL);
+  let chosen = new Set();
 
   const shown = (name) => chosen.has(name);
 
   // names : of columns as the address has them; the usual ones where empty.
-  function choose(names) {
-    chosen = new Set(names.length ? names : USUAL);
+  function choose(table, names) {
+    chosen = new Set(names.length ? names : table.card_columns);
   }
 
   // As the address has them; empty for the usual ones.
-  function names() {
-    const usual = chosen.size === USUAL.length && USUAL.every(shown);
+  function names(table) {
+    const usual = chosen.size === table.card_columns.length && table.card_columns.every(shown);
     return usual ? "" : [...chosen].join(",");
   }
 
   // Check boxes for the columns that hold anything.
   function fill(table, place) {
-    const known = table.quantities.filter(({ name }) => !ELSEWHERE.has(name) && table.designs[name].some((value) => value !== null));
+    const known = table.quantities.filter(({ name }) => !table.card_heads.includes(name) && table.designs[name].some((value) => value !== null));
     place.replaceChildren(...known.map(({ name, label, note }) => element("label", { title: note },
       element("input", { type: "checkbox", name: "column", value: name }), ` ${label}`)));
-    check(place);
   }
 
   function check(place) {

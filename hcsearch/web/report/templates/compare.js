@@ -2,7 +2,6 @@
 const Compare = (() => {
   const { element } = Parts;
   const LEAST = 2, MOST = 4, SECONDS = 8, STEPS = 1000;
-  const ELSEWHERE = new Set(["id", "circuit", "array", "status"]);
   let picked = [];
 
   const has = (i) => picked.includes(i);
@@ -11,10 +10,6 @@ const Compare = (() => {
   function pick(i, on) {
     picked = picked.filter((k) => k !== i);
     if (on && picked.length < MOST) picked.push(i);
-  }
-
-  function choose(designs) {
-    picked = designs.slice(0, MOST);
   }
 
   const own = (table, i, name) => {
@@ -31,7 +26,7 @@ const Compare = (() => {
   }
 
   function numbers(table, designs) {
-    const lines = table.quantities.filter(({ name }) => !ELSEWHERE.has(name)).map((quantity) => {
+    const lines = table.quantities.filter(({ name }) => !table.card_heads.includes(name)).map((quantity) => {
       const values = designs.map((i) => own(table, i, quantity.name));
       if (values.every((value) => value === null)) return null;
       const better = best(quantity, values);
@@ -91,5 +86,36 @@ const Compare = (() => {
       numbers(table, designs));
   }
 
-  return { has, can, pick, choose, best, content, together, picked: () => picked };
+  // The check boxes on cards and the button that compares; the picked designs stand in the address.
+  // refresh : draws a card anew.
+  function listen(table, gallery, button, dialog, refresh) {
+    const index = new Map(table.designs.id.map((id, i) => [String(id), i]));
+
+    function offer() {
+      button.hidden = !picked.length;
+      button.disabled = !can(picked.length);
+      button.textContent = can(picked.length) ? `compare ${picked.length} designs` : "compare: pick one more";
+    }
+
+    // What the address says.
+    function follow() {
+      const before = picked;
+      picked = Address.list(Address.read().compare).map((id) => index.get(id)).filter((i) => i !== undefined).slice(0, MOST);
+      for (const i of new Set([...before, ...picked])) if (before.includes(i) !== has(i)) refresh(i);
+      offer();
+    }
+
+    gallery.addEventListener("change", ({ target }) => {
+      if (target.name !== "pick") return;
+      pick(Number(target.value), target.checked);
+      target.checked = has(Number(target.value));
+      offer();
+      Address.replace({ compare: picked.map((i) => table.designs.id[i]).join(",") });
+    });
+    button.addEventListener("click", () => dialog.open(picked));
+    addEventListener("popstate", follow);
+    follow();
+  }
+
+  return { has, can, best, content, together, listen };
 })();

@@ -2,7 +2,6 @@
 const Large = (() => {
   const { element } = Parts;
   const COLUMNS = ["dof", "flat_pairs", "needed_margin", "least_gap", "min_clearance", "deploy_time"];
-  const ELSEWHERE = new Set(["id", "circuit", "array", "status"]);
 
   // Names a scene where it is not the usual one; where : names the database that may hold it.
   const option = (scene, where) => (scene === null || scene === "default" ? "" : ` --scene '${scene}'${where}`);
@@ -44,7 +43,7 @@ const Large = (() => {
       rows.length ? element("div", { class: "chips", role: "group", "aria-label": "Foldings" },
         ...rows.map((k) => Parts.chip(table, k, k === row))) : null,
       reason ? element("p", { class: "why" }, reason) : null,
-      Parts.facts(table, i, row, (name) => !ELSEWHERE.has(name)),
+      Parts.facts(table, i, row, (name) => !table.card_heads.includes(name)),
       rows.length ? foldings(table, rows) : null,
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),

@@ -1,10 +1,9 @@
 const table = Table.read(JSON.parse(document.getElementById("data").textContent));
 const byId = (name) => document.getElementById(name);
-const [tools, find, state, large, column, direction, facets, chooser, compare] = [
-  "tools", "find", "state", "large", "column", "direction", "facets", "columns", "compare"].map(byId);
+const [tools, find, state, large, column, direction, facets, chooser] = [
+  "tools", "find", "state", "large", "column", "direction", "facets", "columns"].map(byId);
 const gallery = Gallery.open(table, byId("gallery"));
 const grouped = (count) => count.toLocaleString("en");
-const index = new Map(table.designs.id.map((id, i) => [String(id), i]));
 let sort = "", chosen = {}, shown = [];
 
 const dialog = Dialog.listen(table, byId("gallery"), large, { refresh: (i) => gallery.refresh(i), order: () => shown });
@@ -47,7 +46,7 @@ function direct() {
 
 function remember() {
   const values = Object.fromEntries(Facets.NAMES.map((name) => [name, (chosen[name] || []).join(",")]));
-  Address.replace({ ...values, q: find.value, sort, columns: Columns.names(), compare: Compare.picked().map((i) => table.designs.id[i]).join(",") });
+  Address.replace({ ...values, q: find.value, sort, columns: Columns.names(table) });
 }
 
 // What the address says.
@@ -57,28 +56,11 @@ function follow() {
   find.value = told.q || "";
   column.value = sort.replace("-", "");
   chosen = Object.fromEntries(Facets.NAMES.map((facet) => [facet, Address.list(told[facet])]));
-  Columns.choose(Address.list(told.columns));
+  Columns.choose(table, Address.list(told.columns));
   Columns.check(chooser);
-  Compare.choose(Address.list(told.compare).map((id) => index.get(id)).filter((i) => i !== undefined));
   plot.follow();
   direct();
-  offer();
   select();
-}
-
-// The button that compares the picked designs.
-function offer() {
-  const count = Compare.picked().length;
-  compare.hidden = !count;
-  compare.disabled = !Compare.can(count);
-  compare.textContent = count < 2 ? "compare: pick one more" : `compare ${count} designs`;
-}
-
-function pick(box) {
-  Compare.pick(Number(box.value), box.checked);
-  box.checked = Compare.has(Number(box.value));
-  offer();
-  remember();
 }
 
 tools.addEventListener("submit", (event) => event.preventDefault());
@@ -107,8 +89,6 @@ chooser.addEventListener("change", () => {
   gallery.layout();
   remember();
 });
-compare.addEventListener("click", () => dialog.open(Compare.picked()));
-byId("gallery").addEventListener("change", (event) => { if (event.target.name === "pick") pick(event.target); });
 addEventListener("popstate", follow);
 const folded = byId("numbers");
 let opened = false;
@@ -126,6 +106,7 @@ column.append(...numbers.map(({ name, label, note }) => Parts.element("option", 
 Columns.fill(table, chooser);
 tools.hidden = false;
 follow();
+Compare.listen(table, byId("gallery"), byId("compare"), dialog, (i) => gallery.refresh(i));
 gallery.layout();
 if (table.count) First.show(table, table.first, byId("first"));
 dialog.follow();

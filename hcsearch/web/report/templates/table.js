@@ -6,10 +6,11 @@ const Table = (() => {
     return Array(count).fill(column.all);
   };
 
-  // What is known of a design where no stage has given a verdict.
-  function fallback(designs, i) {
-    if (designs.untwisted[i] !== null) return designs.untwisted[i] ? "untwisted" : designs.two_stack[i] ? "twisted" : "no_folding";
-    if (designs.two_stack[i] !== null) return designs.two_stack[i] ? "two_stack" : "no_folding";
+  // The status of a design; where no stage has given a verdict, what is known of it.
+  function statusOf({ status, untwisted, two_stack: stacks }) {
+    if (status !== null) return status;
+    if (untwisted !== null) return untwisted ? "untwisted" : stacks ? "twisted" : "no_folding";
+    if (stacks !== null) return stacks ? "two_stack" : "no_folding";
     return "not_judged";
   }
 
@@ -23,7 +24,7 @@ const Table = (() => {
     const of = Array.from({ length: data.count }, () => []);
     for (const [name, column] of Object.entries(data.foldings)) foldings[name] = unpack(column, data.folding_count);
     foldings.design.forEach((design, row) => of[design].push(row));
-    const status = designs.status.map((word, i) => word ?? fallback(designs, i));
+    const status = designs.status.map((word, i) => statusOf({ status: word, untwisted: designs.untwisted[i], two_stack: designs.two_stack[i] }));
     const texts = [];
     const text = (i) => (texts[i] ??= [`#${designs.id[i]}`, designs.circuit[i], designs.array[i], status[i].replace("_", " ")]
       .join(" ").toLowerCase());
@@ -60,5 +61,5 @@ const Table = (() => {
     });
   }
 
-  return { read, sortable, betterFirst, sorted };
+  return { read, statusOf, sortable, betterFirst, sorted };
 })();
