@@ -51,7 +51,7 @@ def query(
     """Print the designs that satisfy a query.
 
     QUERY consists of conditions such as n=12, dof<=6 or untwisted, all of which must hold. They can also be combined by
-    and, or, not and brackets. A condition contains no spaces. array= takes any array (6x5, 3-4-3, p5x4, t5, h3, s1,
+    and, or, not and brackets. A value contains no spaces. array= takes any array (6x5, 3-4-3, p5x4, t5, h3, s1,
     @FILE), circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor
     its negation.
     """

@@ -36,6 +36,7 @@ from hcsearch.store.runs import save_scores as save_scores
 from hcsearch.store.rows import Result as Result
 from hcsearch.store.rows import Rows as Rows
 from hcsearch.store.summaries import Summary as Summary
+from hcsearch.store.summaries import count_values as count_values
 from hcsearch.store.summaries import rows_of_designs as rows_of_designs
 from hcsearch.store.summaries import summarize as summarize
 from hcsearch.store.verdicts import find_scene as find_scene

@@ -55,6 +55,11 @@ class Quantity(NamedTuple):
         return self.label or self.name.replace("_", " ")
 
     @property
+    def better_first(self) -> str:
+        """The sort specification that puts the better end first; the smaller values where neither is better."""
+        return f"-{self.name}" if self.better == "higher" else self.name
+
+    @property
     def note(self) -> str:
         """Meaning, unit and better direction in one line."""
         direction = f"{self.better} is better" if self.better else ""

@@ -4,7 +4,9 @@ query = [either]                    either = all ("or" all)*
     all = one (["and"] one)*            one = "not" one | "(" either ")" | condition
     condition = NAME | NAME op VALUE    op = one of = != < <= > >=
 
-A condition contains no white space. Keywords may be written in capitals. Paired brackets inside a value belong to it.
+NAME is that of a column or its label on pages, such as `degrees of freedom`, in capitals or not; keywords may be
+written in capitals, too. Spaces may stand around an op; a value contains none. Paired brackets inside a value belong
+to it.
 
 A name alone requires that a yes/no column is 1. A value never becomes part of the SQL text. NULL satisfies neither a
 condition nor its negation. `array=` takes any array specification and `circuit=` a circuit in any position, order or
@@ -29,6 +31,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.scenes.envelopes import box_placements, envelope_sides
+from hcsearch.store.column_labels import with_column_names
 from hcsearch.store.columns import VIEWS, Quantity, column_names
 from hcsearch.store.views import SCENIC, select_view_in
 
@@ -85,9 +88,9 @@ class AnyOf:
 ConditionTree = Condition | Not | AllOf | AnyOf
 
 
-def parse_conditions(query: str) -> ConditionTree:
-    """Parse a query; QueryError for a syntax error, too many conditions or too many levels."""
-    tokens = list(_tokens(query))
+def parse_conditions(query: str, view: str = "designs") -> ConditionTree:
+    """Parse a query on a view; QueryError for a syntax error, too many conditions or too many levels."""
+    tokens = list(_tokens(with_column_names(query, view)))
     number = sum(isinstance(token, Condition) for token in tokens)
     if number > MAX_CONDITIONS:
         raise QueryError(f"the query has {number} conditions: give {MAX_CONDITIONS} at most")
@@ -109,7 +112,7 @@ def _tokens(query: str) -> Iterator[Condition | str]:
                 continue
             match = _CONDITION.match(remaining)
             if match is None:
-                raise QueryError(f"cannot read {remaining!r}: {EXAMPLE_CONDITIONS}, without spaces inside a condition")
+                raise QueryError(f"cannot read {remaining!r}: {EXAMPLE_CONDITIONS}")
             name, sign, operand = match.groups()
             value = None if sign is None else _before_bracket(operand)
             token = Condition(name, sign, value)
@@ -222,7 +225,7 @@ def parse_query(query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NA
     QueryError: a syntax error, an unknown column, a value that is no number where a
     number is needed. HcsearchError: an array or a circuit that cannot be read.
     """
-    return and_(true(), _condition(view_table(view, scene), view, parse_conditions(query), tuple(GRIDS)))
+    return and_(true(), _condition(view_table(view, scene), view, parse_conditions(query, view), tuple(GRIDS)))
 
 
 def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequence[str]) -> ColumnElement[bool]:
@@ -262,7 +265,7 @@ def _compared(source: FromClause, view: str, condition: Condition, grids: Sequen
     source_column = source.c[name]
     if sign is None or value is None:
         if quantity.kind != "boolean":
-            raise QueryError(f"{name} is not a yes/no column: compare it, as in {name}=VALUE, without spaces")
+            raise QueryError(f"{name} is not a yes/no column: compare it, as in {name}=VALUE")
         return source_column == literal(1)
     read = _value(quantity, condition.text, sign, value)
     if sign in ("=", "!=") and name in ("array", "circuit"):

@@ -10,14 +10,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, FromClause, Select, and_, func, literal_column, or_
+from sqlalchemy import ColumnElement, Connection, FromClause, Select, and_, case, func, literal_column, or_
 from sqlalchemy import select as sql_select
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect_kind, printable
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import is_panel
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
-from hcsearch.store.columns import ColumnKind
+from hcsearch.store.columns import ColumnKind, Quantity
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
@@ -220,10 +220,19 @@ def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: st
 
 
 def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any]]:
-    """Return the ORDER BY terms of a sort specification, made unique by the key columns."""
-    terms = [(source.c[name], descending) for name, descending in sort_terms(view, sort)]
+    """Return the ORDER BY terms of a sort specification, made unique by the key columns.
+
+    A column of words sorts in the order of its words, a status thus best first; other texts alphabetically.
+    """
+    terms = [(sort_key(source, find_quantity(view, name)), descending) for name, descending in sort_terms(view, sort)]
     order: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
     return order + [source.c[name] for name in VIEW_KEYS[view]]
+
+
+def sort_key(source: FromClause, quantity: Quantity) -> ColumnElement[Any]:
+    """Return what a column sorts by: the place of a word among the words of the column, else the value itself."""
+    own = source.c[quantity.name]
+    return case({word: k for k, word in enumerate(quantity.words)}, value=own) if quantity.words else own
 
 
 @retry_if_changed
@@ -315,7 +324,7 @@ def select_page(
     matching = sql_select(*key).where(parse_query(query, view, scene)).order_by(*order_of(source, view, sort))
     names = tuple(quantity.name for quantity in quantities)
     kinds = [find_quantity(view, name).kind for name in identity] + [quantity.kind for quantity in quantities]
-    with _limited(database, seconds) as connection:
+    with limited_reading(database, seconds) as connection:
         with raising_query_errors():
             keys = [tuple(row) for row in connection.execute(matching.offset(min(skip, 2**62)).limit(count))]
         if not keys:
@@ -341,12 +350,12 @@ def count_rows(
     source = view_table(view, scene)
     constant: ColumnElement[int] = literal_column("1")
     rows = sql_select(constant).select_from(source).where(parse_query(query, view, scene)).limit(most)
-    with _limited(database, seconds) as connection, raising_query_errors():
+    with limited_reading(database, seconds) as connection, raising_query_errors():
         return int(connection.execute(sql_select(func.count()).select_from(rows.subquery())).scalar_one())
 
 
 @contextmanager
-def _limited(database: Database, seconds: float) -> Iterator[Connection]:
+def limited_reading(database: Database, seconds: float) -> Iterator[Connection]:
     """Yield a reading connection with a time limit for statements; SlowQueryError if one exceeds it."""
     end = time.monotonic() + seconds
     too_long = SlowQueryError(

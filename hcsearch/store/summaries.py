@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,10 +14,10 @@ from sqlalchemy import select as sql_select
 from hcsearch.basics.vocabulary import Status
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.columns import VIEWS, ColumnKind, column_names
-from hcsearch.store.conditions import parse_query, view_table
+from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
-from hcsearch.store.queries import check_scene, order_of
+from hcsearch.store.queries import check_scene, limited_reading, order_of, sort_key
 from hcsearch.store.rows import Result, checked_rows, parts_of_ids
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
@@ -49,8 +50,13 @@ class Summary:
 
 
 @retry_if_changed
-def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -> Summary:
-    """Return counts of the designs that a query selects, by status in a scene."""
+def summarize(
+    database: Database, query: str, scene: str = DEFAULT_SCENE_NAME, *, seconds: float | None = None
+) -> Summary:
+    """Return counts of the designs that a query selects, by status in a scene.
+
+    seconds : time limit; SlowQueryError beyond it.
+    """
     check_scene(database, scene)
     designs = view_table("designs", scene)
     condition = parse_query(query, "designs", scene)
@@ -59,7 +65,7 @@ def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -
     counts = _counts(designs.c).where(condition)
     kinds: list[ColumnKind] = [*("integer",) * 8, "text"]
     ids = sql_select(designs.c.id).where(condition)
-    with database.reading() as connection:
+    with _reading(database, seconds) as connection:
         rows = partial(checked_rows, connection, database.location)
         (row,) = rows(counts, kinds)
         fields: dict[str, Any] = dict(zip(counts.selected_columns.keys(), row, strict=True))
@@ -70,6 +76,38 @@ def summarize(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -
             planned=_has_rows(connection, "motions", scene, ids),
             tried=_has_rows(connection, "deployments", scene, ids),
         )
+
+
+def _reading(database: Database, seconds: float | None) -> AbstractContextManager[Connection]:
+    return database.reading() if seconds is None else limited_reading(database, seconds)
+
+
+@retry_if_changed
+def count_values(
+    database: Database,
+    query: str,
+    name: str,
+    most: int,
+    scene: str = DEFAULT_SCENE_NAME,
+    *,
+    seconds: float | None = None,
+) -> list[tuple[Any, int]] | None:
+    """Return the known values of a column in the designs that a query selects, and how many designs have each.
+
+    In the order of `sort`. None where there are more than `most` values. seconds : as in `summarize`.
+    """
+    check_scene(database, scene)
+    designs, quantity = view_table("designs", scene), find_quantity("designs", name)
+    own = designs.c[name]
+    statement = (
+        sql_select(own, func.count()).where(parse_query(query, "designs", scene), own.is_not(None)).group_by(own)
+    )
+    with _reading(database, seconds) as connection:
+        kinds: list[ColumnKind] = [quantity.kind, "integer"]
+        rows = checked_rows(
+            connection, database.location, statement.order_by(sort_key(designs, quantity)).limit(most + 1), kinds
+        )
+    return None if len(rows) > most else [(value, count) for value, count in rows]
 
 
 def _counts(designs: Any) -> Select[Any]:

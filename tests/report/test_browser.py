@@ -39,8 +39,11 @@ probe.columns = [...byId("column").options].map((option) => option.value);
 sort("min_twist"); probe.up = ids();
 byId("direction").click(); probe.down = ids();
 byId("direction").click(); sort("");
-const box = document.querySelector("input[value=untwisted]");
-box.click(); probe.untwisted = byId("state").textContent; box.click();
+const facet = (value) => document.querySelector(`[data-facet="${value}"]`);
+facet("status=untwisted").click(); probe.untwisted = byId("state").textContent;
+probe.pressed = facet("status=untwisted").getAttribute("aria-pressed");
+facet("status=twisted").click(); probe.either = byId("state").textContent;
+facet("status=untwisted").click(); facet("status=twisted").click();
 type("#7"); probe.number = ids();
 type("no hex"); probe.words = byId("state").textContent;
 type("min_twist<=1 n_foldings>=2"); probe.numeric = byId("state").textContent;
@@ -126,10 +129,12 @@ def test_filters_leave_what_fits(probe, hex_ten):
 
     assert probe["state"] == "120 of 120 designs"
     assert probe["untwisted"] == count(lambda design: design["untwisted"]) == "25 of 120 designs"
+    assert probe["pressed"] == "true"
+    assert probe["either"] == count(lambda design: design["two_stack"]) == "32 of 120 designs"
     assert probe["number"] == [7]
     assert probe["words"] == count(lambda design: design["status"] == "no_folding")
     assert probe["numeric"] == count(lambda d: d["n_foldings"] >= 2 and d["min_twist"] <= 1)
-    assert "no column “doff”" in probe["wrong"][0]
+    assert "no column “doff” (did you mean dof?)" in probe["wrong"][0]
     assert probe["wrong"][1:] == ["true", probe["numeric"]]  # what was shown stays
     assert probe["none"]
 
@@ -216,6 +221,14 @@ WORDS = (
         "deployable",
         "orbit_size<6",
     ),
+    *(
+        "degrees of freedom<=6",
+        "Least  Twist >= 1",
+        "not Two-Stack",
+        "untwisted foldings > 0",
+        "(SYMMETRY != 1)",
+        "foldings",
+    ),
     *("N>8", "status=nothing", "n=x", "n=", "n==8", "circuit=hex:0234550132", "id<=40"),
 )
 
@@ -255,7 +268,7 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
       const table = Table.read(given.data);
       try { return Conditions.selected(table, query).map((i) => table.designs.id[i]); } catch { return null; }
     })"""
-    chosen = run_modules(tmp_path, ("grammar", "conditions", "table"), given, code)
+    chosen = run_modules(tmp_path, ("grammar", "nearest", "conditions", "table"), given, code)
     wrong = {query: (a, b) for query, a, b in zip(queries, chosen, expected, strict=True) if a != b}
     assert not wrong
     assert sum(ids is None for ids in expected) > 10

@@ -68,7 +68,8 @@ def test_the_page_says_what_was_searched_and_what_was_left_out(database):
         "rectangle:f.f.f.f",
         "untwisted",
     )
-    assert data.title == "Designs of array rectangle:f.f.f.f"
+    assert data.title == "16 thick rectangles in one array"
+    assert data.sentence == "All 4 designs fold without twist; their motion has not been searched for."
     assert data.size == (60, 30)
     assert "kept only untwisted designs" in data.notes[0]
     assert not fetch_report_data(database, "grid=hex n=8", limit=None).notes

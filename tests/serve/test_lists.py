@@ -11,6 +11,7 @@ import pytest
 
 from hcsearch.store import format_rows, open_readonly, select, stream
 from hcsearch.store.columns import VIEWS
+from hcsearch.web.report.data import BEST_FIRST_ORDER
 from tests.report.pages import column, data_of
 from tests.serve.asking import Asking
 
@@ -49,7 +50,8 @@ def test_pages_together_are_what_a_query_selects_in_its_order(asking, database):
             assert answer.status == 200
             if 'id="data"' in answer.text:
                 listed += ids(answer)
-        assert listed == [row[0] for row in select(database, query, columns="id", sort=sort).rows]
+        order = sort or BEST_FIRST_ORDER
+        assert listed == [row[0] for row in select(database, query, columns="id", sort=order).rows]
 
 
 def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
@@ -78,7 +80,7 @@ def test_csv_and_json_are_those_of_queries(asking, database):
         for query, rest in (("untwisted", {}), ("", {"sort": "-symmetry", "limit": 7}), ("", {"columns": "id,grid"})):
             more = "".join(f"&{name}={value}" for name, value in rest.items())
             answer = asking(f"/designs.{style}?q={query}{more}")
-            with stream(database, query, **rest) as rows:
+            with stream(database, query, **{"sort": BEST_FIRST_ORDER, **rest}) as rows:
                 assert answer.text == "".join(format_rows(rows, style))
     assert answer.headers["Content-Type"].startswith("application/json")
     assert asking("/designs.csv").headers["Content-Disposition"] == "attachment; filename=designs.csv"
@@ -205,7 +207,7 @@ def test_streams_are_limited_and_given_back(asking):
 def rows():
     from hcsearch.web.serve.requests import ListRequest
 
-    return ListRequest("designs"), "csv"
+    return ListRequest("designs"), "csv", ""
 
 
 def test_a_fault_is_reported_in_the_terminal_and_not_on_the_page(asking, monkeypatch, capsys):

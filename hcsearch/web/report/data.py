@@ -19,6 +19,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize
 from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
 from hcsearch.web.player import Payload, payload_of
+from hcsearch.web.report.headline import StageCounts, headline_of, title_of
 from hcsearch.web.report.templating import database_option_text
 
 ViewRow = Mapping[str, object]
@@ -43,6 +44,7 @@ class FunnelStage:
 class ReportData:
     """The content of the page, in reading order.
 
+    sentence : how many designs open, in plain words.
     meta : subject, versions and dates of the search, as (name, value).
     funnel : counts over all selected designs, including those beyond the limit.
     census : (foldings, smallest twist, designs) over all selected designs; None where unknown.
@@ -59,6 +61,7 @@ class ReportData:
     """
 
     title: str
+    sentence: str = ""
     meta: Sequence[tuple[str, str]] = ()
     funnel: Sequence[FunnelStage] = ()
     census: Sequence[tuple[int | None, int | None, int]] = ()
@@ -79,7 +82,7 @@ class ReportData:
 
 MAX_PLAYED_DESIGNS = 2000
 """Number of the first designs whose motions a page contains; a motion takes about 5 kB per folding."""
-BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,-deployable,deploy_time"
+BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,status,deploy_time"
 """Default order of the designs, best first, so that a limit cuts off the worst; ties by id."""
 
 
@@ -93,10 +96,12 @@ def fetch_report_data(
     """
     selected = select(database, query, sort=sort, limit=limit, scene=scene).records()
     counts = summarize(database, query, scene)
+    passed = StageCounts.of(counts)
     runs = [run for run in select(database, view="runs").records() if (run["grid"], run["n"]) in counts.sizes]
     ids = [design["id"] for design in selected]
     return ReportData(
-        title=_title(counts),
+        title=title_of(counts.sizes, counts.array),
+        sentence=headline_of(passed, query),
         meta=[
             ("grid", _listed(grid for grid, _ in counts.sizes)),
             ("n", _listed(sorted({n for _, n in counts.sizes}))),
@@ -107,7 +112,7 @@ def fetch_report_data(
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
-        funnel=_funnel(counts),
+        funnel=_funnel(counts, passed),
         census=list(counts.census),
         designs=selected,
         foldings=foldings_of(database, ids, scene),
@@ -133,26 +138,17 @@ def _elsewhere(database: Database, scene: str) -> list[str]:
     ]
 
 
-def _funnel(counts: Summary) -> list[FunnelStage]:
-    """Return the stages of the funnel; counts are None for a stage that ran on none of the designs."""
-    total = counts.circuits
-
-    def known(count: int | None) -> int | None:
-        return count if total else 0
-
-    untwisted, movable, deploys = known(counts.untwisted), known(counts.movable), known(counts.deploys)
-    # Twisted and locked designs are known not to move before any motion is planned.
-    if untwisted is None or untwisted > (counts.locked or 0):
-        movable = movable if movable or counts.planned else None
-        deploys = deploys if deploys or counts.tried else None
+def _funnel(counts: Summary, passed: StageCounts) -> list[FunnelStage]:
+    """Return the stages of the funnel; passed : how many designs pass each."""
+    total = passed.total
     return [
         FunnelStage("fixed circuits", counts.fixed),
         FunnelStage("array" if counts.arrays == 1 else "arrays", counts.arrays),
         FunnelStage("non-isomorphic circuits", total, total),
-        FunnelStage("two-stack", known(counts.two_stack), total),
-        FunnelStage("untwisted", untwisted, total),
-        FunnelStage("movable", movable, total),
-        FunnelStage("deployable by springs", deploys, total),
+        FunnelStage("two-stack", passed.two_stack, total),
+        FunnelStage("untwisted", passed.untwisted, total),
+        FunnelStage("movable", passed.movable, total),
+        FunnelStage("deployable by springs", passed.deploys, total),
     ]
 
 
@@ -177,16 +173,6 @@ def deployments_of(database: Database, ids: Sequence[int], scene: str) -> dict[F
     for row in rows_of_designs(database, "deployments", ids, scene):
         by_folding[row["design_id"], row["crease"]].append(row)
     return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
-
-
-def _title(counts: Summary) -> str:
-    if not counts.sizes:
-        return "No designs"
-    if counts.array is not None:
-        return f"Designs of array {counts.array}"
-    sizes = sorted({n for _, n in counts.sizes})
-    span = f"n = {sizes[0]}" if len(sizes) == 1 else f"n = {sizes[0]} to {sizes[-1]}"
-    return f"Designs: {_listed(grid for grid, _ in counts.sizes)}, {span}"
 
 
 def _listed(values: Iterable[object]) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from markupsafe import Markup
 
-from hcsearch.basics.errors import QueryError
+from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.bill_texts import bill_summary, section_cells
@@ -22,7 +23,7 @@ from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
 from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
 from hcsearch.web.report.plots import curve_swatch
-from hcsearch.web.report.script_data import page_data
+from hcsearch.web.report.script_data import drawn_crease, first_design, page_data
 from hcsearch.web.report.sheet_page import sheet_cells, sheet_drawings
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
 
@@ -116,7 +117,12 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
 CensusTable = tuple[list[str], list[tuple[int | None, list[int]]]]
 """Column names, and rows of a number of foldings with the count of designs in each column."""
 
-SCRIPT_MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
+CARD_SCRIPT_MODULES = (
+    *("geometry", "address", "table", "parts", "columns", "compare", "card", "motions", "large", "dialog", "first"),
+    *("scale", "front", "scatter", "plotting", "copy"),
+)
+"""Modules of the script that draw designs, for the server too, each after those that it uses."""
+SCRIPT_MODULES = (*CARD_SCRIPT_MODULES, "grammar", "nearest", "conditions", "facets", "gallery", "main")
 """Modules of the script, each after those that it uses."""
 
 
@@ -133,9 +139,7 @@ def render_report(data: ReportData) -> str:
         .render(
             data=data,
             census=census_table(data),
-            only=[
-                quantity for quantity in data.columns if quantity.kind == "boolean" and _has_box(data, quantity.name)
-            ],
+            first=_first_picture(data),
             # Trusted: JSON with HTML marks escaped, and files of this package.
             payload=Markup(as_script(page_data(data))),
             style=Markup(page_style("style.css")),
@@ -145,9 +149,16 @@ def render_report(data: ReportData) -> str:
     )
 
 
-def _has_box(data: ReportData, name: str) -> bool:
-    """Return whether a yes/no quantity has a check box: the two that are always known, and any that a design has."""
-    return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
+def _first_picture(data: ReportData) -> Markup | None:
+    """Return the picture of the design that plays, which shows until it does; None where it cannot be drawn."""
+    if not data.designs:
+        return None
+    design = data.designs[first_design(data)]
+    with suppress(HcsearchError):
+        circuit, crease = Circuit.from_notation(str(design["circuit"])), drawn_crease(data, design)
+        assignment = None if crease is None else Folding(circuit, crease).assignment
+        return _picture(circuit, data.size, circuit.notation, assignment)
+    return Markup()
 
 
 def census_table(data: ReportData) -> CensusTable | None:

@@ -23,6 +23,13 @@ FOLDING_COLUMNS = tuple(
     q for q in FOLDING_QUANTITIES if q.name not in ("design_id", "opposite", "untwisted", "deployable")
 )
 
+CARD_HEADS = ("id", "circuit", "array", "status")
+"""Columns of a design that its card always shows."""
+CARD_COLUMNS = (
+    *("symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"),
+)
+"""Columns that a card shows below these, unless others are chosen."""
+
 
 def page_data(data: ReportData) -> dict[str, Any]:
     """Return the data that the script of a page draws, for JSON.
@@ -58,6 +65,8 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "size": data.size,
         "grids": {name: grid_data(grid) for name, grid in GRIDS.items() if name in names},
         "statuses": list(DESIGN_STATUSES),
+        "card_heads": list(CARD_HEADS),
+        "card_columns": list(CARD_COLUMNS),
         "quantities": [describe_quantity(quantity) for quantity in data.columns],
         "folding_quantities": [describe_quantity(quantity) for quantity in FOLDING_COLUMNS],
         "count": len(data.designs),
@@ -65,6 +74,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "designs": {q.name: pack_column([design.get(q.name) for design in data.designs]) for q in data.columns},
         "readable": pack_column([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
         "best": pack_column(best),
+        "first": first_design(data),
         "foldings": {name: pack_column(values) for name, values in foldings.items()},
         "players": [data.players.get(key) for key in keys] if data.players else [],
     }
@@ -84,13 +94,25 @@ def drawn_crease(data: ReportData, design: ViewRow) -> int | None:
     return min(untwisted or creases, default=None)
 
 
+def first_design(data: ReportData) -> int:
+    """Return the index of the design that plays when the page opens: the first whose drawn folding has a motion.
+
+    The first design where none has.
+    """
+    for index, design in enumerate(data.designs if data.players else ()):
+        if (design_id_of(design), drawn_crease(data, design)) in data.players:
+            return index
+    return 0
+
+
 def describe_quantity(quantity: Quantity) -> dict[str, object]:
-    """Return name, unit, meaning and ordered words of a quantity for a page."""
+    """Return name, unit, meaning, better direction and ordered words of a quantity for a page."""
     return {
         "name": quantity.name,
         "label": quantity.title,
         "kind": quantity.kind,
         "unit": quantity.unit,
+        "better": quantity.better,
         "note": quantity.note,
         "words": list(quantity.words),
     }

@@ -32,7 +32,8 @@ from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
 from hcsearch.web.serve.jobs import BusyError, ComputingPool
-from hcsearch.web.serve.listing import LongLists, RowCounts, render_list
+from hcsearch.web.serve.listing import LongLists, RowCounts, order_of_list, render_list
+from hcsearch.web.serve.overviews import Overviews
 from hcsearch.web.serve.requests import (
     CONTENT_POLICY,
     FRAME_POLICY,
@@ -86,7 +87,7 @@ class Application:
         self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
         self.closed = False
         self.computing, self._counts, self._streams = ComputingPool(), RowCounts(), ResultStreams()
-        self._long_lists = LongLists()
+        self._long_lists, self._overviews = LongLists(), Overviews()
 
     def close(self) -> None:
         """End all computations."""
@@ -125,17 +126,20 @@ class Application:
 
     def _listed(self, request: Request, view: str) -> Response:
         list_request = read_list_request(view, _pairs(request), self.scene)
-        text, status = render_list(self.database, list_request, self._counts, self._long_lists)
+        text, status = render_list(self.database, list_request, self._counts, self._overviews, self._long_lists)
         return Response(text, status=status, mimetype="text/html")
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
         list_request = read_list_request(view, _pairs(request), self.scene)
-        check_query(list_request.query)
+        check_query(list_request.query, list_request.view)
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
+        order = self._long_lists(lambda seconds: order_of_list(self.database, list_request, self._counts, seconds))
         if asks_for_few_rows(list_request):
-            text = self._long_lists(lambda seconds: text_of_few_rows(self.database, list_request, style, seconds))
+            text = self._long_lists(
+                lambda seconds: text_of_few_rows(self.database, list_request, style, order, seconds)
+            )
             return Response(text, mimetype=MEDIA_TYPES[style], headers=headers)
-        pieces = self._streams.start(self.database, list_request, style)
+        pieces = self._streams.start(self.database, list_request, style, order)
         if request.method == "HEAD":
             pieces.close()
         return Response(pieces, mimetype=MEDIA_TYPES[style], headers=headers)

@@ -31,13 +31,13 @@ class ResultStreams:
     def __init__(self, max_streams: int = MAX_STREAMS) -> None:
         self._room = threading.BoundedSemaphore(max_streams)
 
-    def start(self, database: Database, list_request: ListRequest, style: str) -> SentText:
-        """Begin to read all rows; errors of the query are raised here, not amid the answer."""
+    def start(self, database: Database, list_request: ListRequest, style: str, order: str) -> SentText:
+        """Begin to read all rows in an order; errors of the query are raised here, not amid the answer."""
         if not self._room.acquire(blocking=False):
             raise BusyError("other files are being sent right now: try again when they have ended")
         with ExitStack() as stack:
             stack.callback(self._room.release)
-            texts = format_rows(stack.enter_context(_all(database, list_request)), style)
+            texts = format_rows(stack.enter_context(_all(database, list_request, order)), style)
             return SentText(next(texts, ""), texts, stack.pop_all())
 
 
@@ -67,12 +67,12 @@ class SentText(Iterator[bytes]):
         self._resources.close()
 
 
-def _all(database: Database, list_request: ListRequest) -> Any:
+def _all(database: Database, list_request: ListRequest, order: str) -> Any:
     return stream(
         database,
-        list_request.query,
+        list_request.selection,
         columns=list_request.columns,
-        sort=list_request.sort,
+        sort=order,
         limit=list_request.limit,
         view=list_request.view,
         scene=list_request.scene,
@@ -84,16 +84,16 @@ def asks_for_few_rows(list_request: ListRequest) -> bool:
     return list_request.page is not None or (list_request.limit is not None and list_request.limit <= STREAM_CHUNK_ROWS)
 
 
-def text_of_few_rows(database: Database, list_request: ListRequest, style: str, seconds: float) -> bytes:
-    """Return the text of the rows of a page, or of the first few; SlowQueryError after some seconds."""
+def text_of_few_rows(database: Database, list_request: ListRequest, style: str, order: str, seconds: float) -> bytes:
+    """Return the text of the rows of a page, or of the first few, in an order; SlowQueryError after some seconds."""
     size = STREAM_CHUNK_ROWS if list_request.page is None else page_row_count(list_request)
     skip = (list_request.number - 1) * size
     count = size if list_request.limit is None else min(size, list_request.limit)
     selected = select_page(
         database,
-        list_request.query,
+        list_request.selection,
         columns=list_request.columns,
-        sort=list_request.sort,
+        sort=order,
         skip=skip,
         count=count,
         view=list_request.view,

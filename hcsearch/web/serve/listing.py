@@ -23,18 +23,28 @@ from hcsearch.store import (
     Database,
     SlowQueryError,
     best_creases,
+    check_scene,
     count_rows,
     foldings_with_paths,
     scene_names,
     select_page,
 )
-from hcsearch.store.columns import VIEWS
-from hcsearch.store.queries import STATEMENT_SECONDS
+from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.conditions import quantities_named
+from hcsearch.store.queries import STATEMENT_SECONDS, VIEW_KEYS
 from hcsearch.web.player.player_page import as_script
-from hcsearch.web.report.data import ReportData, deployments_of, foldings_of, motions_of, panel_size_in
-from hcsearch.web.report.script_data import page_data
+from hcsearch.web.report.data import (
+    BEST_FIRST_ORDER,
+    ReportData,
+    deployments_of,
+    foldings_of,
+    motions_of,
+    panel_size_in,
+)
+from hcsearch.web.report.script_data import CARD_COLUMNS, CARD_HEADS, page_data
 from hcsearch.web.report.templating import database_option_text
 from hcsearch.web.serve.jobs import BusyError, ResultCache
+from hcsearch.web.serve.overviews import NO_OVERVIEW, Overviews
 from hcsearch.web.serve.requests import ListRequest, check_query, design_address, motion_address
 from hcsearch.web.serve.template_pages import render_page
 
@@ -115,12 +125,12 @@ class RowCounts:
 
     def of(self, database: Database, list_request: ListRequest, seconds: float) -> int | None:
         """Return the number of rows of a query, counted within a time limit."""
-        key = (list_request.view, list_request.query, list_request.scene, database.fingerprint())
+        key = (list_request.view, list_request.selection, list_request.scene, database.fingerprint())
         with suppress(KeyError):
             return self._cache[key]
         count = count_rows(
             database,
-            list_request.query,
+            list_request.selection,
             most=MAX_COUNTED_ROWS + 1,
             view=list_request.view,
             scene=list_request.scene,
@@ -134,7 +144,7 @@ class RowCounts:
 class ListPage:
     """The rows of a list on one page.
 
-    first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
+    order : sort specification of the list. first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
     if known.
     """
 
@@ -142,28 +152,41 @@ class ListPage:
     first: int
     total: int | None
     last: int | None
+    order: str = ""
+
+
+def order_of_list(database: Database, list_request: ListRequest, counts: RowCounts, seconds: float) -> str:
+    """Return the sort specification of a list: designs come best first unless another order is asked for.
+
+    More than `MAX_COUNTED_ROWS` designs come as they are stored, since sorting them takes long.
+    """
+    if list_request.sort or list_request.view != "designs":
+        return list_request.sort
+    check_scene(database, list_request.scene)  # before anything is kept under its name
+    return "" if counts.of(database, list_request, seconds) is None else BEST_FIRST_ORDER
 
 
 def list_page_of(database: Database, list_request: ListRequest, counts: RowCounts, seconds: float) -> ListPage:
     """Return the rows of a page and the total number of rows; SlowQueryError beyond a time limit."""
     end = time.monotonic() + seconds
+    order = order_of_list(database, list_request, counts, seconds)
     size = page_row_count(list_request)
     skip = (list_request.number - 1) * size
     selected = select_page(
         database,
-        list_request.query,
-        sort=list_request.sort,
+        list_request.selection,
+        sort=order,
         skip=skip,
         count=size,
         view=list_request.view,
         scene=list_request.scene,
-        seconds=seconds,
+        seconds=max(0.0, end - time.monotonic()),
     )
     rows = selected.records()
     # the end of the list gives its length without counting
     is_end = len(rows) < size and (rows or not skip)
     total = skip + len(rows) if is_end else counts.of(database, list_request, end - time.monotonic())
-    return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
+    return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)), order)
 
 
 def page_row_count(list_request: ListRequest) -> int:
@@ -172,45 +195,67 @@ def page_row_count(list_request: ListRequest) -> int:
 
 
 def render_list(
-    database: Database, list_request: ListRequest, counts: RowCounts, long_lists: LongLists
+    database: Database, list_request: ListRequest, counts: RowCounts, overviews: Overviews, long_lists: LongLists
 ) -> tuple[str, int]:
     """Return the HTML page of a list and its HTTP status; a faulty query gives an error message in the page."""
-    wrong, status, page = "", 200, ListPage([], 1, 0, 1)
+    wrong, status, page, overview = "", 200, ListPage([], 1, 0, 1), NO_OVERVIEW
+    quantities = list(usual_columns(list_request.view))
     try:
-        check_query(list_request.query)
+        check_query(list_request.query, list_request.view)
+        if list_request.columns:
+            quantities = quantities_named(list_request.view, list_request.columns)
         page = long_lists(lambda seconds: list_page_of(database, list_request, counts, seconds))
+        if list_request.view == "designs" and page.total is not None:
+            overview = overviews.of(database, list_request)
     except (DatabaseError, BusyError):
         raise
     except HcsearchError as error:
         wrong, status = str(error), 400
     scenes = list(dict.fromkeys((DEFAULT_SCENE_NAME, *scene_names(database))))
+    cards = list_request.view == "designs" and list_request.shape == "cards"
     text = render_page(
         "list.html",
         list_request=list_request
         if list_request.scene in scenes
         else replace(list_request, scene=list_request.default_scene),
         page=page,
+        overview=overview,
         wrong=wrong,
+        cards=cards,
         most=MAX_COUNTED_ROWS,
         scenes=scenes,
         scenic=list_request.view in SCENIC,
-        quantities=VIEWS[list_request.view],
-        orders=_orders(list_request),
-        payload=_payload(database, list_request, page)
-        if list_request.view == "designs" and list_request.shape == "cards"
-        else "",
+        all_quantities=VIEWS[list_request.view],
+        quantities=quantities,
+        shown={quantity.name for quantity in quantities} if list_request.columns or not cards else CARD_COLUMNS,
+        heads=CARD_HEADS,
+        file_columns=",".join((*CARD_HEADS, list_request.columns))
+        if cards and list_request.columns
+        else list_request.columns,
+        orders=_orders(list_request, page),
+        payload=_payload(database, list_request, page) if cards else "",
         location=database.location,
     )
     return text, status
 
 
-def _orders(list_request: ListRequest) -> list[tuple[str, str]]:
-    """Return the selectable orders as (specification, words), including the requested one."""
-    numbers = [quantity for quantity in VIEWS[list_request.view] if quantity.kind != "text"]
-    orders = [("", "as stored")]
-    for quantity in numbers:
-        orders += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
-        orders += [(quantity.name, f"{quantity.title}, smallest first")]
+def usual_columns(view: str) -> tuple[Quantity, ...]:
+    """Return all columns of a view as tables show them: the keys, the status, then the others."""
+    first = (*VIEW_KEYS[view], "status")
+    place = {
+        quantity.name: first.index(quantity.name) if quantity.name in first else len(first) for quantity in VIEWS[view]
+    }
+    return tuple(sorted(VIEWS[view], key=lambda quantity: place[quantity.name]))
+
+
+def _orders(list_request: ListRequest, page: ListPage) -> list[tuple[str, str]]:
+    """Return the selectable orders as (specification, words), including the requested one; the better end first."""
+    orders = [("", "best first" if page.order == BEST_FIRST_ORDER else "as stored")]
+    for quantity in VIEWS[list_request.view]:
+        if quantity.kind != "text":
+            ends = [(quantity.name, "smallest first"), (f"-{quantity.name}", "largest first")]
+            ends.sort(key=lambda end: end[0] != quantity.better_first)
+            orders += [(specification, f"{quantity.title}, {words}") for specification, words in ends]
     if list_request.sort not in dict(orders):
         orders.append((list_request.sort, list_request.sort))
     return orders

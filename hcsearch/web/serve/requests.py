@@ -20,9 +20,13 @@ from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, No
 
 ListShape = Literal["cards", "table"]
 
+FACETS = ("status", "grid", "n", "array")
+"""Columns of designs whose values are offered as filters, each with the number of designs that have it."""
 MAX_PARAMETER_LENGTHS = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
+MAX_PARAMETER_LENGTHS |= dict.fromkeys(FACETS, 500)
 """Maximal length of each parameter of a list."""
 MAX_QUERY_STRING_LENGTH = 8000
+_FACET_VALUE = re.compile("[A-Za-z0-9_.:-]+")
 _NUMBER = re.compile(r"(?<![^\s(])#([0-9]+)(?![^\s)])")
 MAX_QUERY_SHAPES, MAX_QUERY_CELLS = 10, 2500
 """Largest number of arrays and circuits in a query, and of cells of each, since canonical forms are computed."""
@@ -37,7 +41,9 @@ class ListRequest:
     """A request for a list: the rows of a view that satisfy a query, sorted, on a page; `shape` is for designs.
 
     default_scene : the one scene, for addresses that name none.
-    columns, limit : only for CSV and JSON; all by default. page : from 1; None for all rows, in CSV and JSON.
+    facets : chosen values by column, as pairs; a design has one of the values of each. columns : shown on cards and in
+    tables, and those of CSV and JSON; the usual ones by default. limit : only for CSV and JSON; all by default.
+    page : from 1; None for all rows, in CSV and JSON.
     """
 
     view: str
@@ -49,6 +55,28 @@ class ListRequest:
     shape: ListShape = "cards"
     columns: str = ""
     limit: int | None = None
+    facets: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    @property
+    def selection(self) -> str:
+        """The query together with the facets, as one query."""
+        return self.selection_but(None)
+
+    def selection_but(self, facet: str | None) -> str:
+        """Return the query together with all facets but one; the query alone must have been checked."""
+        chosen = [
+            " or ".join(f"{name}={value}" for value in values)
+            for name, values in self.facets
+            if name != facet and values
+        ]
+        return " ".join(f"({part})" for part in (self.query, *chosen) if part) if chosen else self.query
+
+    def toggled(self, facet: str, value: object) -> ListRequest:
+        """Return the request for the first page with a value of a facet chosen, or no longer chosen."""
+        chosen, text = dict(self.facets), str(value)
+        values = chosen.get(facet, ())
+        chosen[facet] = tuple(v for v in values if v != text) if text in values else (*values, text)
+        return replace(self, facets=tuple((name, chosen[name]) for name in FACETS if chosen.get(name)), page=None)
 
     @property
     def scene_parameter(self) -> str:
@@ -103,7 +131,18 @@ def read_list_request(view: str, pairs: Sequence[tuple[str, str]], scene: str) -
         shape=shapes[shape],
         columns=values.get("columns", ""),
         limit=_whole("limit", values["limit"], 0) if values.get("limit") else None,
+        facets=tuple((name, _facet_values(view, name, values[name])) for name in FACETS if values.get(name)),
     )
+
+
+def _facet_values(view: str, name: str, text: str) -> tuple[str, ...]:
+    """Return the chosen values of a facet."""
+    if view != "designs":
+        raise AddressError(f"the parameter {name} is one of /designs: write it into q, as in {name}=VALUE")
+    values = tuple(dict.fromkeys(filter(None, text.split(","))))
+    if not all(_FACET_VALUE.fullmatch(value) for value in values):
+        raise AddressError(f"{text!r} is no list of values of {name}: separate them by commas")
+    return values
 
 
 def _whole(name: str, text: str, minimum: int) -> int:
@@ -112,12 +151,12 @@ def _whole(name: str, text: str, minimum: int) -> int:
     return int(text)
 
 
-def check_query(query: str) -> None:
-    """Raise AddressError for a query that would read a local file, or is slow to translate to SQL.
+def check_query(query: str, view: str) -> None:
+    """Raise AddressError for a query on a view that would read a local file, or is slow to translate to SQL.
 
     QueryError for one that cannot be parsed.
     """
-    shapes = [value for name, value in _conditions(parse_conditions(query)) if name in ("array", "circuit")]
+    shapes = [value for name, value in _conditions(parse_conditions(query, view)) if name in ("array", "circuit")]
     if len(shapes) > MAX_QUERY_SHAPES:
         raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MAX_QUERY_SHAPES} at most")
     for value in shapes:
@@ -144,6 +183,7 @@ def list_address_of(list_request: ListRequest, ending: str = "", **changes: Any)
     """Return the address of a list without default parameters; ending : such as `.csv`, for all rows."""
     changed = replace(list_request, **changes)
     values = {"q": changed.query, "sort": changed.sort, "scene": changed.scene_parameter}
+    values |= {name: ",".join(chosen) for name, chosen in changed.facets} | {"columns": changed.columns}
     if not ending:
         values |= {"page": "" if changed.number == 1 else str(changed.number)}
         values |= {"as": "" if changed.shape == "cards" else changed.shape}

@@ -8,13 +8,11 @@ from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader
 
-from hcsearch.store.columns import VIEWS
+from hcsearch.store.columns import VIEWS, Quantity
 from hcsearch.web.player import player_script
+from hcsearch.web.report.page_files import CARD_SCRIPT_MODULES
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
 from hcsearch.web.serve.requests import design_address, list_address_of
-
-CARD_SCRIPT_MODULES = ("geometry", "table", "parts", "card", "dialog", "copy")
-"""Modules of the report's script that draw cards; `serve.js` uses them."""
 
 
 def render_page(name: str, **values: Any) -> str:
@@ -30,7 +28,11 @@ def _environment() -> Environment:
         loader=ChoiceLoader([PackageLoader("hcsearch.web.serve"), report_templates.loader])
     )
     templates.globals.update(
-        address=list_address_of, design_address=design_address, views=tuple(VIEWS), static=static_address
+        address=list_address_of,
+        design_address=design_address,
+        other_end=_other_end,
+        views=tuple(VIEWS),
+        static=static_address,
     )
     templates.filters["cell"] = _cell
     return templates
@@ -57,6 +59,13 @@ def static_files() -> dict[str, tuple[str, str]]:
 def static_address(name: str) -> str:
     """Return the address of a static file, which changes with its content, so that browsers may cache it."""
     return f"/static/{hashlib.sha256(static_files()[name][0].encode()).hexdigest()[:16]}/{name}"
+
+
+def _other_end(quantity: Quantity, sort: str) -> str:
+    """Return the order that a click on a column's head asks for: the better end first, then the other one."""
+    if sort != quantity.better_first:
+        return quantity.better_first
+    return sort.removeprefix("-") if sort.startswith("-") else f"-{sort}"
 
 
 def _cell(value: object, name: str) -> str:

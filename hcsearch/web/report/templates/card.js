@@ -2,7 +2,6 @@
 const Card = (() => {
   const { element } = Parts;
   const MOST_CHIPS = 6;
-  const SHOWN = new Set(["symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"]);
   // Which folding a reader chose to see, by design.
   const chosen = new Map();
 
@@ -28,19 +27,26 @@ const Card = (() => {
     return table.page(i) ? element("a", { href: table.page(i) }, `#${id}`) : `#${id}`;
   }
 
+  // Whether a design is among those to compare.
+  function pick(table, i) {
+    const box = element("input", { type: "checkbox", name: "pick", value: i, "aria-label": `Compare design ${table.designs.id[i]}` });
+    box.checked = Compare.has(i);
+    return element("label", { class: "pick", title: "compare" }, box);
+  }
+
   // The parts that depend on the folding that is drawn.
   function fill(table, i, card) {
     const row = table.row(i, drawn(table, i));
     const reason = row === undefined ? null : table.foldings.why[row];
     card.replaceChildren(
-      element("header", {}, element("h3", {}, named(table, i)), Parts.badge(table.status[i])),
+      element("header", {}, element("h3", {}, named(table, i)), Parts.badge(table.status[i]), pick(table, i)),
       element("button", { type: "button", class: "thumb", "aria-label": `Enlarge design ${table.designs.id[i]}` },
         Parts.picture(table, i, drawn(table, i))),
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),
       ...[chips(table, i, listed(table, i))].filter(Boolean),
       ...(reason ? [element("p", { class: "why", title: reason }, reason)] : []),
-      Parts.facts(table, i, row, (name) => SHOWN.has(name)),
+      Parts.facts(table, i, row, Columns.shown),
     );
     return card;
   }

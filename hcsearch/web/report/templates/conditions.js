@@ -12,11 +12,14 @@ const Conditions = (() => {
 
   function compared(table, { name, sign, value, text }) {
     const quantity = table.quantity(name);
-    if (!quantity) throw new Error(`no column “${name}”: see the list under “Words for the box”`);
+    if (!quantity) {
+      const hint = Nearest.hint(name, table.quantities.map((one) => one.name));
+      throw new Error(`no column “${name}”${hint}: see the list under “Words for the box”`);
+    }
     if (!value || "=<>!".includes(value[0])) throw new Error(`no value in “${text}”`);
     if (quantity.kind === "text") {
       if (quantity.words.length && "=!=".includes(sign) && !quantity.words.includes(value)) {
-        throw new Error(`${name} is never “${value}”: it is one of ${quantity.words.join(", ")}`);
+        throw new Error(`${name} is never “${value}”${Nearest.hint(value, quantity.words)}: it is one of ${quantity.words.join(", ")}`);
       }
       if (["array", "circuit"].includes(name) && "=!=".includes(sign) && !value.includes(":")) {
         throw new Error(`here ${name}= takes a notation as the cards show it; hcsearch query takes any`);
@@ -49,7 +52,7 @@ const Conditions = (() => {
     if (tree.kind === "number") return (i) => table.designs.id[i] === tree.value;
     if (tree.kind === "text") {
       if (table.quantity(tree.value) || /^[<>=!]/.test(tree.value)) {
-        throw new Error(`“${tree.value}” alone is no condition: write a comparison without spaces, as dof<=6`);
+        throw new Error(`“${tree.value}” alone is no condition: compare it, as in dof<=6`);
       }
       const word = tree.value.toLowerCase();
       return (i) => table.text(i).includes(word);
@@ -61,7 +64,7 @@ const Conditions = (() => {
   // The designs that satisfy a query, in the order of the table; throws Error with a sentence for people.
   function selected(table, query) {
     const isFlag = (name) => table.quantity(name)?.kind === "boolean";
-    const fits = compiled(table, Grammar.parse(query, isFlag));
+    const fits = compiled(table, Grammar.parse(Grammar.named(query, table.quantities), isFlag));
     return Array.from({ length: table.count }, (_, i) => i).filter((i) => fits(i) === true);
   }
 

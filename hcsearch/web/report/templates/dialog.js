@@ -1,107 +1,92 @@
-// One design enlarged: numbers on its picture, all its foldings, what was tried of each, and its motion.
+// The dialog: one design enlarged, or several side by side; its designs stand in the address.
 const Dialog = (() => {
   const { element } = Parts;
-  const COLUMNS = ["dof", "flat_pairs", "needed_margin", "least_gap", "min_clearance", "deploy_time"];
-  let player = null;
+  let players = [], shown = [];
 
   function stop() {
-    player?.dispose();
-    player = null;
+    for (const { player } of players) player.dispose();
+    players = [];
   }
 
-  // Names a scene where it is not the usual one; where : names the database that may hold it.
-  const option = (scene, where) => (scene === null || scene === "default" ? "" : ` --scene '${scene}'${where}`);
-
-  function command(table, i, row) {
-    const { scene, crease } = table.foldings;
-    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${option(scene[row], table.where)}`;
+  async function play(table, designs, places, dialog) {
+    const rows = designs.map((i) => table.row(i, Card.drawn(table, i))), several = designs.length > 1;
+    const wanted = () => dialog.open && places[0].isConnected;
+    const mounted = await Promise.all(rows.map((row, k) => Motions.mount(table, row, places[k], { numbers: true }, wanted)));
+    players = [...players, ...mounted.filter(Boolean)];
+    if (several && wanted() && players.length) dialog.querySelector(".together-place").append(Compare.together(players));
   }
 
-  const named = ({ label, unit }) => label + (unit && `, ${unit}`);
-  const value = (quantity, known) => (known === null ? element("td", { class: "none" }, "–")
-    : element("td", { "data-name": named(quantity) }, Parts.written(known)));
-
-  function foldings(table, rows) {
-    const shown = COLUMNS.map((name) => table.folding_quantities.find((q) => q.name === name))
-      .filter((q) => q && rows.some((row) => table.foldings[q.name][row] !== null));
-    const head = element("tr", {}, ...["creases", "status", ...shown.map(named), "scene, and why"]
-      .map((text) => element("th", { scope: "col" }, text)));
-    const lines = rows.map((row) => element("tr", {},
-      element("th", { scope: "row" }, Parts.creases(table, row).join("|")),
-      element("td", {}, Parts.badge(Parts.foldingStatus(table, row))),
-      ...shown.map((q) => value(q, table.foldings[q.name][row])),
-      element("td", { class: "reason" }, table.foldings.why[row] || "–")));
-    return element("div", { class: "wide" }, element("table", { class: "foldings" }, element("thead", {}, head), element("tbody", {}, ...lines)));
-  }
-
-  async function read(address) {
-    const answer = await fetch(address);
-    if (!answer.ok) throw new Error(answer.statusText);
-    return answer.json();
-  }
-
-  async function play(table, row, place) {
-    const motion = row === undefined ? null : table.player(row);
-    place.hidden = !motion || typeof hcsearchPlayer === "undefined";
-    if (place.hidden) return;
-    let payload = motion;
-    if (typeof motion === "string") {
-      place.textContent = "The motion is being read.";
-      try {
-        payload = await read(motion);
-      } catch {
-        place.textContent = "The motion cannot be read right now: close the picture and open it again.";
-        return;
-      }
-      if (!place.isConnected || !place.closest("dialog").open) return; // another design is shown by now, or none
-    }
-    place.replaceChildren();
-    player = hcsearchPlayer.mount(place, payload, { numbers: true });
-  }
-
-  function show(table, i, dialog) {
+  function show(table, designs, dialog) {
     stop();
-    const rows = table.rows(i), crease = Card.drawn(table, i), row = table.row(i, crease), place = element("div", { class: "player" });
-    const link = table.page(i) ? element("a", { href: table.page(i) }, "its own page") : null;
-    const reason = row === undefined ? null : table.foldings.why[row];
-    dialog.replaceChildren(element("div", { class: "card", "data-index": i },
-      element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i]), link,
-        element("button", { type: "button", class: "copy close" }, "close")),
-      element("div", { class: "thumb" }, Parts.picture(table, i, crease, true)),
-      rows.length ? element("div", { class: "chips", role: "group", "aria-label": "Foldings" },
-        ...rows.map((k) => Parts.chip(table, k, k === row))) : null,
-      reason ? element("p", { class: "why" }, reason) : null,
-      place,
-      Parts.code("circuit notation", table.designs.circuit[i]),
-      Parts.code("array notation", table.designs.array[i]),
-      Parts.facts(table, i, row, (name) => name !== "id"),
-      rows.length ? foldings(table, rows) : null,
-      row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
-      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html${option(table.scene, "")}${table.where}`)));
+    shown = designs;
+    const places = designs.map(() => element("div", { class: "player" }));
+    dialog.setAttribute("aria-label", designs.length > 1 ? "Comparison" : "Large picture");
+    dialog.replaceChildren(designs.length > 1 ? Compare.content(table, designs, places) : Large.content(table, designs[0], places[0]));
     if (!dialog.open) dialog.showModal();
-    play(table, row, place);
+    play(table, designs, places, dialog);
   }
 
-  // Clicks in a gallery and here: enlarge a design, choose a folding, copy a text, close. refresh : draws a card anew.
-  function listen(table, gallery, dialog, refresh) {
+  // Clicks in a gallery and here: enlarge designs, go on to others, choose a folding, copy a text, close.
+  // refresh : draws a card anew. order : the designs through which the arrow keys step.
+  function listen(table, gallery, dialog, { refresh, order }) {
+    const index = new Map(table.designs.id.map((id, i) => [String(id), i]));
+    const ids = (designs) => designs.map((i) => table.designs.id[i]).join(",");
+    let among = null;
+
+    function open(designs, place = null) {
+      among = place;
+      Address.enter({ id: ids(designs) });
+      show(table, designs, dialog);
+    }
+
     function choose(button) {
       const row = Number(button.dataset.row), i = table.foldings.design[row];
       Card.choose(table, row);
       refresh(i);
-      if (dialog.open) show(table, i, dialog);
+      if (dialog.open) show(table, [i], dialog);
       (dialog.open ? dialog : gallery).querySelector(`[data-row="${row}"]`)?.focus({ preventScroll: true });
+    }
+
+    function step(by) {
+      const all = among || order(), to = all[all.indexOf(shown[0]) + by];
+      if (shown.length > 1 || to === undefined) return;
+      show(table, [to], dialog);
+      Address.replace({ id: ids([to]) });
+      dialog.querySelector(`[data-step="${by}"]`).focus({ preventScroll: true });
+    }
+
+    // What the address says.
+    function follow() {
+      const designs = Address.list(Address.read().id).map((id) => index.get(id)).filter((i) => i !== undefined);
+      if (designs.length === 1 || Compare.can(designs.length)) {
+        if (!dialog.open || ids(designs) !== ids(shown)) show(table, designs, dialog);
+      } else if (dialog.open) dialog.close();
     }
 
     document.addEventListener("click", (event) => {
       const button = event.target.closest("button");
       const enlarged = event.target.closest("#gallery .thumb, #gallery .more");
       if (event.target === dialog || button?.classList.contains("close")) dialog.close();
-      else if (enlarged) show(table, Number(enlarged.closest(".card").dataset.index), dialog);
+      else if (enlarged) open([Number(enlarged.closest(".card").dataset.index)]);
       else if (!button) return;
+      else if (button.dataset.design) open([Number(button.dataset.design)]);
+      else if (button.dataset.step) step(Number(button.dataset.step));
       else if (button.dataset.row) choose(button);
       else if (button.classList.contains("copy")) copy(button);
     });
-    dialog.addEventListener("close", stop);
+    dialog.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      // the player and its slider have arrow keys of their own
+      if (!by || event.target.closest(".player, input, select")) return;
+      event.preventDefault();
+      step(by);
+    });
+    dialog.addEventListener("close", () => {
+      stop();
+      if (Address.read().id) Address.leave({ id: "" });
+    });
+    addEventListener("popstate", follow);
+    return { open, follow };
   }
 
   return { listen };

@@ -1,8 +1,21 @@
-// The words of `hcsearch query`, as store/grammar.py reads them, with two more: `#24`, and words to look for in texts.
+// The words of `hcsearch query`, as store/conditions.py reads them, with two more: `#24`, and words to look for in texts.
 const Grammar = (() => {
   const CONDITION = /^([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)([^]*)|(?=[()]|$))/;
   const WORDS = ["and", "or", "not"];
   const DEEPEST = 15;
+
+  const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+
+  // A query with labels of columns, such as `degrees of freedom`, and names in any case, replaced by names, and no space
+  // around signs. columns : {name, label}; the longest label that fits is taken. As store/column_labels.py does it.
+  function named(query, columns) {
+    const names = new Map(columns.flatMap(({ name, label }) => [[label.toLowerCase(), name], [name.toLowerCase(), name]]));
+    if (!names.size) return query;
+    const any = [...names.keys()].sort((a, b) => b.length - a.length).map((text) => escaped(text).replaceAll(" ", "\\s+")).join("|");
+    const tight = query.replace(/(?<!\s)\s*(<=|>=|!=|=|<|>)\s*/g, "$1");
+    return tight.replace(new RegExp(`(?<![^\\s(])(?:${any})(?=[<>=!\\s()]|$)`, "gi"),
+      (text) => names.get(text.toLowerCase().replace(/\s+/g, " ")));
+  }
 
   // A value up to a bracket that closes what was opened before it.
   function beforeBracket(value) {
@@ -79,5 +92,5 @@ const Grammar = (() => {
     return tree;
   }
 
-  return { parse };
+  return { named, parse };
 })();

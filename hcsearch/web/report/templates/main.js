@@ -1,15 +1,26 @@
 const table = Table.read(JSON.parse(document.getElementById("data").textContent));
 const byId = (name) => document.getElementById(name);
-const [tools, find, state, large, column, direction] = ["tools", "find", "state", "large", "column", "direction"].map(byId);
+const [tools, find, state, large, column, direction, facets, chooser] = [
+  "tools", "find", "state", "large", "column", "direction", "facets", "columns"].map(byId);
 const gallery = Gallery.open(table, byId("gallery"));
-const spaced = (count) => count.toLocaleString("en");
-let down = false;
+const grouped = (count) => count.toLocaleString("en");
+let sort = "", chosen = {}, shown = [];
+
+const dialog = Dialog.listen(table, byId("gallery"), large, { refresh: (i) => gallery.refresh(i), order: () => shown });
+const numbers = Table.sortable(table);
+const plot = Plotting.listen(byId("scatter"), numbers.filter(({ name, kind }) => name !== "id" && kind !== "boolean"), points,
+  (designs) => dialog.open([designs[0]], designs));
+
+function points(x, y) {
+  const { designs } = table;
+  return shown.map((i) => ({ design: i, x: designs[x.name][i], y: designs[y.name][i], name: `#${designs.id[i]}`,
+    status: table.status[i], deployable: designs.deployable?.[i] ?? null }));
+}
 
 function select() {
-  const only = [...tools.querySelectorAll("input[name=only]:checked")].map((box) => box.value);
-  let chosen;
+  let fitting;
   try {
-    chosen = Conditions.selected(table, find.value).filter((i) => only.every((name) => table.designs[name][i]));
+    fitting = Conditions.selected(table, find.value);
   } catch (error) {
     // What was shown stays, beside what is wrong with the words.
     find.setAttribute("aria-invalid", "true");
@@ -18,29 +29,84 @@ function select() {
   }
   find.removeAttribute("aria-invalid");
   byId("wrong").textContent = "";
-  gallery.show(column.value ? Table.sorted(table, chosen, column.value, down) : down ? chosen.reverse() : chosen);
-  state.textContent = `${spaced(chosen.length)} of ${spaced(table.total)} designs`;
-  byId("none").hidden = chosen.length > 0;
+  Facets.show(table, facets, fitting, chosen);
+  shown = Table.sorted(table, fitting.filter((i) => Facets.fits(table, chosen, i)), sort);
+  gallery.show(shown);
+  state.textContent = `${grouped(shown.length)} of ${grouped(table.total)} designs`;
+  byId("none").hidden = shown.length > 0;
+  plot.draw();
 }
 
-function flip() {
-  down = !down;
+// The direction of the order in words; without a column the order is that of the query, best first.
+function direct() {
+  const down = sort.startsWith("-"), words = column.value ? ["Smallest first", "Largest first"] : ["Best first", "Worst first"];
   direction.textContent = down ? "↓" : "↑";
-  direction.setAttribute("aria-label", down ? "Largest first" : "Smallest first");
+  direction.setAttribute("aria-label", words[Number(down)]);
+}
+
+function remember() {
+  const values = Object.fromEntries(Facets.NAMES.map((name) => [name, (chosen[name] || []).join(",")]));
+  Address.replace({ ...values, q: find.value, sort, columns: Columns.names(table) });
+}
+
+// What the address says.
+function follow() {
+  const told = Address.read(), name = (told.sort || "").replace("-", "");
+  sort = !name || numbers.some((one) => one.name === name) ? told.sort || "" : "";
+  find.value = told.q || "";
+  column.value = sort.replace("-", "");
+  chosen = Object.fromEntries(Facets.NAMES.map((facet) => [facet, Address.list(told[facet])]));
+  Columns.choose(table, Address.list(told.columns));
+  Columns.check(chooser);
+  plot.follow();
+  direct();
   select();
 }
 
-Dialog.listen(table, byId("gallery"), large, (i) => gallery.refresh(i));
-direction.addEventListener("click", flip);
-tools.addEventListener("input", select);
 tools.addEventListener("submit", (event) => event.preventDefault());
-addEventListener("beforeprint", () => {
-  const printed = gallery.print(true);
-  byId("printed").textContent = printed < gallery.count() ? `The first ${spaced(printed)} of ${spaced(gallery.count())} designs are printed.` : "";
+find.addEventListener("input", () => { select(); remember(); });
+column.addEventListener("input", () => {
+  sort = column.value && Table.betterFirst(table.quantity(column.value));
+  direct();
+  select();
+  remember();
 });
-addEventListener("afterprint", () => gallery.print(false));
+direction.addEventListener("click", () => {
+  sort = sort.startsWith("-") ? sort.slice(1) : `-${sort}`;
+  direct();
+  select();
+  remember();
+});
+facets.addEventListener("click", (event) => {
+  const button = event.target.closest("[data-facet]");
+  if (!button) return;
+  chosen = Facets.toggled(chosen, button);
+  select();
+  remember();
+});
+chooser.addEventListener("change", () => {
+  Columns.take(chooser);
+  gallery.layout();
+  remember();
+});
+addEventListener("popstate", follow);
+const folded = byId("numbers");
+let opened = false;
+addEventListener("beforeprint", () => {
+  [opened, folded.open] = [folded.open, true];
+  const printed = gallery.print(true);
+  byId("printed").textContent = printed < gallery.count() ? `The first ${grouped(printed)} of ${grouped(gallery.count())} designs are printed.` : "";
+});
+addEventListener("afterprint", () => {
+  folded.open = opened;
+  gallery.print(false);
+});
 
-column.append(...Table.sortable(table).map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
+column.append(...numbers.map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
+Columns.fill(table, chooser);
 tools.hidden = false;
-select();
+follow();
+Compare.listen(table, byId("gallery"), byId("compare"), dialog, (i) => gallery.refresh(i));
 gallery.layout();
+if (table.count) First.show(table, table.first, byId("first"));
+dialog.follow();

@@ -16,6 +16,8 @@ const Parts = (() => {
     return made;
   }
 
+  const MOST_PIXELS = 1.3; // of an enlarged picture to a unit, so that lines and numbers of large panels stay fine
+
   // numbers : also of the creases, and a dot on panel 0, as `draw_circuit` with numbers.
   function picture(table, i, crease, numbers = false) {
     if (!table.readable[i]) return element("p", { class: "nothing" }, "no picture");
@@ -24,6 +26,8 @@ const Parts = (() => {
     svg.append(shape("title", {}, table.designs.circuit[i]));
     svg.append(...drawn.paths.map(([kind, d]) => shape("path", { class: kind, d })));
     if (numbers) {
+      svg.style.maxWidth = `${MOST_PIXELS * drawn.width}px`;
+      svg.style.maxHeight = `${MOST_PIXELS * drawn.height}px`;
       svg.append(shape("circle", { class: "start", cx: drawn.start[0], cy: drawn.start[1], r: 9 }));
       const group = shape("g", { class: "numbers" });
       group.append(...drawn.creases.map(([a, b], k) => shape("text", {
@@ -44,8 +48,14 @@ const Parts = (() => {
     return Math.abs(value) < TINY ? "0" : String(Number(value.toPrecision(4)));
   }
 
-  const worded = (status) => status.replace("_", " ");
-  const badge = (status) => element("span", { class: `badge s-${status}` }, worded(status));
+  // A value of a quantity with its unit, or a word.
+  function worded({ kind, unit }, value) {
+    if (kind === "boolean") return value ? "yes" : "no";
+    return kind === "text" ? spaced(value) : written(value) + (unit && ` ${unit}`);
+  }
+
+  const spaced = (word) => word.replaceAll("_", " ");
+  const badge = (status) => element("span", { class: `badge s-${status}` }, spaced(status));
 
   // The status of a folding; before any verdict, that of its twist.
   function foldingStatus(table, row) {
@@ -61,22 +71,22 @@ const Parts = (() => {
 
   function chip(table, row, shown) {
     const { twist, why } = table.foldings, status = foldingStatus(table, row), [crease, opposite] = creases(table, row);
-    const text = twist[row] ? `twist ${twist[row]}` : worded(status);
+    const text = twist[row] ? `twist ${twist[row]}` : spaced(status);
     return element("button", { type: "button", class: `chip fold s-${status}`, "data-row": row, "aria-pressed": String(shown),
-      title: [`flat creases ${crease} and ${opposite}, ${worded(status)}`, why[row]].filter(Boolean).join(": ") },
+      title: [`flat creases ${crease} and ${opposite}, ${spaced(status)}`, why[row]].filter(Boolean).join(": ") },
     `${crease}|${opposite} `, element("small", {}, text));
   }
 
   // Facts of a design, those of a folding where it has its own.
   function facts(table, i, row, names) {
-    const made = table.quantities.filter(({ name, kind }) => kind !== "text" && names(name)).map((quantity) => {
+    const made = table.quantities.filter(({ name }) => names(name)).map((quantity) => {
       const own = row !== undefined && quantity.name in table.foldings;
       const value = (own ? table.foldings[quantity.name][row] : table.designs[quantity.name][i]) ?? null;
       return value === null ? null : element("div", {}, element("dt", { title: quantity.note }, quantity.label),
-        element("dd", {}, quantity.kind === "boolean" ? (value ? "yes" : "no") : written(value) + (quantity.unit && ` ${quantity.unit}`)));
+        element("dd", {}, worded(quantity, value)));
     });
     return element("dl", { class: "facts" }, ...made);
   }
 
-  return { element, picture, code, written, badge, foldingStatus, creases, chip, facts };
+  return { element, shape, picture, code, written, worded, spaced, badge, foldingStatus, creases, chip, facts };
 })();

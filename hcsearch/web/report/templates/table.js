@@ -6,10 +6,11 @@ const Table = (() => {
     return Array(count).fill(column.all);
   };
 
-  // What is known of a design where no stage has given a verdict.
-  function fallback(designs, i) {
-    if (designs.untwisted[i] !== null) return designs.untwisted[i] ? "untwisted" : designs.two_stack[i] ? "twisted" : "no_folding";
-    if (designs.two_stack[i] !== null) return designs.two_stack[i] ? "two_stack" : "no_folding";
+  // The status of a design; where no stage has given a verdict, what is known of it.
+  function statusOf({ status, untwisted, two_stack: stacks }) {
+    if (status !== null) return status;
+    if (untwisted !== null) return untwisted ? "untwisted" : stacks ? "twisted" : "no_folding";
+    if (stacks !== null) return stacks ? "two_stack" : "no_folding";
     return "not_judged";
   }
 
@@ -23,7 +24,7 @@ const Table = (() => {
     const of = Array.from({ length: data.count }, () => []);
     for (const [name, column] of Object.entries(data.foldings)) foldings[name] = unpack(column, data.folding_count);
     foldings.design.forEach((design, row) => of[design].push(row));
-    const status = designs.status.map((word, i) => word ?? fallback(designs, i));
+    const status = designs.status.map((word, i) => statusOf({ status: word, untwisted: designs.untwisted[i], two_stack: designs.two_stack[i] }));
     const texts = [];
     const text = (i) => (texts[i] ??= [`#${designs.id[i]}`, designs.circuit[i], designs.array[i], status[i].replace("_", " ")]
       .join(" ").toLowerCase());
@@ -45,9 +46,14 @@ const Table = (() => {
       && (name === "id" || new Set(table.designs[name]).size > 1));
   }
 
-  // Unknown values last in either direction, equal ones in the order of the query.
-  function sorted(table, chosen, name, down) {
-    const keys = table.designs[name], sign = down ? -1 : 1;
+  // The better end of a quantity comes first: its name, after `-` where the larger values are the better ones.
+  const betterFirst = ({ name, better }) => (better === "higher" ? `-${name}` : name);
+
+  // In the order of the query, best first, or by a name, after `-` the largest first; `-` alone turns the order around.
+  // Unknown values come last either way, equal ones in the order of the query.
+  function sorted(table, chosen, sort) {
+    const down = sort.startsWith("-"), keys = table.designs[down ? sort.slice(1) : sort], sign = down ? -1 : 1;
+    if (!keys) return down ? [...chosen].reverse() : chosen;
     return [...chosen].sort((a, b) => {
       const x = keys[a], y = keys[b];
       if (x === null || y === null) return (x === null) - (y === null) || a - b;
@@ -55,5 +61,5 @@ const Table = (() => {
     });
   }
 
-  return { read, sortable, sorted };
+  return { read, statusOf, sortable, betterFirst, sorted };
 })();

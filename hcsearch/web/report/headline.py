@@ -1,0 +1,155 @@
+"""The title of a list of designs and the sentence below it, which say in plain words what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hcsearch.store import Summary
+from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, Not, parse_conditions
+
+PANEL_NOUNS = {
+    "triangle": "triangles",
+    "square": "squares",
+    "rectangle": "rectangles",
+    "hex": "hexagons",
+    "rhombus": "rhombuses",
+    "kite": "kites",
+    "right45": "isosceles right triangles",
+    "right30": "30-60-90 triangles",
+    "obtuse": "30-30-120 triangles",
+}
+"""The panels of each grid in words."""
+
+_SMALL_NUMBERS = (
+    *("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve"),
+)
+_SUBJECTS = ("grid", "n", "array")
+"""Columns whose conditions name what was searched, not a part of what was found."""
+
+
+@dataclass(frozen=True)
+class StageCounts:
+    """Numbers of designs that pass each stage, of `total`; None for a stage that ran on none of them.
+
+    locked : designs that are proved locked.
+    """
+
+    total: int
+    two_stack: int | None
+    untwisted: int | None
+    movable: int | None
+    deploys: int | None
+    locked: int
+
+    @classmethod
+    def of(cls, counts: Summary) -> StageCounts:
+        """Return the counts of a summary; without designs all are 0."""
+        if not counts.circuits:
+            return cls(0, 0, 0, 0, 0, 0)
+        locked, movable, deploys = counts.locked or 0, counts.movable, counts.deploys
+        # Twisted and locked designs are known not to move before any motion is planned.
+        if counts.untwisted is None or counts.untwisted > locked:
+            movable = movable if movable or counts.planned else None
+            deploys = deploys if deploys or counts.tried else None
+        return cls(counts.circuits, counts.two_stack, counts.untwisted, movable, deploys, locked)
+
+
+def title_of(sizes: Sequence[tuple[str, int]], array: str | None = None) -> str:
+    """Return a title such as `Twelve thick hexagons`.
+
+    sizes : grid and number of panels of the designs. array : their common array, None for several.
+    """
+    if not sizes:
+        return "No designs"
+    grids, numbers = list(dict.fromkeys(grid for grid, _ in sizes)), sorted({n for _, n in sizes})
+    panels = _joined([PANEL_NOUNS.get(grid, grid) for grid in grids])
+    if len(numbers) > 1:
+        return f"{numbers[0]} to {numbers[-1]} thick {panels}"
+    number = _SMALL_NUMBERS[numbers[0]] if numbers[0] < len(_SMALL_NUMBERS) else str(numbers[0])
+    return f"{number} thick {panels}" + (" in one array" if array is not None else "")
+
+
+def _joined(words: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def headline_of(counts: StageCounts, query: str = "") -> str:
+    """Return the sentence on how many designs open, such as `33 of 1,175 designs open by springs, 28 more by motors.`.
+
+    query : by which the designs were selected; more than a grid, a size or an array makes them `selected designs`.
+    """
+    if not counts.total:
+        return "No design satisfies the query."
+    kind = "selected design" if _selects_a_part(parse_conditions(query)) else "design"
+    among = _Among(counts.total, kind)
+    if counts.movable is None and counts.deploys is None:
+        return _before_motion(counts, among)
+    if counts.deploys is None or counts.deploys or counts.movable:
+        return _opening(counts, among)
+    return _nothing_opens(counts, among)
+
+
+def _opening(counts: StageCounts, among: _Among) -> str:
+    """Return the sentence on designs of which some open, or of which springs have not been tried."""
+    by_springs = counts.deploys or 0
+    by_motors = max(0, (counts.movable or 0) - by_springs)
+    if counts.deploys is None:
+        return f"{among.text(by_motors)} by motors; springs have not been tried."
+    if not by_springs:
+        return f"{among.text(by_motors)} by motors, none by springs alone."
+    more = f", {by_motors:,} more by motors" if by_motors else ""
+    return f"{among.text(by_springs)} by springs{more}."
+
+
+def _nothing_opens(counts: StageCounts, among: _Among) -> str:
+    """Return the sentence on designs of which none is known to open."""
+    if counts.movable is None:
+        return f"{among.text(0)} by springs; no motion by motors has been searched for."
+    is_settled = counts.untwisted is not None and counts.untwisted <= counts.locked
+    if counts.total == 1:
+        return f"The {among.kind} {'cannot open' if is_settled else 'is not known to open'}."
+    if is_settled:
+        return f"None of {among.all} can open: they have no folding, are twisted, or are locked."
+    return f"None of {among.all} is known to open."
+
+
+def _before_motion(counts: StageCounts, among: _Among) -> str:
+    """Return the sentence on designs for which no motion has been searched for."""
+    if counts.two_stack is None:
+        return f"{among.all}; their foldings have not been computed."
+    if counts.untwisted is None:
+        return f"{among.text(counts.two_stack, 'fold')} into two stacks; their twist has not been computed."
+    return f"{among.text(counts.untwisted, 'fold')} without twist; their motion has not been searched for."
+
+
+@dataclass(frozen=True)
+class _Among:
+    """The designs of which some are counted: their number and what they are called."""
+
+    total: int
+    kind: str
+
+    @property
+    def all(self) -> str:
+        return f"{self.total:,} {self.kind}{'s' if self.total > 1 else ''}"
+
+    def text(self, count: int, verb: str = "open") -> str:
+        """Return the subject and verb of a sentence on some of the designs."""
+        if self.total == 1:
+            return f"The {self.kind} {verb}s" if count else f"The {self.kind} does not {verb}"
+        if count == self.total:
+            return f"All {count:,} {self.kind}s {verb}"
+        of = f"of {self.total:,} {self.kind}s"
+        return f"None {of} {verb}s" if not count else f"{count:,} {of} {verb}{'s' if count == 1 else ''}"
+
+
+def _selects_a_part(tree: ConditionTree) -> bool:
+    """Return whether a query names more than a grid, a number of panels or an array."""
+    match tree:
+        case AllOf(parts) | AnyOf(parts):
+            return any(map(_selects_a_part, parts))
+        case Not(part):
+            return _selects_a_part(part)
+        case Condition(name=name):
+            return name not in _SUBJECTS
