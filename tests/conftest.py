@@ -18,7 +18,7 @@ EXTRAS = (
     *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "nbclient", "nbformat", "numpydoc", "OCP"),
     *("ompl", "pinocchio", "psutil", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
 )
-"""Modules that only extras and the groups `readers` and `docs` install; but pyarrow, which pandas takes where it is installed."""
+"""Modules of extras and of the groups `readers` and `docs`; but pyarrow, which pandas takes where it is installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)
