@@ -44,6 +44,7 @@ nb_execution_in_temp = True  # they write files
 nb_execution_raise_on_error = True
 
 default_role = "py:obj"
+highlight_language = "text"
 templates_path = [str(HERE / "_templates")]
 autosummary_generate = True
 autodoc_typehints = "description"
