@@ -1,8 +1,11 @@
 """Settings of the documentation site; `make docs` builds it with Sphinx."""
 
+import re
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+from click import Context
+from sphinx.application import Sphinx
 from sphinx.ext.napoleon import NumpyDocstring
 from sphinx.util.inspect import TypeAliasForwardRef
 
@@ -40,8 +43,8 @@ nb_execution_cache_path = "docs/_build/notebooks"
 nb_execution_in_temp = True  # they write files
 nb_execution_raise_on_error = True
 
-smartquotes = False  # they would make one dash of the two before an option
 default_role = "py:obj"
+highlight_language = "text"
 templates_path = [str(HERE / "_templates")]
 autosummary_generate = True
 autodoc_typehints = "description"
@@ -79,3 +82,30 @@ html_theme_options = {
 ogp_social_cards = {"enable": False}  # only the descriptions of pages for search engines
 copybutton_prompt_text = r"\$ |>>> |\.\.\. "
 copybutton_prompt_is_regexp = True
+
+
+def setup(app: Sphinx) -> None:
+    """Take part in how sphinx-click writes the help of commands."""
+    for part in ("description", "options", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", _show_as_typed)
+
+
+def _show_as_typed(app: Sphinx, context: Context, lines: list[str]) -> None:
+    """Write options in sentences and aligned lines as code: else two dashes become one, and spaces are lost."""
+    shown = []
+    for before, line in zip(["", *lines], lines, strict=False):
+        text = line.lstrip()
+        space = line.removesuffix(text)
+        if text.startswith("| "):
+            if not before.lstrip().startswith("| "):
+                shown += [f"{space}::", ""]
+            shown.append(f"{space}    {text[2:]}")
+        elif text.startswith(".. "):
+            shown.append(line)
+        else:
+            shown.append(re.sub(r"`[^`]*`|(?<![\w-])--[a-z][\w-]*", _as_code, line))
+    lines[:] = shown
+
+
+def _as_code(found: re.Match[str]) -> str:
+    return found[0] if found[0].startswith("`") else f"``{found[0]}``"

@@ -1,6 +1,6 @@
 // Names for screen readers that the theme leaves out.
 for (const button of document.querySelectorAll(".search-button-field")) {
-  button.removeAttribute("aria-label"); // it contradicts the text of the button
+  button.setAttribute("aria-label", button.textContent.replace(/\s+/g, " ").trim()); // the shortcut, too, which it shows
 }
 for (const toggle of document.querySelectorAll("summary:has(> .toctree-toggle)")) {
   const link = toggle.closest("li").querySelector("a");

@@ -59,7 +59,7 @@ def drive(
 
     Raises
     ------
-    NoPathError
+    hcsearch.springs.drive.driven_folding.NoPathError
         With the reason, where no path is proved.
     """
     check_kinds(drive, locals())

@@ -82,9 +82,10 @@ def verify(path: str | Path) -> Certificate:
 
     Raises
     ------
-    CertificateError
+    hcsearch.motion.certificates.certifying.CertificateError
         If a claim is not proved.
     InputFileError
+        For a file that cannot be read.
     """
     check_kinds(verify, locals())
     return Certificate(Path(path), tuple(certifying.verify_certificate(certifying.read_certificate(str(path)))))

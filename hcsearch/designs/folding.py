@@ -118,7 +118,7 @@ class Folding:
         NotationError
             For what is no folding.
         SizeError
-            As for circuits.
+            For more panels than an array has cells.
         """
         expect_kind("the notation of a folding", text, str, "a text, such as 'hex:0234550132:4'")
         design, crease = split_crease(text)

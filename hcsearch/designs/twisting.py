@@ -42,7 +42,7 @@ def twist(folding: Folding) -> int:
     Returns
     -------
     int
-        0 or more.
+        The number of full turns, 0 or more.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def gauss_linking(folding: Folding) -> int:
     Returns
     -------
     int
-        The linking number; its sign changes under reflection.
+        The linking number.
     """
     expect_kind(
         "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"

@@ -41,7 +41,7 @@ class PolygonSearch:
     Raises
     ------
     SizeError
-        For less than 3 and more than 120 panels.
+        For fewer than 3 and for more than 120 panels.
     """
 
     grid: Grid
