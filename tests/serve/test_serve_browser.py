@@ -32,6 +32,12 @@ def test_filter_sort_open_play_and_download(address, number, tmp_path):
         assert tab.value("document.querySelectorAll('.gallery .card .thumb svg').length") == 48
         tab.value("document.querySelector('[rel=next]').click()")
         tab.until("location.search === '?page=2' && document.querySelectorAll('.card').length === 48")
+        tab.value("document.querySelector('[name=q]').value = 'untwistd n_foldings>=3'")
+        tab.value("document.querySelector('form.tools').requestSubmit()")
+        tab.until("document.getElementById('wrong').textContent.includes('did you mean untwisted')")
+        assert tab.value("document.querySelectorAll('.gallery .card').length") == 48  # the rows stay
+        assert tab.value("document.getElementById('working').hidden")
+        tab.events = [event for event in tab.events if event.get("method") != "Log.entryAdded"]  # the refusal
         tab.value("document.querySelector('[name=q]').value = 'untwisted n_foldings>=3'")
         tab.value("document.querySelector('form.tools').requestSubmit()")
         tab.until("location.search.startsWith('?q=untwisted') && !!document.querySelector('.card h3')")

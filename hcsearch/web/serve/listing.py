@@ -144,8 +144,8 @@ class RowCounts:
 class ListPage:
     """The rows of a list on one page.
 
-    order : sort specification of the list. first : number of the first row, from 1. total : of all rows; None for more
-    than `MAX_COUNTED_ROWS`. last : page, if known.
+    first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
+    if known. order : sort specification of the list.
     """
 
     rows: Sequence[Mapping[str, Any]]
