@@ -181,7 +181,7 @@ def test_the_page_of_a_design_lists_its_parts(computed):
     [
         ("deploys", 0.7323, "Springs alone open it in 0.732 s, and its panels are certified not to collide."),
         ("deploys", None, "Springs alone open it, and its panels are certified not to collide."),
-        ("movable", 1.0, "A path on which they do not collide is proved: motors can open it."),
+        ("movable", 1.0, "A path on which its panels do not collide is proved: motors can open it."),
         ("locked", None, "It is proved locked: it cannot open."),
         ("not_judged", None, "Whether it opens has not been judged."),
     ],

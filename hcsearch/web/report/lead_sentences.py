@@ -20,7 +20,7 @@ PANEL_WORDS = {
 """Panels of each grid, in the plural."""
 
 _ENDINGS = {
-    "movable": "A path on which they do not collide is proved: motors can open it.",
+    "movable": "A path on which its panels do not collide is proved: motors can open it.",
     "undecided": "It is undecided whether it opens: neither a path nor a lock is proved.",
     "locked": "It is proved locked: it cannot open.",
     "twisted": "The loop is twisted: it cannot open.",
