@@ -11,10 +11,12 @@ from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import Trial
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.design_data import fetch_design_data
+from hcsearch.web.report.lead_sentences import design_sentence
 from hcsearch.web.report.page_files import render_design, write_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, data_of
@@ -172,3 +174,21 @@ def test_the_page_of_a_design_lists_its_parts(computed):
     assert any(tag == "summary" and "8 panels of 213.2 g together" in text for tag, text in page.texts)
     lengths = [text for tag, text in page.texts if tag == "td"]
     assert {"linear:0.1", "valley", "mountain", f"{1e3 * shown.bill.panels[0].mass:.4g}"} <= set(lengths)
+
+
+@pytest.mark.parametrize(
+    ("status", "seconds", "end"),
+    [
+        ("deploys", 0.7323, "Springs alone open it in 0.732 s, and its panels are certified not to collide."),
+        ("deploys", None, "Springs alone open it, and its panels are certified not to collide."),
+        ("movable", 1.0, "A path on which its panels do not collide is proved: motors can open it."),
+        ("locked", None, "It is proved locked: it cannot open."),
+        ("not_judged", None, "Whether it opens has not been judged."),
+    ],
+)
+def test_the_first_sentence_says_whether_a_design_opens(computed, status, seconds, end):
+    panel = default_panel("hex")
+    sentence = design_sentence(FOLDING.circuit, panel, status, computed.foldings[0].room, seconds)
+    start = "10 regular hexagons of 50x50x6 mm form a closed loop, which folds into two stacks of 173.2 x 100 x 30 mm"
+    assert sentence == f"{start} together. {end}"
+    assert design_sentence(FOLDING.circuit, panel, "no_folding", None).endswith("does not fold into two stacks.")

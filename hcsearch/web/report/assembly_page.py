@@ -17,7 +17,7 @@ from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import replay_of_deployment, replay_of_motion
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.description import AssemblyFacts, describe_assembly
-from hcsearch.library.assemblies.fact_texts import fact_rows, fact_text, published_rows
+from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
 from hcsearch.motion.paths.branch_following import follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
@@ -68,9 +68,6 @@ def fetch_assembly_data(name: str, case: Case, option: str = "") -> AssemblyData
         title=assembly.title,
         sentence=_sentence(facts, deployed),
         meta=[
-            ("name", name),
-            ("thesis", assembly.source),
-            ("sizes", fact_text(facts["parameters"])),
             ("scene", case.setup.name),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),

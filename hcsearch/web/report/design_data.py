@@ -148,8 +148,9 @@ def fetch_design_data(
 def _sentence(circuit: Circuit, panel: PanelSize, best: ShownFolding | None) -> str:
     if best is None:
         return design_sentence(circuit, panel, "no_folding", None)
-    springs = [motion.payload["at"][-1] for motion in best.motions[:1] if best.status == "deploys"]
-    return design_sentence(circuit, panel, best.status, best.room, *springs)
+    first = best.motions[0].payload if best.motions else None
+    seconds = first["at"][-1] if first is not None and first["axis"] == "time" else None
+    return design_sentence(circuit, panel, best.status, best.room, seconds)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ PANEL_WORDS = {
 """Panels of each grid, in the plural."""
 
 _ENDINGS = {
-    "movable": "A path on which they do not collide is proved: motors can open it.",
+    "movable": "A path on which its panels do not collide is proved: motors can open it.",
     "undecided": "It is undecided whether it opens: neither a path nor a lock is proved.",
     "locked": "It is proved locked: it cannot open.",
     "twisted": "The loop is twisted: it cannot open.",
@@ -33,7 +33,7 @@ def design_sentence(
     """Return what a design is, and whether it opens.
 
     status : of its best folding, any other word where no stage has judged it. room : of this folding, None where the
-    design has none. seconds : time until springs have opened it, for a design that deploys.
+    design has none. seconds : time until springs have opened it, if it deploys.
     """
     loop = f"{circuit.n} {PANEL_WORDS[circuit.grid.name]} of {panel_text(panel)} mm form a closed loop"
     if room is None:

@@ -14,7 +14,6 @@ export const THEMES = {
         near: '#f0a63a',
         clash: '#e2574c',
         text: '#20242e',
-        halo: '#20242e',
     },
     dark: {
         ...HINGES_DARK,
@@ -24,7 +23,6 @@ export const THEMES = {
         near: '#ffb84d',
         clash: '#ff6a5e',
         text: '#14171c',
-        halo: '#14171c',
     },
 };
 

@@ -21,7 +21,7 @@ export function markHinges(context, { payload }, hinges, { poses, frame, theme }
             return seen(out);
         });
         for (const [colour, wide] of [
-            [THEMES[theme].halo, 2.2 * size],
+            [THEMES[theme].text, 2.2 * size],
             [THEMES[theme].near, 1.4 * size],
         ]) {
             context.strokeStyle = colour;
