@@ -35,8 +35,9 @@ def check(
 ) -> CheckedCircuit | CheckedPattern:
     """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
 
-    what : a crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id,
-    one of its foldings, or a case. A file that draws no design of a grid gives a CheckedPattern.
+    what : a crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
+    position, order and direction, or by its id, one of its foldings, or a case. A file that draws no design of a grid
+    gives a CheckedPattern.
     scene, panel, flat_pairs, db, values : as in `deploy`. Panels have the size that a file gives in a physical unit,
     unless `panel` sets another, of a CheckedPattern as longest edge x thickness. progress : called with the numbers of
     foldings, or of stages, that are done and of all, and the stage.
