@@ -15,8 +15,8 @@ from tests.faults.summary import pytest_terminal_summary
 __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
-    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "nbclient", "nbformat", "numpydoc", "OCP"),
-    *("ompl", "pinocchio", "psutil", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
+    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "numpydoc", "OCP", "ompl"),
+    *("pinocchio", "psutil", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
 )
 """Modules of extras and of the groups `readers` and `docs`; but pyarrow, which pandas takes where it is installed."""
 

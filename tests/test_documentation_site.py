@@ -1,4 +1,4 @@
-"""The documentation site, as `make docs` builds it. Needs the extra `docs`, Chromium, and npm for axe-core."""
+"""The documentation site, as `make docs` builds it. Needs the group `docs`, Chromium, and npm for axe-core."""
 
 import os
 import re
@@ -18,6 +18,7 @@ from hcsearch.system.lazy import names_in_stub
 from tests.axe import faults
 from tests.documents import ROOT
 
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 API = ROOT / "docs" / "reference" / "api.md"
 AXE = "axe-core@4.11.0"
 
@@ -81,6 +82,13 @@ def test_the_site_says_what_each_public_name_is_and_states_its_version(site):
     landing = (site / "docs" / "index.html").read_text(encoding="utf-8")
     assert f"hcsearch {hcsearch.__version__}" in landing
     assert re.search(r'<meta [^>]*name="description"[^>]*Hamiltonian', landing)
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_of_the_site_show_what_their_cells_returned(site, path):
+    page = (site / "docs" / "notebooks" / f"{path.stem}.html").read_text(encoding="utf-8")
+    assert page.count('class="cell_output') >= 5
 
 
 @pytest.mark.extra

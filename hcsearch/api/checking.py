@@ -38,8 +38,8 @@ def check(
     Parameters
     ----------
     what
-        A crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id, one
-        of its foldings, or a case.
+        A crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
+        position, order and direction, or by its id, one of its foldings, or a case.
     scene, panel, flat_pairs, db, **values
         As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
         CheckedPattern as longest edge x thickness.

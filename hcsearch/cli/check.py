@@ -41,7 +41,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit that is printed.
 
     Any other pattern of convex panels is checked as a linkage, with any number of loops: its packed state, degrees of
-    freedom, locks, motion and deployment. Valleys have hinges on the top face, mountains on the bottom face.
+    freedom, locks, motion and deployment. Valleys have hinges on the top face, mountains on the bottom face. So is a
+    model that `hcsearch export` wrote, .urdf, .xml or .mjcf.
 
     Panels have the size that the file gives in a physical unit, unless --panel sets another: the sizes of a panel, or
     the longest edge and the thickness of a pattern that is no design.

@@ -265,7 +265,7 @@ def test_check_says_what_it_leaves_out_of_a_file(run):
     line |= {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2], [2, 4]], "edges_assignment": [*"BBBBVU"]}
     Path("line.fold").write_text(json.dumps(line), encoding="utf-8")
     result = run("check", "line.fold")
-    assert "panel 0 at (0.667, 0.333) has one crease" in refusal(result)
+    assert "line.fold is no design of a grid, as panel 0 at (0.667, 0.333) has one crease" in result.stderr
     assert "line.fold: frame_unit 'parsec' is no unit of length" in result.stderr
     assert "line.fold: edge 5 from (1, 1) to (2, 2) ends at no other edge" in result.stderr
 

@@ -196,17 +196,12 @@ def drive_along(
     progress : called with the steps done, their number, and the next stage; the first step is the search for the
     motion.
     """
-    if not _is_proved(motion):
+    if motion.way is None or motion.margin is None:
         raise NoPathError(no_drive_reason(folding, scene, motion))
-    assert motion.way is not None
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = folding.linkage(panel, flat_pairs=motion.way)
     scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
     return drive_linkage({"design": folding.notation}, linkage, scene, motion, options, progress)
-
-
-def _is_proved(motion: PlannedMotion) -> bool:
-    return motion.proof is not None and motion.proof.motion is not None and motion.margin is not None
 
 
 def drive_linkage(
