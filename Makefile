@@ -41,8 +41,8 @@ db: $(VENV)/installed
 # Sphinx shows the warnings of a page when it reads it: after a failure it reads all pages again.
 docs: $(VENV)/documented
 	mkdir -p docs/_build
-	$(BIN)/python -m hcsearch.store.generated columns > docs/_build/columns.md
-	cmp --quiet docs/_build/columns.md docs/reference/columns.md || mv docs/_build/columns.md docs/reference/columns.md
+	$(BIN)/python -m hcsearch.store.generated columns > docs/_build/columns
+	cmp --quiet docs/_build/columns docs/reference/columns.md || mv docs/_build/columns docs/reference/columns.md
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html -c docs -d docs/_build/doctrees \
 		. docs/_build/html || { rm -rf docs/_build/doctrees; exit 1; }
 	@echo docs/_build/html/index.html
