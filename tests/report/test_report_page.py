@@ -143,6 +143,7 @@ def test_hostile_text_stays_text(hex_ten, hostile):
         designs=[first, second],
     )
     page, plain = Page(render_report(data)), Page(render_report(replace(hex_ten, designs=hex_ten.designs[:2])))
+    assert "first" in [attrs.get("id") for _, attrs in page.elements]  # without a picture
     assert page.count("script") == plain.count("script") == 2  # the data and the program
     assert page.count("img") == 0
     assert not [name for _, attrs in page.elements for name in attrs if name.startswith("on")]

@@ -33,6 +33,7 @@ def test_a_list_begins_with_a_sentence_and_the_best_design(asking, number):
     assert 'id="first"' in answer.text
     assert 'id="first"' not in asking("/designs?page=2").text
     assert '<option value="" selected>best first</option>' in answer.text
+    assert '<option value="">best first</option>' in asking("/designs?sort=-id").text
 
 
 def test_long_lists_come_as_stored_and_are_not_counted(asking, monkeypatch):

@@ -149,10 +149,10 @@ def render_report(data: ReportData) -> str:
     )
 
 
-def _first_picture(data: ReportData) -> Markup | None:
-    """Return the picture of the design that plays, which shows until it does; None where it cannot be drawn."""
+def _first_picture(data: ReportData) -> Markup:
+    """Return the picture of the design that plays, which shows until it does; empty where it cannot be drawn."""
     if not data.designs:
-        return None
+        return Markup()
     design = data.designs[first_design(data)]
     with suppress(HcsearchError):
         circuit, crease = Circuit.from_notation(str(design["circuit"])), drawn_crease(data, design)

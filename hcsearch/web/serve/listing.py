@@ -145,14 +145,13 @@ class ListPage:
     """The rows of a list on one page.
 
     first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
-    if known. order : sort specification of the list.
+    if known.
     """
 
     rows: Sequence[Mapping[str, Any]]
     first: int
     total: int | None
     last: int | None
-    order: str = ""
 
 
 def order_of_list(database: Database, list_request: ListRequest, counts: RowCounts, seconds: float) -> str:
@@ -186,7 +185,7 @@ def list_page_of(database: Database, list_request: ListRequest, counts: RowCount
     # the end of the list gives its length without counting
     is_end = len(rows) < size and (rows or not skip)
     total = skip + len(rows) if is_end else counts.of(database, list_request, end - time.monotonic())
-    return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)), order)
+    return ListPage(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
 
 
 def page_row_count(list_request: ListRequest) -> int:
@@ -250,7 +249,8 @@ def usual_columns(view: str) -> tuple[Quantity, ...]:
 
 def _orders(list_request: ListRequest, page: ListPage) -> list[tuple[str, str]]:
     """Return the selectable orders as (specification, words), including the requested one; the better end first."""
-    orders = [("", "best first" if page.order == BEST_FIRST_ORDER else "as stored")]
+    is_sorted = list_request.view == "designs" and page.total is not None
+    orders = [("", "best first" if is_sorted else "as stored")]
     for quantity in VIEWS[list_request.view]:
         if quantity.kind != "text":
             ends = [(quantity.name, "smallest first"), (f"-{quantity.name}", "largest first")]

@@ -21,7 +21,7 @@ MAX_KEPT_OVERVIEWS = 200
 
 
 @dataclass(frozen=True)
-class Facet:
+class ListFacet:
     """A column of designs with values to choose from.
 
     values : (value, number of designs that have it among those that fit all else, whether it is chosen).
@@ -37,7 +37,7 @@ class Overview:
 
     title: str
     sentence: str
-    facets: Sequence[Facet]
+    facets: Sequence[ListFacet]
 
 
 NO_OVERVIEW = Overview("", "", ())
@@ -69,7 +69,7 @@ def _overview_of(database: Database, list_request: ListRequest) -> Overview:
     return Overview(title_of(counts.sizes, counts.array), headline_of(StageCounts.of(counts), query), tuple(facets))
 
 
-def _facet(database: Database, list_request: ListRequest, name: str) -> Facet | None:
+def _facet(database: Database, list_request: ListRequest, name: str) -> ListFacet | None:
     """Return a facet; None where the designs do not differ in it, or in too many values, and none is chosen."""
     chosen = dict(list_request.facets).get(name, ())
 
@@ -82,4 +82,4 @@ def _facet(database: Database, list_request: ListRequest, name: str) -> Facet | 
     values = [(value, count, str(value) in chosen) for value, count in counts or ()]
     known = {str(value) for value, _, _ in values}
     values += [(value, 0, True) for value in chosen if value not in known]
-    return Facet(name, tuple(values)) if len(values) > 1 or chosen else None
+    return ListFacet(name, tuple(values)) if len(values) > 1 or chosen else None
