@@ -16,9 +16,9 @@ __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
     *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil"),
-    *("numpydoc", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
+    *("numpydoc", "psycopg", "trimesh", "waitress", "werkzeug"),
 )
-"""Modules that only extras install; but pyarrow, which pandas takes for its own texts where it is installed."""
+"""Modules that only extras install; but pyarrow and sphinx, which pandas and SciPy take where they are installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)
