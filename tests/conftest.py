@@ -15,10 +15,10 @@ from tests.faults.summary import pytest_terminal_summary
 __all__ = ["pytest_terminal_summary"]
 
 EXTRAS = (
-    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "numpydoc", "OCP", "ompl"),
-    *("pinocchio", "psutil", "psycopg", "sphinx", "trimesh", "waitress", "werkzeug"),
+    *("coal", "distributed", "exudyn", "ezdxf", "graphillion", "mujoco", "numpydoc", "OCP", "ompl", "pinocchio"),
+    *("psutil", "psycopg", "trimesh", "waitress", "werkzeug"),
 )
-"""Modules of extras and of the groups `readers` and `docs`; but pyarrow, which pandas takes where it is installed."""
+"""Modules of extras and dependency groups; but pyarrow and sphinx, which pandas and SciPy take where installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)
