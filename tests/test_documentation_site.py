@@ -4,16 +4,16 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from filelock import FileLock
 
 import hcsearch
 from hcsearch.api.kinds import describe_kind
-from hcsearch.basics.vocabulary import Formulation, Keep, Until, Way
+from hcsearch.basics.vocabulary import Formulation, Keep, ReplaySource, Until, Way
 from hcsearch.cases.case import CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.replay_sources import ReplaySource
+from hcsearch.store import Database
 from hcsearch.system.lazy import names_in_stub
 from tests.axe import faults
 from tests.documents import ROOT
@@ -38,7 +38,7 @@ def test_the_page_of_python_names_tells_what_the_kinds_in_signatures_are():
         "CaseSubject": CaseSubject,
         "Formulation": Formulation,
         "Keep": Keep,
-        "Place": Place,
+        "Place": str | Path | Database,
         "ReplaySource": ReplaySource,
         "Until": Until,
         "Way": Way,

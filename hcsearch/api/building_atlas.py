@@ -32,10 +32,28 @@ def build_atlas(
     The same versions of the program and its libraries write the same bytes. An interrupted call goes on when it is
     repeated; a finished atlas is checked against its checksums.
 
-    path : the folder, which is empty, missing, or holds this atlas. grids : their names; all where None.
-    until, jobs, progress, announce : as in `enumerate_into`.
+    Parameters
+    ----------
+    path
+        The folder, which is empty, missing, or holds this atlas.
+    n
+        The greatest number of panels.
+    grids
+        Names of grids; all where None.
+    until, jobs, progress, announce
+        As in `enumerate_into`.
 
-    Errors: OutputError for a folder with other contents, QueryError without pyarrow.
+    Returns
+    -------
+    Atlas
+        The finished atlas.
+
+    Raises
+    ------
+    OutputError
+        For a folder with other contents.
+    QueryError
+        Without pyarrow.
     """
     check_kinds(build_atlas, locals())
     check_parquet()

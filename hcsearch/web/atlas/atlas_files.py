@@ -26,8 +26,16 @@ _PAGE_FILE, _CARD_FILE = "index.html", "README.md"
 class Atlas:
     """A finished atlas.
 
-    path : of its folder. designs, foldings, files : their numbers. size : of all files, bytes. checksum : SHA-256 of
-    the file of checksums, which is equal for equal atlases.
+    Parameters
+    ----------
+    path
+        Its folder.
+    designs, foldings, files
+        Their numbers.
+    size
+        Size of all files, bytes.
+    checksum
+        SHA-256 of the file of checksums, which is equal for equal atlases.
     """
 
     path: Path
