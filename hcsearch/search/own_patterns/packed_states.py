@@ -16,7 +16,7 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import close_linkage
@@ -57,8 +57,8 @@ PlaneMotion = tuple[complex, complex, bool]
 _REST: PlaneMotion = (1 + 0j, 0j, False)
 
 
-@dataclass(frozen=True)
-class PackedPattern:
+@dataclass(frozen=True, eq=False)
+class PackedPattern(ByValue):
     """A pattern with the hinges that close in its packed state, or without such a state.
 
     packed : whether there is one. sentence : how it was found, or why there is none. moved : greatest distance (m) by

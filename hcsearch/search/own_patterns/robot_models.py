@@ -16,7 +16,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.motion.collision.panel_prisms import inset_facet
 from hcsearch.search.own_patterns.drawn_lines import PointNumbers
@@ -32,8 +32,8 @@ _STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attr
 """A triangle of a binary STL file; the head holds a title and the number of triangles."""
 
 
-@dataclass(frozen=True)
-class _ModelHinge:
+@dataclass(frozen=True, eq=False)
+class _ModelHinge(ByValue):
     """A joint of a model: its two links, its line in the flat state, and whether it starts closed.
 
     point : of the line. normal : (2,), unit vector of the plane across it.
@@ -50,7 +50,7 @@ class _ModelHinge:
         return abs(float(self.normal @ (np.array(point) - self.point[:2])))
 
 
-@dataclass
+@dataclass(eq=False)
 class _Model:
     """The links of a model in the flat state, m.
 
