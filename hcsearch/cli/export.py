@@ -103,6 +103,6 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     click.echo(saved.path)
 
 
-_LINES = (f"    {' '.join(form.endings):12}{form.description}" for form in EXPORT_FORMATS.values())
+_LINES = (f"    {' '.join(form.endings):11} {form.description}" for form in EXPORT_FORMATS.values())
 # lines that are kept as they are follow the character \b, and are indented as the docstring is
 export.help = (export.help or "").replace("\\b", "\b").replace("    {formats}", "\n".join(_LINES))
