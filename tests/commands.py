@@ -1,5 +1,6 @@
 """Command lines in this process, as most starts of an interpreter take longer than what the command then does."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -20,3 +21,8 @@ def run_here(words, capfd):
         sys.argv = arguments
         signal.signal(signal.SIGINT, on_interrupt)
     return subprocess.CompletedProcess(words, code, *capfd.readouterr())
+
+
+def without_progress(errors):
+    """Standard error without the lines that long work writes every ten seconds where there is no terminal."""
+    return re.sub(r"^hcsearch: \d+ s, .*\n", "", errors, flags=re.MULTILINE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import re
 import sys
@@ -13,10 +14,7 @@ from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-import numpy as np
-
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.curve_labels import LabelFrame, label_places
 from hcsearch.system.outputs import PICTURE_SUFFIXES, check_output, replacing_file
 
 if TYPE_CHECKING:
@@ -112,6 +110,8 @@ def label_curves(axes: Axes, title: str) -> None:
     """Write the label of each curve on it where it covers no other curve, and add a legend of those without room."""
     from matplotlib.patheffects import withStroke  # noqa: PLC0415 - only where a picture is wanted
 
+    from hcsearch.system.curve_labels import LabelFrame, label_places  # noqa: PLC0415 - loads NumPy
+
     figure: Any = axes.figure
     figure.draw_without_rendering()  # places of curves are known only then
     bounds, point = axes.bbox, figure.dpi / 72.0
@@ -131,8 +131,8 @@ def label_curves(axes: Axes, title: str) -> None:
 
 def _pixels(axes: Axes, line: Line2D) -> list[tuple[float, float]]:
     """Return the points of a curve in pixels, without values that overflowed."""
-    points = axes.transData.transform(np.asarray(line.get_xydata(), float))
-    return [(float(x), float(y)) for x, y in points[np.isfinite(points).all(axis=1)]]
+    points = axes.transData.transform(line.get_xydata())
+    return [(x, y) for x, y in points.tolist() if math.isfinite(x) and math.isfinite(y)]
 
 
 def set_title(axes: Axes, title: str) -> None:

@@ -56,8 +56,7 @@ def test_a_collision_is_named_in_the_title_and_at_its_time(colliding, tmp_path):
         one.startswith("hex:02234400:1: collides, panels 4 and 7 collide at 0.01282 s; flat") for one in comments
     )
     assert "panels 4 and 7 collide at 0.01282 s" in comments
-    start = comments.index("hinge")
-    assert {"0", "2", "3", "4", "6", "7"} <= set(comments[start - 7 : start + 8])
+    assert "fold angle, degrees" in comments
 
 
 def test_what_is_clear_has_no_line_of_a_collision():

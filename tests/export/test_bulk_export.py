@@ -225,11 +225,11 @@ def test_a_file_that_is_no_index_is_not_overwritten(place, tmp_path):
 
 
 def test_what_is_a_name_is_no_query():
-    names = [*ASSEMBLIES, "17", "17:4", MOVING, "hex:0234550132", "array.toml", "n=12.toml", "hex:99"]
+    names = [*ASSEMBLIES, "17", "17:4", MOVING, "hex:0234550132", "array.toml", "n=12.toml", "hex:99", "panels.fold"]
     queries = ["n=12", "untwisted", "n=12 untwisted", "(untwisted)", "circuit=hex:024", "array=@cells.txt", "n<9"]
     assert [name for name in names if is_query(name)] == []
     assert [query for query in [*queries, *column_names("designs")] if not is_query(query)] == []
-    for neither in ("unit-iv", "untwistd", "hex", "-", "panels.fold"):
+    for neither in ("unit-iv", "untwistd", "hex", "-"):
         with pytest.raises(HcsearchError, match=r"there is no assembly .* and it is no query"):
             is_query(neither)
 

@@ -95,7 +95,7 @@ def test_a_run_whose_database_goes_ends_in_one_line(path, tally, monkeypatch):
         path.unlink()
         return database
 
-    monkeypatch.setattr("hcsearch.cases.databases.open_database", opened)
+    monkeypatch.setattr("hcsearch.store.open_database", opened)
     words = ["enumerate", "--grid", "hex", "--n", "6", "--until", "circuits", "--db", str(path)]
     done = CliRunner().invoke(hcsearch, words)
     assert isinstance(done.exception, DatabaseError)

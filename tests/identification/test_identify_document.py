@@ -13,7 +13,7 @@ DOCUMENT = Path(__file__).parent.parent.parent / "docs" / "explanation" / "ident
 
 def test_the_spring_of_the_document(tmp_path, monkeypatch):
     text = DOCUMENT.read_text(encoding="utf-8")
-    (table,) = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
+    (table,) = re.findall(r"```text\n(angle_deg.*?)```", text, re.DOTALL)
     ((command, expected),) = re.findall(r"```console\n\$ hcsearch (.*?)\n(.*?)```", text, re.DOTALL)
     monkeypatch.chdir(tmp_path)
     Path("moments.csv").write_text(table, encoding="utf-8")
