@@ -52,7 +52,7 @@ const Scatter = (() => {
 
   function sentence(x, y, place, front) {
     const { points } = place, names = points.slice(0, 4).map(({ name }) => name).join(", ");
-    const who = points.length === 1 ? `${names}, ${points[0].Parts.spaced(status)}`
+    const who = points.length === 1 ? `${names}, ${Parts.spaced(points[0].status)}`
       : `${points.length} designs: ${names}${points.length > 4 ? " and others" : ""}`;
     const on = points.some((point) => front.has(point)) ? "; on the Pareto front" : "";
     return `${who}: ${x.label} ${Parts.worded(x, place.x)}, ${y.label} ${Parts.worded(y, place.y)}${on}`;
