@@ -3,7 +3,7 @@ const Plotting = (() => {
   const USUAL = [["deploy_time", "needed_margin"], ["needed_margin", "dof"], ["symmetry", "n_foldings"]];
 
   // place : with two selects and a figure. quantities : to choose from. points : of two quantities, perhaps later.
-  // open : shows designs.
+  // open : shows designs. Without two quantities there is no plot.
   function listen(place, quantities, points, open) {
     const [across, up] = place.querySelectorAll("select"), figure = place.querySelector("figure");
     const named = (name) => quantities.find((quantity) => quantity.name === name);
@@ -11,10 +11,11 @@ const Plotting = (() => {
     for (const select of [across, up]) {
       select.append(...quantities.map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
     }
+    place.hidden = quantities.length < 2;
     let asked = 0;
 
     async function draw() {
-      if (!place.open) return;
+      if (!place.open || place.hidden) return;
       const own = ++asked, [x, y] = [named(across.value), named(up.value)];
       let found;
       try {
