@@ -12,11 +12,13 @@ const Plotting = (() => {
       select.append(...quantities.map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
     }
     place.hidden = quantities.length < 2;
-    let asked = 0;
+    const nothing = () => {};
+    let asked = 0, redraw = nothing; // what is shown, in another width
 
     async function draw() {
       if (!place.open || place.hidden) return;
       const own = ++asked, [x, y] = [named(across.value), named(up.value)];
+      redraw = nothing;
       let found;
       try {
         found = await points(x, y);
@@ -24,7 +26,9 @@ const Plotting = (() => {
         if (own === asked) figure.replaceChildren(Parts.element("p", { class: "nothing" }, error.message));
         return;
       }
-      if (own === asked) Scatter.draw(figure, found, x, y, open);
+      if (own !== asked) return;
+      redraw = () => Scatter.draw(figure, found, x, y, open);
+      redraw();
     }
 
     // What the address says.
@@ -47,7 +51,7 @@ const Plotting = (() => {
     new ResizeObserver(() => {
       if (figure.clientWidth === width) return;
       width = figure.clientWidth;
-      draw();
+      redraw();
     }).observe(figure);
     return { draw, follow };
   }
